@@ -1,4 +1,4 @@
-//! Where two meshes touch, and how deep they are in each other.
+//! Contacts of two meshes, and their depths.
 //!
 //! `cargo run --release -p palpus-examples --example contacts -- TOOL PART`: two mesh files in
 //! millimetres.

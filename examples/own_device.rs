@@ -13,7 +13,7 @@ use palpus_device::{
     DeviceError, DeviceSpec, DeviceState, HapticDevice, Servo, ServoOptions, SimulationSettings, StepOutcome,
 };
 
-/// Moves up and down by itself, and only shows what it is told to push with.
+/// Moves up and down by itself, and only shows the commanded wrench.
 struct Swing {
     spec: DeviceSpec,
     since: Instant,

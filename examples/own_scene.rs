@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn feel(file: &Path, cache: Option<BodyCache>) -> Result<(), Box<dyn Error>> {
-    // What the device gives; the scene's limits hold as well.
+    // Limits of the device; the scene's limits hold as well.
     let device = Limits { force: 8.5, torque: 0.19 };
     let mut scene = SceneWorld::open(file, FilePolicy::Inside, &device, cache.as_ref(), &Threads::all())?;
     let (tool, start, rate) = (scene.tools[0], scene.starts[0], scene.file.rate_hz);

@@ -32,7 +32,7 @@
 #define PALPUS_FLATNESS_HAPTIC 3e-5
 
 /**
- * What a function gives back. palpus_last_error has the text of what is not PALPUS_OK.
+ * The result of a function. For all but PALPUS_OK, palpus_last_error has a text.
  */
 typedef enum {
     /**
@@ -68,7 +68,7 @@ typedef enum {
      */
     PALPUS_ERROR_ABI = 7,
     /**
-     * A defect of palpus. What the function was working on can only be destroyed.
+     * A defect of palpus. The handle that was in use can only be destroyed.
      */
     PALPUS_ERROR_INTERNAL = 8,
 } palpus_result;
@@ -104,7 +104,7 @@ typedef struct {
 } palpus_body;
 
 /**
- * What is known about a body. Lengths are in m, after scaling.
+ * Properties of a body. Lengths are in m, after scaling.
  */
 typedef struct {
     /**
@@ -147,7 +147,7 @@ typedef struct {
 } palpus_body_facts;
 
 /**
- * What a query looks for.
+ * Settings of a query.
  */
 typedef struct {
     /**
@@ -423,7 +423,7 @@ typedef struct {
      */
     palpus_material material;
     /**
-     * Of the device.
+     * Limits of the device.
      */
     palpus_limits limits;
     /**
@@ -507,7 +507,7 @@ typedef struct {
 } palpus_twist;
 
 /**
- * What a device says: where its grip is, and how it moves.
+ * State of a device: pose and motion of its grip.
  */
 typedef struct {
     /**
@@ -515,7 +515,7 @@ typedef struct {
      */
     palpus_pose pose;
     /**
-     * Of the grip, along the world's axes. Only dampers use it.
+     * Twist of the grip, along the world's axes. Only dampers use it.
      */
     palpus_twist twist;
 } palpus_probe;
@@ -535,7 +535,7 @@ typedef struct {
 } palpus_wrench;
 
 /**
- * What a tool felt in the last step.
+ * Result of the last step for a tool.
  */
 typedef struct {
     /**
@@ -551,8 +551,8 @@ typedef struct {
      */
     palpus_wrench computed;
     /**
-     * Of the tool's frame, in the world: where contacts were looked for. With a coupling the tool
-     * is not where the device is.
+     * Pose of the tool's frame in the world, at which contacts were looked for. With a coupling
+     * the tool is not where the device is.
      */
     palpus_pose tool;
     /**
@@ -564,8 +564,8 @@ typedef struct {
      */
     uint64_t work;
     /**
-     * m: what the step did not look at, to keep to its work, is at least this far apart; else
-     * infinite.
+     * Pairs that the step skipped to keep to its work are at least this far apart, m; infinite if
+     * it skipped none.
      */
     double unseen_separation;
     /**
@@ -607,8 +607,8 @@ uint32_t palpus_abi_version(void);
 palpus_result palpus_check_abi(uint32_t header_version);
 
 /**
- * Text of this thread's last error: UTF-8, empty if there was none. Valid until the thread's next
- * error or its end; copy it to keep it. A function that succeeds leaves it as it is.
+ * Text of this thread's last error: UTF-8, empty if there was no error. Valid until the thread's
+ * next error or its end; copy it to keep it. A function that succeeds leaves it unchanged.
  */
 const char *palpus_last_error(void);
 
@@ -644,7 +644,7 @@ palpus_result palpus_body_from_file(const char *path,
                                     palpus_body *body);
 
 /**
- * What is known about a body.
+ * Writes the properties of a body.
  */
 palpus_result palpus_body_get_facts(palpus_body body, palpus_body_facts *facts);
 
@@ -804,8 +804,8 @@ palpus_result palpus_world_add_tool(palpus_world world,
  * number of tools.
  *
  * A device whose state is not valid gets no force and the others go on: PALPUS_ERROR_VALUE after
- * the step. Of any other error nothing was done, and all wrenches are zero. Obtains no memory, and
- * waits for nobody.
+ * the step. After any other error no step was made, and all wrenches are zero. Obtains no memory
+ * and does not wait.
  */
 palpus_result palpus_world_step(palpus_world world,
                                 const palpus_probe *probes,
@@ -814,7 +814,7 @@ palpus_result palpus_world_step(palpus_world world,
                                 double dt);
 
 /**
- * What a tool felt in the last step.
+ * Writes the result of the last step for a tool.
  */
 palpus_result palpus_world_get_tick(palpus_world world, palpus_tool tool, palpus_tick *tick);
 
@@ -844,7 +844,7 @@ palpus_result palpus_world_contacts_between(palpus_world world,
 palpus_result palpus_world_tool_object(palpus_world world, palpus_tool tool, palpus_object *object);
 
 /**
- * Where an object's frame is in the world.
+ * Writes the pose of an object's frame in the world.
  */
 palpus_result palpus_world_get_pose(palpus_world world, palpus_object object, palpus_pose *pose);
 
@@ -883,8 +883,9 @@ palpus_result palpus_world_set_tool_settings(palpus_world world,
                                              const palpus_settings *settings);
 
 /**
- * The queries of each step may do about `work` units of work; what is not reached is felt as it
- * was, and comes first in the next. 0: as much as there is. palpus_tick.work has what a step took.
+ * Limits the queries of each step to about `work` units of work. Pairs that a query does not reach
+ * keep their contacts, extrapolated, and come first in the next step. 0: no limit.
+ * palpus_tick.work has the work of a step.
  */
 palpus_result palpus_world_allow(palpus_world world, uint64_t work);
 

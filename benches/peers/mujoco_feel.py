@@ -187,9 +187,9 @@ def scene_model(folder, tool, part, palpus, friction, start):
     return mujoco.MjModel.from_xml_string(xml), f"{tool_cut}, {part_cut}"
 
 
-def replay(model, poses):
-    """Returns felt wrench (about the grip, on the hand), tool poses and seconds per step."""
-    data = mujoco.MjData(model)
+def replay(model, poses, data=None):
+    """Returns felt wrench (about the tool's origin, on the hand), tool poses and seconds per step; leaves its state in `data`."""
+    data = data or mujoco.MjData(model)
     wrenches, tools, seconds = np.zeros((len(poses), 6)), np.zeros((len(poses), 7)), np.zeros(len(poses))
     for k, pose in enumerate(poses):
         data.mocap_pos[0], data.mocap_quat[0] = pose[:3], pose[3:]

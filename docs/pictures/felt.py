@@ -11,7 +11,24 @@ import tempfile
 from PIL import Image
 
 FRAMES, BEGIN_S, STEP_S = 45, 1.0, 0.11
-COLORS = 96
+# Of the colours that cover most pixels, and of those that differ most: arrows and dots are small.
+COMMON_COLORS, RARE_COLORS = 112, 48
+PALETTE_FRAMES = 5
+
+
+def palette_of(frames):
+    """An image with the palette for all frames."""
+    width, height = frames[0].size
+    some = Image.new("RGB", (width, height * PALETTE_FRAMES))
+    for k in range(PALETTE_FRAMES):
+        some.paste(frames[k * (len(frames) - 1) // (PALETTE_FRAMES - 1)], (0, k * height))
+    colors = []
+    for method, count in [(Image.Quantize.MEDIANCUT, COMMON_COLORS), (Image.Quantize.MAXCOVERAGE, RARE_COLORS)]:
+        colors += some.quantize(count, method=method).getpalette()[: 3 * count]
+    palette = Image.new("P", (1, 1))
+    # Pillow wants 256 colours.
+    palette.putpalette(colors + colors[:3] * (256 - len(colors) // 3))
+    return palette
 
 
 def main():
@@ -24,10 +41,10 @@ def main():
         for k in range(FRAMES):
             picture = pathlib.Path(folder, f"{k}.png")
             subprocess.run([palpus, "replay", recording, "--screenshot", picture, "--at", str(BEGIN_S + k * STEP_S),
-                            "--size", "720x450", "--zoom", "1.25"], **quiet)
+                            "--size", "640x400", "--zoom", "1.0"], **quiet)
             frames.append(Image.open(picture).convert("RGB"))
     # One palette for all frames, so that only the pixels that move are stored again.
-    palette = frames[FRAMES // 2].quantize(COLORS, dither=Image.Dither.NONE)
+    palette = palette_of(frames)
     first, *rest = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
     first.save(pathlib.Path(__file__).with_name("felt.gif"), save_all=True, append_images=rest,
                duration=int(1e3 * STEP_S), loop=0, optimize=True)

@@ -11,7 +11,7 @@ pub struct Bytes<'a> {
 }
 
 impl<'a> Bytes<'a> {
-    /// Of an input.
+    /// Reads from an input.
     pub fn new(data: &'a [u8]) -> Self {
         Self { rest: data }
     }
@@ -113,7 +113,7 @@ impl<'a> Bytes<'a> {
         Twist { angular: vector(self), linear: vector(self) }
     }
 
-    /// How a body is to be made.
+    /// Settings for making a body.
     pub fn body_settings(&mut self) -> BodySettings {
         let flags = self.byte();
         BodySettings {

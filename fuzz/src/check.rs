@@ -1,4 +1,4 @@
-//! What readers and the engine promise; each function panics where a promise is broken.
+//! Promises of readers and the engine; each function panics where a promise is broken.
 
 use glam::DVec3;
 use palpus::body::{Body, PolygonSoup};
@@ -33,8 +33,8 @@ pub fn body(body: &Body) {
     assert!(mass.volume.is_finite() && mass.center_of_mass.is_finite(), "{mass:?}");
 }
 
-/// How far rounding may be from `point_a − point_b = separation · normal`, relative to the size of
-/// what is looked at.
+/// Allowed rounding of `point_a − point_b = separation · normal`, relative to the size of the
+/// bodies.
 const IDENTITY_SLACK: f64 = 1e-9;
 
 /// Contacts are finite, nearer than `tolerance`, and `point_a − point_b = separation · normal`;

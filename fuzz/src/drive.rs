@@ -1,4 +1,4 @@
-//! What drives a renderer: bodies, settings, states and a clock.
+//! Inputs of a renderer: bodies, settings, states and a clock.
 
 use std::cell::{Cell, OnceCell};
 use std::sync::Arc;
@@ -143,7 +143,7 @@ pub fn step_length(bytes: &mut Bytes<'_>) -> f64 {
     }
 }
 
-/// What every tick promises; `size` is that of the bodies.
+/// Promises of every tick; `size` is that of the bodies.
 pub fn check_tick(tick: &Tick, settings: &Settings, size: f64) {
     let wrench = tick.commanded;
     assert!(wrench.is_finite() && tick.computed.is_finite(), "{wrench:?} in tick {}", tick.index);

@@ -1,4 +1,4 @@
-//! What the fuzz targets share.
+//! Shared parts of the fuzz targets.
 //!
 //! * [`target!`] — a target: what is done with an input, what an input may cost in memory, and the
 //!   inputs to begin with.

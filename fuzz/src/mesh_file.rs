@@ -8,7 +8,8 @@ use palpus_io::read_mesh;
 
 use crate::{Folder, Seed, check, mesh_samples};
 
-/// Of the meshes of which a body is made: making one takes far longer than reading a file.
+/// Most vertices of meshes of which a body is made: making one takes far longer than reading a
+/// file.
 const MOST_VERTICES: usize = 64;
 const MOST_CORNERS: usize = 160;
 
@@ -30,7 +31,7 @@ pub fn read_and_build(data: &[u8], extension: &str) {
     if soup.vertices.len() > MOST_VERTICES || soup.face_vertices.len() > MOST_CORNERS {
         return;
     }
-    // Of measuring and of touching, by a byte that means little.
+    // Selects measuring and touching, by a byte that means little.
     let touching = data.last().is_some_and(|byte| byte % 2 == 0);
     let flatness = if touching { BodySettings::HAPTIC } else { BodySettings::EXACT };
     match Body::from_soup(&soup, &BodySettings { flatness, ..BodySettings::default() }, &mut |_| ()) {

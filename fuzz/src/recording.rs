@@ -1,4 +1,4 @@
-//! Recordings: what is read is written in each format, and then read again to the same bits.
+//! Recordings: rows are written in each format, and then read again to the same bits.
 
 use std::io::Cursor;
 
@@ -14,7 +14,7 @@ const FORMATS: [RecordingFormat; 3] = [RecordingFormat::Csv, RecordingFormat::Pa
 pub fn read_and_write(data: &[u8]) {
     match read_recording_from(data, "run.csv") {
         Ok(recording) => {
-            // In CSV all bits can be compared: numbers that are none differ from themselves, and
+            // In CSV all bits can be compared: NaNs differ from themselves, and
             // how the other formats are cut into pieces is a matter of time.
             let first = written(&recording, RecordingFormat::Csv);
             for format in FORMATS {

@@ -12,7 +12,7 @@ use palpus_io::{BodyCache, BodyKey, CacheMiss, ContentHash};
 
 /// Magic, name, length of the index and its hash.
 const HEADER_BYTES: usize = 8 + 32 + 8 + 32;
-/// Of a batch in the index: length and hash.
+/// Length and hash of a batch in the index.
 const ENTRY_BYTES: usize = 8 + 32;
 
 thread_local! {

@@ -19,7 +19,7 @@ use palpus_device::{HaplyDevice, HaplyOptions, HapticDevice};
 use palpus_fuzz::{Allowance, Bytes, Seed, target};
 use tungstenite::handshake::derive_accept_key;
 
-/// What the service is to say.
+/// Script of the service.
 #[derive(Default)]
 struct Part {
     /// Bytes as they are, after the handshake.
@@ -63,7 +63,7 @@ fn service() -> &'static Service {
 
 fn talk_to_all(connections: &Receiver<(TcpStream, String, Arc<Part>)>) {
     while let Ok((mut stream, head, part)) = connections.recv() {
-        // Who is gone need not be told.
+        // The peer may be gone.
         let _ = talk(&mut stream, &head, &part);
     }
 }

@@ -11,6 +11,6 @@ fn seeds() -> Vec<Seed> {
     mesh_file::seeds(&["off"])
 }
 
-// A file is read whole, and what is made of it is some times as large; then a body of up to 64
+// A file is read whole, and its result is some times as large; then a body of up to 64
 // corners.
 target!(run: run, allowance: Allowance { per_byte: 40, always: 8 << 20 }, seeds: seeds);

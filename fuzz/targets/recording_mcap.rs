@@ -1,5 +1,4 @@
-//! Recordings in MCAP: what is read is written in each format, and then read again to the same
-//! bits.
+//! Recordings in MCAP: rows are written in each format, and then read again to the same bits.
 #![no_main]
 
 use palpus_fuzz::{Allowance, Seed, recording, target};

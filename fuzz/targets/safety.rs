@@ -1,6 +1,5 @@
 //! The gate and the safety chain, on a device that says anything of itself and gives any states,
-//! for any wrenches: what comes out is finite, within the peaks, and nothing while nobody is
-//! engaged.
+//! for any wrenches: results are finite, within the peaks, and zero while the engagement is idle.
 #![no_main]
 
 use std::borrow::Cow;

@@ -63,7 +63,7 @@ fn run(data: &[u8]) {
             assert_eq!(
                 anywhere.as_ref().ok(),
                 Some(scene),
-                "what is allowed inside is allowed anywhere, and means the same"
+                "a place allowed inside is allowed anywhere, and means the same"
             );
         }
         Err(error) => check::error(&error.to_string(), "/scenes/x.toml"),
@@ -87,7 +87,7 @@ fn run(data: &[u8]) {
     });
 }
 
-/// What a scene promises.
+/// Promises of a scene.
 fn sane(scene: &SceneFile) {
     assert!(scene.metres_per_unit.is_finite() && scene.metres_per_unit > 0.0);
     assert!(scene.probe.pose.is_valid() && scene.environment.pose.is_valid(), "{scene:?}");

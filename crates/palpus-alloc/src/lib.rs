@@ -22,8 +22,8 @@ pub fn allocations_of_this_thread() -> u64 {
 }
 
 fn count() {
-    // A thread that is being torn down has no counter any more; its allocations are nobody's servo
-    // path.
+    // The counter of a thread that is being torn down no longer exists; such a thread runs no servo
+    // loop.
     let _ = ALLOCATIONS.try_with(|n| n.set(n.get() + 1));
 }
 

@@ -18,8 +18,8 @@
 //!   pushes;
 //! * at: when the largest force step was.
 //!
-//! Those called coupled are felt through a virtual coupling of 1000 N/m and 0.5 N·m/rad to a tool
-//! of 50 g, all others directly. The hand of the script is slowed down four times and sampled each
+//! The coupled ones act through a virtual coupling of 1000 N/m and 0.5 N·m/rad on a tool of 50 g,
+//! all others directly. The hand of the script is slowed down four times and sampled each
 //! millisecond; there is no friction and no shading.
 #![allow(clippy::print_stdout, reason = "an example that prints a table")]
 
@@ -37,8 +37,8 @@ use palpus_scenes::truth::Truth;
 use palpus_scenes::{Scene, scene};
 
 const TICK: f64 = 1e-3;
-/// Slower than the script, so that what is left in a step is the method's doing and not the
-/// motion's.
+/// Slower than the script, so that the rest of a step comes from the method and not from the
+/// motion.
 const SLOWER: f64 = 4.0;
 
 /// palpus behind the same words.

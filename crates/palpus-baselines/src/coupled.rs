@@ -10,12 +10,11 @@
 //!    velocity; explicit, as in \[MPT99\], at the caller's rate.
 //! 4. The hand feels the coupling, and nothing else.
 //!
-//! What had to be chosen: the body's mass, and an inertia that is the same about all axes (that of
-//! a ball of the probe's size), so that there is no gyroscopic term; dampers at critical damping of
-//! the free body unless told otherwise; velocities are taken before positions (semi-implicit
-//! Euler), without which the coupling alone gains energy. \[MPT99\] also bounds the spring's
-//! stretch; that is left to the device's limits. Any method may stand within; the paper's is
-//! [`Voxel`](crate::Voxel).
+//! Our choices: the body's mass, and an inertia that is the same about all axes (that of a ball of
+//! the probe's size), so that there is no gyroscopic term; by default, dampers at critical
+//! damping of the free body; velocities are taken before positions (semi-implicit Euler), without
+//! which the coupling alone gains energy. \[MPT99\] also bounds the spring's stretch; that is left
+//! to the device's limits. Any method may stand within; the paper's is [`Voxel`](crate::Voxel).
 
 use std::sync::Arc;
 

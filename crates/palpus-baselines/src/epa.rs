@@ -8,8 +8,8 @@
 //!    added up.
 //!
 //! Left out on purpose, since such a user has none of it: no check whether a normal is one of the
-//! mesh's (pieces have virtual faces where they were cut), no memory from step to step, no blending
-//! of a flat contact's witness, no clusters.
+//! mesh's (pieces have virtual faces where they were cut), no memory from step to step, no
+//! blending of a flat contact's witness, no clusters.
 //!
 //! Coal returns up to a stated number of contacts a pair when it is asked to; that is a patch of
 //! the same one normal, and not what "one EPA contact" measures.

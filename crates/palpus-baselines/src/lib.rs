@@ -1,11 +1,12 @@
 //! Other ways to feel the same contact, built from their papers, so that palpus can be measured
 //! against them. Bench-only: nothing of the product depends on this crate.
 //!
-//! | method | after | what a contact is |
-//! |---|---|---|
-//! | [`Epa`] | Coal, FCL and most physics engines | one witness of each overlapping pair of convex pieces, from the expanding polytope algorithm |
-//! | [`Predicted`] | \[GME00\], reference \[16\] of \[K02\] | the last closest features of each pair, and how far the motion has taken them past each other |
-//! | [`Voxel`] | \[MPT99\], reference \[30\] of \[K02\] | each point of the probe's shell that lies in the environment's force field of voxels |
+//! * [`Epa`], after Coal, FCL and most physics engines: a contact is one witness of each
+//!   overlapping pair of convex pieces, from the expanding polytope algorithm.
+//! * [`Predicted`], after \[GME00\], reference \[16\] of \[K02\]: a contact is the last closest
+//!   features of each pair, and how far the motion has taken them past each other.
+//! * [`Voxel`], after \[MPT99\], reference \[30\] of \[K02\]: a contact is each point of the
+//!   probe's shell that lies in the environment's force field of voxels.
 //!
 //! All of them render directly, as the paper does: relative pose in, wrench on the probe out.
 //! [`Coupled`] puts \[MPT99\]'s virtual coupling around any of them. A [`Baseline`] remembers what
@@ -17,10 +18,10 @@
 //! *Six Degree-of-Freedom Haptic Rendering Using Voxel Sampling*, SIGGRAPH 1999. \[K02\]: Kim,
 //! Otaduy, Lin, Manocha 2002, the paper that palpus starts from.
 //!
-//! Of \[GME00\] and \[MPT99\] the abstracts were at hand, and what \[K02\] says of the two, but not
-//! their full texts. What stands in quotation marks was looked up; the other steps are as the two
-//! methods are generally described, from memory, without section numbers, which could not be looked
-//! up. What even so had to be chosen is listed on each method's page.
+//! We had the abstracts of \[GME00\] and \[MPT99\], and the description of the two in \[K02\], but
+//! not their full texts. Passages in quotation marks were looked up; the other steps are as the two
+//! methods are generally described, from memory, without section numbers. Each method's page lists
+//! our own choices.
 //!
 //! Numbers that decide something stand as named constants where they are used: the register in
 //! `palpus::algebra::tolerance` is the engine's.
@@ -102,9 +103,9 @@ pub trait Baseline {
     /// One word for a table.
     fn name(&self) -> &'static str;
 
-    /// What a pose feels like. `pose_ba` places the probe in b's frame; `twist` is the probe's
-    /// velocity against b, of the grip and in b's frame; `dt` is the time since the last step, s. A
-    /// pose that is none gives nothing.
+    /// Computes the wrench at a pose. `pose_ba` places the probe in b's frame; `twist` is the
+    /// probe's velocity against b, of the grip and in b's frame; `dt` is the time since the last
+    /// step, s. An invalid pose gives zero.
     fn step(&mut self, pose_ba: &Pose, twist: &Twist, dt: f64) -> Felt;
 
     /// Forgets the past.

@@ -18,7 +18,7 @@
 //! 5. *Force and torque interpolation* (so Otaduy and Lin sum \[GME00\] up, as far as we recall):
 //!    between steps the wrench changes by at most a stated amount.
 //!
-//! What had to be chosen, since the full text was not at hand:
+//! Our choices, since the full text was not at hand:
 //!
 //! * The direction is that between the closest points, and it turns with the body whose feature is
 //!   a face. Along the velocity itself the depth of a body that slides on a surface would be its
@@ -328,7 +328,7 @@ mod tests {
 
     #[test]
     fn sliding_inside_the_prediction_stays_with_the_old_features() {
-        // What [K02] says is wrong with it: pressed 0.5 mm in and then rolled by 20°, the ball's
+        // The weakness that [K02] describes: pressed 0.5 mm in and then rolled by 20°, the ball's
         // corner that touched first is far from the deepest one.
         let mut method = make(testing::ball(), testing::table(), testing::SETTINGS);
         let mut roll = |angle: f64, height: f64| {

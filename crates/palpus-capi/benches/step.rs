@@ -1,5 +1,5 @@
-//! What a step through the C library costs beside the same step in Rust:
-//! `cargo bench -p palpus-capi`.
+//! Measures how much a step through the C library costs above the same step in Rust: `cargo bench
+//! -p palpus-capi`.
 #![allow(unsafe_code, reason = "the C library's functions take pointers")]
 #![allow(clippy::print_stdout, reason = "a bench prints")]
 

@@ -40,7 +40,7 @@ pub struct palpus_body_settings {
     pub thick: u32,
 }
 
-/// What is known about a body. Lengths are in m, after scaling.
+/// Properties of a body. Lengths are in m, after scaling.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct palpus_body_facts {
@@ -65,7 +65,7 @@ pub struct palpus_body_facts {
     pub bounds_max: [f64; 3],
 }
 
-/// What a handle of a body names.
+/// The value behind a body's handle.
 pub(crate) struct Shared {
     pub(crate) body: Arc<Body>,
     /// Made when a depth is first asked for.
@@ -204,7 +204,7 @@ pub unsafe extern "C" fn palpus_body_from_file(
     })
 }
 
-/// What is known about a body.
+/// Writes the properties of a body.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_body_get_facts(body: palpus_body, facts: *mut palpus_body_facts) -> palpus_result {
     // SAFETY: the caller keeps to the header.

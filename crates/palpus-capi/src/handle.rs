@@ -1,9 +1,9 @@
-//! What C holds: numbers that name the library's values.
+//! Handles: numbers that stand for the library's values in C.
 //!
 //! * A number says its kind, its place in the kind's table, and how often the place was taken
 //!   before. So an old handle, one of another kind and any other number are known as wrong.
-//! * Each place has a lock that is only ever tried: two threads that use one world at once are told
-//!   so, and nobody waits. This is an atomic exchange and not a call of the system.
+//! * Each place has a lock that is only ever tried: the second of two threads that use one world at
+//!   once gets an error and does not wait. This is an atomic exchange and not a call of the system.
 //! * A panic poisons the lock of what it left half done, which can then only be destroyed.
 //! * Places stay where they are; tables only grow, by chunks of twice the size.
 
@@ -19,7 +19,7 @@ const PLACE_BITS: u32 = 32;
 const GENERATION_BITS: u32 = 28;
 const MOST_GENERATIONS: u32 = (1 << GENERATION_BITS) - 1;
 
-/// What a handle names.
+/// Kinds of values that have handles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     Body = 1,

@@ -3,9 +3,8 @@
 //! `include/palpus.h` is made of this crate (`tests/header.rs` compares the two), `docs/c.md` is
 //! its page.
 //!
-//! * [`handle`] — what C holds are numbers, never addresses: a handle that is wrong, old or of
-//!   another kind is known as such. A handle that another thread is using gives an error and nobody
-//!   waits.
+//! * [`handle`] — C holds numbers, never addresses. A handle that is wrong, old or of another kind
+//!   is found out. A handle that another thread is using gives an error at once.
 //! * [`result`] — each function gives a code; the text beside it is the thread's last error. A
 //!   panic ends in a code too.
 //! * [`mod@pointer`] — what C's pointers point to is copied here, after the checks that can be
@@ -13,8 +12,8 @@
 //!
 //! # Safety
 //!
-//! Of all functions: a pointer is null or points to as many values as the header says, which no
-//! other thread writes meanwhile. Handles and numbers may be anything.
+//! For all functions: a pointer is null or points to as many values as the header says, and no
+//! other thread writes them meanwhile. Handles and numbers may be anything.
 #![allow(unsafe_code, reason = "C's names and pointers need it; through pointers goes `pointer` alone")]
 #![allow(non_camel_case_types, reason = "they are the C library's names")]
 #![allow(clippy::missing_safety_doc, reason = "it is the same for all functions: see above")]

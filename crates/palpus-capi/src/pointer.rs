@@ -59,8 +59,8 @@ impl<T: Copy> In<T> {
 
 impl<T: Copy> InArray<T> {
     /// # Safety
-    /// While this lives, `pointer` is null, is misaligned, or points to `count` values that nobody
-    /// writes. `T` has no bit patterns that are not values.
+    /// While this lives, `pointer` is null, is misaligned, or points to `count` values that no
+    /// thread writes. Every bit pattern of `T` is a value.
     pub(crate) unsafe fn new(pointer: *const T, count: usize, name: &'static str) -> Self {
         Self { pointer, count, name }
     }
@@ -106,8 +106,8 @@ impl<T> Out<T> {
 
 impl<T> OutArray<T> {
     /// # Safety
-    /// While this lives, `pointer` is null, is misaligned, or points to `count` places that nobody
-    /// else reads or writes.
+    /// While this lives, `pointer` is null, is misaligned, or points to `count` places that no
+    /// other code reads or writes.
     pub(crate) unsafe fn new(pointer: *mut T, count: usize, name: &'static str) -> Self {
         Self { pointer, count, name }
     }
@@ -139,7 +139,7 @@ impl<T> OutArray<T> {
 impl Text {
     /// # Safety
     /// While this lives, `pointer` is null or points to bytes up to a zero, or to `LONGEST_TEXT` of
-    /// them, that nobody writes.
+    /// them, and no thread writes them.
     pub(crate) unsafe fn new(pointer: *const c_char, name: &'static str) -> Self {
         Self { pointer, name }
     }

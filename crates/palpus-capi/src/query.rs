@@ -19,7 +19,7 @@ pub struct palpus_query {
     pub id: u64,
 }
 
-/// What a query looks for.
+/// Settings of a query.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct palpus_query_settings {

@@ -1,11 +1,11 @@
-//! What functions give back: a code, and the text of the thread's last error.
+//! Results of functions: a code, and the text of the thread's last error.
 
 use std::any::Any;
 use std::cell::Cell;
 use std::ffi::c_char;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// What a function gives back. palpus_last_error has the text of what is not PALPUS_OK.
+/// The result of a function. For all but PALPUS_OK, palpus_last_error has a text.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum palpus_result {
@@ -25,7 +25,7 @@ pub enum palpus_result {
     PalpusErrorFile = 6,
     /// Header and library do not fit together.
     PalpusErrorAbi = 7,
-    /// A defect of palpus. What the function was working on can only be destroyed.
+    /// A defect of palpus. The handle that was in use can only be destroyed.
     PalpusErrorInternal = 8,
 }
 
@@ -46,7 +46,7 @@ impl Fault {
         Self::new(palpus_result::PalpusErrorValue, text)
     }
 
-    /// The same, of a part of what was given.
+    /// The same for one element or field of an argument.
     pub(crate) fn of(self, what: &str) -> Self {
         Self { text: format!("{what}: {}", self.text), ..self }
     }
@@ -67,7 +67,7 @@ thread_local! {
 
 /// Does what a function of the library does, and turns what came of it into a code.
 pub(crate) fn entry(act: impl FnOnce() -> Result<(), Fault>) -> palpus_result {
-    // What a panic left half done stays locked: see `handle`.
+    // A value that a panic left half changed stays locked: see `handle`.
     let fault = match catch_unwind(AssertUnwindSafe(act)) {
         Ok(Ok(())) => return palpus_result::PalpusOk,
         Ok(Err(fault)) => fault,
@@ -96,8 +96,8 @@ fn remember(text: &str) {
     let _ = LAST.try_with(|last| last.set(bytes));
 }
 
-/// Text of this thread's last error: UTF-8, empty if there was none. Valid until the thread's next
-/// error or its end; copy it to keep it. A function that succeeds leaves it as it is.
+/// Text of this thread's last error: UTF-8, empty if there was no error. Valid until the thread's
+/// next error or its end; copy it to keep it. A function that succeeds leaves it unchanged.
 #[unsafe(no_mangle)]
 pub extern "C" fn palpus_last_error() -> *const c_char {
     LAST.try_with(|last| last.as_ptr().cast_const().cast()).unwrap_or(c"".as_ptr())

@@ -95,7 +95,7 @@ pub struct palpus_settings {
     pub friction: palpus_friction,
     /// If has_material is 1. At first that of wood.
     pub material: palpus_material,
-    /// Of the device.
+    /// Limits of the device.
     pub limits: palpus_limits,
     /// m: where the hand holds the tool, in the tool's frame.
     pub grip: [f64; 3],
@@ -156,7 +156,7 @@ impl palpus_settings {
 
 impl From<&Settings> for palpus_settings {
     fn from(settings: &Settings) -> Self {
-        // What is off begins with values that can be turned on.
+        // Options that are off get values that work once they are turned on.
         let tuned = || VirtualCoupling::tuned(&settings.limits, 1e-3, settings.contact_tolerance);
         let coupling = settings.coupling.unwrap_or_else(tuned);
         let shading = settings.shading.unwrap_or(ShadingSettings { crease_angle: 0.6, most_turn: 0.5 });

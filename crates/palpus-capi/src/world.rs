@@ -36,17 +36,17 @@ pub struct palpus_tool {
     pub id: u64,
 }
 
-/// What a device says: where its grip is, and how it moves.
+/// State of a device: pose and motion of its grip.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct palpus_probe {
     /// The grip in the world, with the tool's axes.
     pub pose: palpus_pose,
-    /// Of the grip, along the world's axes. Only dampers use it.
+    /// Twist of the grip, along the world's axes. Only dampers use it.
     pub twist: palpus_twist,
 }
 
-/// What a tool felt in the last step.
+/// Result of the last step for a tool.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct palpus_tick {
@@ -56,15 +56,15 @@ pub struct palpus_tick {
     pub wrench: palpus_wrench,
     /// The same before the limits.
     pub computed: palpus_wrench,
-    /// Of the tool's frame, in the world: where contacts were looked for. With a coupling the tool
-    /// is not where the device is.
+    /// Pose of the tool's frame in the world, at which contacts were looked for. With a coupling
+    /// the tool is not where the device is.
     pub tool: palpus_pose,
     /// See palpus_world_contacts.
     pub contact_count: u64,
     /// Units of work that the step's query did.
     pub work: u64,
-    /// m: what the step did not look at, to keep to its work, is at least this far apart; else
-    /// infinite.
+    /// Pairs that the step skipped to keep to its work are at least this far apart, m; infinite if
+    /// it skipped none.
     pub unseen_separation: f64,
     /// 1 if the force was cut to its limit.
     pub saturated_force: u32,
@@ -108,7 +108,7 @@ pub(crate) struct Hosted {
     serial: u32,
     objects: Vec<(BodyId, Motion)>,
     tools: Vec<ToolId>,
-    /// Of the step, kept for its memory.
+    /// States of the devices in the current step, kept for their memory.
     probes: Vec<ProbeState>,
 }
 
@@ -178,7 +178,7 @@ impl Hosted {
         Ok(palpus_object { id: self.id(place + 1, 0) })
     }
 
-    /// What the devices are to give, in the tools' order.
+    /// Wrenches for the devices, in the tools' order.
     pub(crate) fn wrenches(&self) -> impl Iterator<Item = palpus_wrench> {
         self.tools.iter().map(|&tool| self.world.tick(tool).commanded.into())
     }
@@ -190,7 +190,7 @@ impl Hosted {
         Err(Fault::value(format!("the world has {MOST_BODIES} bodies already, the most that it can have")))
     }
 
-    /// One step; the first device whose state is not valid, if any, is told after it.
+    /// Makes one step; afterwards reports the first device whose state is invalid, if any.
     pub(crate) fn step(
         &mut self,
         probes: &InArray<palpus_probe>,

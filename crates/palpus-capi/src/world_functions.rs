@@ -132,8 +132,8 @@ pub unsafe extern "C" fn palpus_world_add_tool(
 /// number of tools.
 ///
 /// A device whose state is not valid gets no force and the others go on: PALPUS_ERROR_VALUE after
-/// the step. Of any other error nothing was done, and all wrenches are zero. Obtains no memory, and
-/// waits for nobody.
+/// the step. After any other error no step was made, and all wrenches are zero. Obtains no memory
+/// and does not wait.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_step(
     world: palpus_world,
@@ -158,7 +158,7 @@ pub unsafe extern "C" fn palpus_world_step(
     })
 }
 
-/// What a tool felt in the last step.
+/// Writes the result of the last step for a tool.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_get_tick(
     world: palpus_world,
@@ -235,7 +235,7 @@ pub unsafe extern "C" fn palpus_world_tool_object(
     entry(|| WORLDS.read(world.id, |hosted| object.put(hosted.object_of(tool)?)))
 }
 
-/// Where an object's frame is in the world.
+/// Writes the pose of an object's frame in the world.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_get_pose(
     world: palpus_world,
@@ -341,8 +341,9 @@ pub unsafe extern "C" fn palpus_world_set_tool_settings(
     })
 }
 
-/// The queries of each step may do about `work` units of work; what is not reached is felt as it
-/// was, and comes first in the next. 0: as much as there is. palpus_tick.work has what a step took.
+/// Limits the queries of each step to about `work` units of work. Pairs that a query does not reach
+/// keep their contacts, extrapolated, and come first in the next step. 0: no limit.
+/// palpus_tick.work has the work of a step.
 #[unsafe(no_mangle)]
 pub extern "C" fn palpus_world_allow(world: palpus_world, work: u64) -> palpus_result {
     entry(|| {

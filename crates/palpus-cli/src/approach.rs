@@ -9,9 +9,59 @@ use palpus::detect::{ContactQuery, QuerySettings};
 use palpus_io::scene::CouplingMode;
 use palpus_scenes::{HandPath, Key};
 
+/// The straight way from a start to first touch.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WayIn {
+    /// Unit, world.
+    towards: DVec3,
+    /// m.
+    travel: f64,
+}
+
+impl WayIn {
+    /// Returns the way of `a` from `start` to `b` in `environment` (poses in the world): towards
+    /// the middle of `b`, or if that leads past it, towards its nearest point.
+    pub(crate) fn find(a: &Arc<Body>, b: &Arc<Body>, start: Pose, environment: Pose, tolerance: f64) -> Self {
+        let settings = QuerySettings { tolerance: 0.0, capacity: 1 << 14, ..QuerySettings::default() };
+        let mut query = ContactQuery::new(a.clone(), b.clone(), settings);
+        let mut nearest = |pose: Pose| query.nearest(&(environment.inverse() * pose));
+        let goal = environment.point(b.mass().center_of_mass) - start.point(a.mass().center_of_mass);
+        let towards = goal.normalize_or(-DVec3::Z);
+        // Conservative advancement: the nearest distance can always be travelled.
+        let mut way = Self { towards, travel: 0.0 };
+        for _ in 0..MOST_ADVANCES {
+            let gap = nearest(way.end(start, 0.0)).map_or(f64::INFINITY, |contact| contact.separation);
+            if gap <= 0.1 * tolerance {
+                return way;
+            }
+            if way.travel > goal.length() {
+                break;
+            }
+            way.travel += gap;
+        }
+        match nearest(start) {
+            Some(contact) => Self {
+                towards: environment.vector(contact.point_b - contact.point_a).normalize_or(towards),
+                travel: contact.separation.max(0.0),
+            },
+            None => way,
+        }
+    }
+
+    /// Returns the pose at the end of the way from `start`, and `beyond` (m).
+    fn end(&self, start: Pose, beyond: f64) -> Pose {
+        Pose { translation: start.translation + self.towards * (self.travel + beyond), ..start }
+    }
+
+    /// Returns a start on the way that is at most [`FARTHEST`] from first touch; `None` if `start`
+    /// is.
+    pub(crate) fn nearer(&self, start: Pose) -> Option<Pose> {
+        (self.travel > FARTHEST).then(|| self.end(start, -FARTHEST))
+    }
+}
+
 /// A hand for a scene without a path: from the start towards the environment until the bodies
-/// touch, a little deeper, and back, again and again. It heads for the environment's middle, or if
-/// that leads past it, for its nearest point. Poses are those of the probe's mesh, world.
+/// touch, a little deeper, and back, again and again. Poses are those of the probe's mesh, world.
 pub(crate) fn approach(
     a: &Arc<Body>,
     b: &Arc<Body>,
@@ -20,34 +70,16 @@ pub(crate) fn approach(
     tolerance: f64,
     mode: CouplingMode,
 ) -> HandPath {
-    let settings = QuerySettings { tolerance: 0.0, capacity: 1 << 14, ..QuerySettings::default() };
-    let mut query = ContactQuery::new(a.clone(), b.clone(), settings);
-    let mut nearest = |pose: Pose| query.nearest(&(environment.inverse() * pose));
-    let goal = environment.point(b.mass().center_of_mass) - start.point(a.mass().center_of_mass);
-    let mut towards = goal.normalize_or(-DVec3::Z);
-    let at = |towards: DVec3, travel: f64| Pose { translation: start.translation + towards * travel, ..start };
-    // Conservative advancement: the nearest distance can always be travelled.
-    let (mut travel, mut touches) = (0.0, false);
-    for _ in 0..MOST_ADVANCES {
-        let gap = nearest(at(towards, travel)).map_or(f64::INFINITY, |contact| contact.separation);
-        touches = gap <= 0.1 * tolerance;
-        if touches || travel > goal.length() {
-            break;
-        }
-        travel += gap;
-    }
-    if !touches && let Some(contact) = nearest(start) {
-        towards = environment.vector(contact.point_b - contact.point_a).normalize_or(towards);
-        travel = contact.separation.max(0.0);
-    }
+    let way = WayIn::find(a, b, start, environment, tolerance);
     // Behind a coupling the tool stays outside however deep the hand goes.
     let least = match mode {
         CouplingMode::Coupled => LEAST_PRESS,
         CouplingMode::Direct => LEAST_PRESS.min(LEAST_PRESS_SHARE * a.size().min(b.size())),
     };
     let press = least.max(PRESS_TOLERANCES * tolerance);
-    let pressed = at(towards, travel + press);
-    let period = (travel / APPROACH_SPEED).max(1.0);
+    let pressed = way.end(start, press);
+    let slow = (way.travel / APPROACH_SPEED).clamp(APPROACH_TIME[0], APPROACH_TIME[1]);
+    let period = slow.max(way.travel / MOST_SPEED);
     HandPath::cyclic(&[Key::rest(0.0, start), Key::rest(period, pressed), Key::rest(2.0 * period, start)])
 }
 
@@ -60,12 +92,40 @@ const PRESS_TOLERANCES: f64 = 3.0;
 /// body, or the hand would go through it.
 const LEAST_PRESS: f64 = 3e-3;
 const LEAST_PRESS_SHARE: f64 = 0.1;
-/// m/s.
+/// m/s, in the mean.
 const APPROACH_SPEED: f64 = 0.05;
+/// s: a longer or shorter way is gone faster or more slowly, so that a person waits for first touch
+/// for no more than two seconds.
+const APPROACH_TIME: [f64; 2] = [1.0, 2.0];
+/// m/s, in the mean: its peak stays below the 3 m/s at which the safety chain takes the force away.
+const MOST_SPEED: f64 = 1.0;
+/// m: a start that the program chooses is no farther from first touch.
+const FARTHEST: f64 = 0.5;
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn first_touch_comes_within_two_seconds() {
+        for size in [1e-3, 0.05, 0.8] {
+            let points: Vec<DVec3> = (0..8u32)
+                .map(|k| {
+                    let side = |bit: u32| size * f64::from(k >> bit & 1);
+                    DVec3::new(side(0), side(1), side(2))
+                })
+                .collect();
+            let body = Arc::new(Body::from_convex(&points).expect("a box"));
+            let start = Pose::from_translation(DVec3::new(0.0, 0.0, 3.0 * size));
+            let path = approach(&body, &body, start, Pose::IDENTITY, 0.01 * size, CouplingMode::Coupled);
+            assert!(path.duration() <= 4.0, "{size}: back after {} s", path.duration());
+            let speed = (0..4000u32).map(|k| path.twist(f64::from(k) * 1e-3).linear.length()).fold(0.0, f64::max);
+            assert!(speed < 2.5, "{size}: {speed} m/s");
+            let way = WayIn::find(&body, &body, start, Pose::IDENTITY, 0.01 * size);
+            let nearer = way.nearer(start).map(|nearer| nearer.translation.z - size);
+            assert!(nearer.map_or(2.0 * size <= FARTHEST, |gap| (gap - FARTHEST).abs() < 1e-2), "{size}: {nearer:?}");
+        }
+    }
 
     #[test]
     fn the_hand_presses_bodies_of_any_size() {

@@ -40,12 +40,12 @@ pub(crate) struct Place {
     pub(crate) state: &'static str,
 }
 
-/// What the page shows.
+/// Content of the page.
 pub(crate) struct Shown<'a> {
     pub(crate) names: [String; 2],
     pub(crate) bodies: [&'a Body; 2],
     pub(crate) poses: &'a [Pose],
-    /// Of each pose.
+    /// Clearance at each pose.
     pub(crate) clearances: &'a [f64],
     pub(crate) tightest: &'a [Place],
     pub(crate) notes: &'a [String],

@@ -47,7 +47,7 @@ struct Deepest {
 pub(crate) struct Pair {
     pub(crate) a: Body,
     pub(crate) b: Body,
-    /// Of a in b's frame.
+    /// Poses of a in b's frame.
     pub(crate) poses: Vec<Pose>,
 }
 
@@ -55,7 +55,7 @@ pub(crate) struct Pair {
 pub(crate) struct Answers {
     /// With what each took, µs.
     pub(crate) answers: Vec<(DepthBracket, f64)>,
-    /// What defects of the models limit.
+    /// Notes about limits that defects of the models set.
     pub(crate) notes: Vec<String>,
     gap: f64,
     cells: [usize; 2],

@@ -46,7 +46,7 @@ pub(crate) const NAMES: &str = "sim, replay:FILE, haply[#ARM][:ws://HOST:PORT], 
 /// priority like the loop does.
 ///
 /// # Errors
-/// Fails if the name is wrong, or the device is not there or fails its self test.
+/// Fails if the name is wrong, or the device is missing or fails its self test.
 pub fn open(
     name: &str,
     start: Pose,

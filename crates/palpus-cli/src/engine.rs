@@ -8,6 +8,7 @@ use palpus_device::{DeviceState, Newest, Publisher, StepOutcome};
 use palpus_window::Moment;
 
 use crate::clock::WallClock;
+use crate::lead_out::LeadOut;
 use crate::objects::Objects;
 use crate::shots::Shots;
 use crate::stage::Stage;
@@ -34,6 +35,8 @@ struct Tool {
     asked: Option<Newest<Settings>>,
     /// Settings that no detail has reported yet.
     untold: Option<Settings>,
+    /// Leads the device out of the part, where that was asked for.
+    lead: Option<LeadOut>,
 }
 
 /// Answer of the engine to the loop.
@@ -42,7 +45,7 @@ pub(crate) type Answer = Option<StepOutcome<Detail>>;
 /// Results of a step beside its wrench.
 #[derive(Clone, Copy)]
 pub(crate) struct Detail {
-    /// Of the engine's tick.
+    /// Summary of the engine's tick.
     pub(crate) tick: TickSummary,
     /// Pose at which the engine rendered the probe, world.
     pub(crate) tool: Pose,
@@ -52,6 +55,8 @@ pub(crate) struct Detail {
     pub(crate) changed: Option<Settings>,
     /// The probe is inside the part.
     pub(crate) way_out: Option<WayOut>,
+    /// The device leads its grip out of the part.
+    pub(crate) leading: bool,
 }
 
 impl Engine {
@@ -64,15 +69,15 @@ impl Engine {
         let mut tools = Vec::new();
         for ((probe, _), settings) in stage.tools().zip(settings) {
             let id = world.add_tool(probe.clone(), *settings)?;
-            tools.push(Tool { id, asked: None, untold: None });
+            tools.push(Tool { id, asked: None, untold: None, lead: None });
         }
         let probes = vec![ProbeState::at(Pose::IDENTITY); tools.len()];
         let (clock, shots) = (WallClock::new(), Shots::default());
         Ok(Self { world, tools, probes, objects, frame, clock, shots, live: None, pacer: None })
     }
 
-    /// The same, able to take up shading later on: at this crease angle (rad), or at that of a tool
-    /// that shades from the start.
+    /// The same, with memory to turn shading on later: at this crease angle (rad), or at that of a
+    /// tool that shades from the start.
     pub(crate) fn with_surfaces(mut self, crease_angle: f64) -> Self {
         let crease_angle = self.crease_angle().unwrap_or(crease_angle);
         self.tools.iter().for_each(|tool| self.world.prepare_shading(tool.id, crease_angle));
@@ -87,6 +92,11 @@ impl Engine {
     /// Before each step the newest settings of tool `which` are taken from `asked`.
     pub(crate) fn steer(&mut self, which: usize, asked: Newest<Settings>) {
         self.tools[which].asked = Some(asked);
+    }
+
+    /// Leads the device of tool `which` out of the part, from the next step on.
+    pub(crate) fn lead_out(&mut self, which: usize, lead: Option<LeadOut>) {
+        self.tools[which].lead = lead;
     }
 
     /// Goes on with other settings of tool `which` from the next step on; see
@@ -122,7 +132,8 @@ impl Engine {
         self.live = Some(publisher);
     }
 
-    /// What the kept tick has to show, or the last one, if there is none; `period` is a tick's, s.
+    /// Returns the kept tick for display, or the last one if no tick was kept; `period` is a
+    /// tick's, s.
     pub(crate) fn shown(mut self, period: f64) -> Moment {
         self.kept(period).into_iter().next().unwrap_or_else(|| {
             let mut moment = Moment::new(self.capacity());
@@ -131,8 +142,8 @@ impl Engine {
         })
     }
 
-    /// What the kept ticks that came have to show, in the order in which they were asked for;
-    /// `period` is a tick's, s.
+    /// Returns the kept ticks for display, in the order in which they were asked for; `period` is a
+    /// tick's, s.
     pub(crate) fn kept(&mut self, period: f64) -> Vec<Moment> {
         self.shots.kept(period)
     }
@@ -177,24 +188,32 @@ impl Engine {
         self.show(dt);
         // Whose it is does not matter: it must be none.
         let allocations = allocations_of_this_thread() - before;
+        let mut forget = false;
         for ((tool, state), answer) in self.tools.iter_mut().zip(states).zip(answers) {
             let (tick, settings) = (self.world.tick(tool.id), self.world.tool_settings(tool.id));
             let changed = tool.untold.take();
+            let way_out = WayOut::of(tick, settings, &self.frame, state);
+            let led = tool.lead.as_mut().and_then(|lead| lead.tick(state, dt, way_out.is_none()));
+            forget |= led.as_ref().is_some_and(|led| led.forget);
             let detail = Detail {
                 tick: tick.summary(),
                 tool: self.frame.in_world(&tick.tool_ba),
                 allocations,
                 changed,
-                way_out: WayOut::of(tick, settings, &self.frame, state),
+                way_out,
+                leading: led.is_some(),
             };
             *answer = Some(StepOutcome {
-                wrench: self.frame.for_device(&tick.commanded),
-                saturated: tick.counters.saturated_force + tick.counters.saturated_torque > 0,
+                wrench: led.as_ref().map_or_else(|| self.frame.for_device(&tick.commanded), |led| led.wrench),
+                saturated: led.is_none() && tick.counters.saturated_force + tick.counters.saturated_torque > 0,
                 changed: changed.is_some(),
-                received: tick.work_from_objects,
-                from_others: tick.work_from_other,
+                received: led.as_ref().map_or(tick.work_from_objects, |led| [led.work, 0.0]),
+                from_others: if led.is_some() { [0.0; 2] } else { tick.work_from_other },
                 detail,
             });
+        }
+        if forget {
+            self.world.clear();
         }
     }
 

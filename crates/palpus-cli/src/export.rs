@@ -22,7 +22,20 @@ const UNITS_PER_METRE: f64 = 1e3;
 
 pub(crate) fn export(arguments: &ExportArguments) -> anyhow::Result<ExitCode> {
     let scene = palpus_scenes::scene(&arguments.scene).ok_or_else(|| anyhow!("{}", no_scene(&arguments.scene)))?;
-    let folder = &arguments.folder;
+    let names = write_scene(&scene, &arguments.folder)?;
+    output::line(format!("{}: {}", arguments.folder.display(), names.join(", ")));
+    output::line(format!("palpus run {}", arguments.folder.join(SCENE_FILE).display()));
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Name of the scene file in a folder.
+pub(crate) const SCENE_FILE: &str = "scene.toml";
+
+/// Writes the files of a built-in scene into a folder; returns their names.
+///
+/// # Errors
+/// If a file cannot be written, or exists.
+pub(crate) fn write_scene(scene: &Scene, folder: &Path) -> anyhow::Result<Vec<String>> {
     let problem = || format!("{} could not be made; name another folder", folder.display());
     fs::create_dir_all(folder).with_context(problem)?;
     let named = |name: &str, content| (name.to_owned(), content);
@@ -35,22 +48,15 @@ pub(crate) fn export(arguments: &ExportArguments) -> anyhow::Result<ExitCode> {
         files.push(named("second.obj", obj("second", &second.probe)?));
         files.push(named("second_hand.csv", hand(&second.path)));
     }
-    let shapes = shapes(&scene);
+    let shapes = shapes(scene);
     for (k, shape) in shapes.iter().enumerate() {
         files.push((shape_file(k), obj("object", shape)?));
     }
-    files.push(named("scene.toml", text(&scene) + &objects(&scene, &shapes)));
+    files.push(named(SCENE_FILE, text(scene) + &objects(scene, &shapes)));
     for (name, content) in &files {
         write_new(&folder.join(name), content)?;
     }
-    let file = folder.join("scene.toml");
-    output::line(format!(
-        "{}: {}",
-        folder.display(),
-        files.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ")
-    ));
-    output::line(format!("palpus run {}", file.display()));
-    Ok(ExitCode::SUCCESS)
+    Ok(files.into_iter().map(|(name, _)| name).collect())
 }
 
 /// Writes a new file; fails if the file exists, so that no edited file is lost.

@@ -1,5 +1,5 @@
-//! The fault log: what took the force away, in a file of its own, whether the run is recorded or
-//! not.
+//! The fault log: the reasons why the force was taken away, in a file of its own, whether the run
+//! is recorded or not.
 //!
 //! 1. The servo thread looks at every tick ([`FaultWatch::see`]). It puts an entry into a bounded
 //!    queue when faults come that the tick before did not have, and when force may come back. It
@@ -19,14 +19,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use etcetera::BaseStrategy;
 use glam::DVec3;
 use palpus::algebra::Wrench;
 use palpus_device::{Cut, Cuts, Phase, Recorder, Recording, ServoTick, Sink, record};
 use palpus_io::RecordingHeader;
 use serde::Serialize;
 
-use crate::{output, tools, when};
+use crate::{files, output, tools, when};
 
 /// Entries that may wait for the writer: faults are rare.
 const QUEUED: usize = 1 << 10;
@@ -117,8 +116,7 @@ impl FaultLog {
 
 /// The user's folder for logs.
 fn of_user() -> Option<PathBuf> {
-    let base = etcetera::choose_base_strategy().ok()?;
-    Some(base.state_dir().unwrap_or_else(|| base.data_dir()).join("palpus").join("faults.jsonl"))
+    files::of_user("faults.jsonl")
 }
 
 /// Writes the entries.

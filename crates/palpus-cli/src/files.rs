@@ -6,6 +6,7 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use etcetera::BaseStrategy;
 use palpus::algebra::Pose;
 use palpus_io::query::read_poses_from;
 
@@ -51,6 +52,12 @@ pub(crate) fn make_folder(folder: &Path) -> anyhow::Result<()> {
 /// Creates the folder of `file`.
 pub(crate) fn make_folder_of(file: &Path) -> anyhow::Result<()> {
     file.parent().filter(|folder| !folder.as_os_str().is_empty()).map_or(Ok(()), make_folder)
+}
+
+/// Returns the path of a file that the program keeps for its user; `None` without a home folder.
+pub(crate) fn of_user(name: &str) -> Option<PathBuf> {
+    let base = etcetera::choose_base_strategy().ok()?;
+    Some(base.state_dir().unwrap_or_else(|| base.data_dir()).join("palpus").join(name))
 }
 
 /// Writes a whole file, over what may be there.

@@ -3,36 +3,40 @@
 //! 1. *Tolerance*: 1 mm, or a hundredth of the smaller body where that is less; on bodies of a
 //!    millimetre, 1 mm would be all of them.
 //! 2. *Places*: where neither body has one and they would stand in each other, the probe begins
-//!    above the environment, clear of it however it is turned.
+//!    above the environment, clear of it however it is turned. Wherever it begins, it is no farther
+//!    from first touch than a hand goes in a second.
 //! 3. *Grip*, of the probe and of each other tool: the origin of its mesh, or its centre of mass
 //!    where that origin is outside of the mesh's box.
 //!
 //! Bodies of sizes that no hand feels are a hint that the unit is wrong, and said so. What is
 //! chosen depends on the file and the meshes alone, so that a recording replays.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use palpus::algebra::Pose;
 use palpus::body::Body;
 use palpus_io::scene::SceneFile;
 
+use crate::approach::WayIn;
+
 /// m: smaller and larger things are seldom meant to be felt by hand.
 const SMALL: f64 = 5e-3;
 const LARGE: f64 = 2.0;
 /// Tolerance, as a share of the smaller body's size.
-const TOLERANCE_SHARE: f64 = 0.01;
+pub(crate) const TOLERANCE_SHARE: f64 = 0.01;
 /// How far above the environment's box the probe begins, in its own reach.
 const CLEARANCE: f64 = 0.25;
 
 /// Fills in what `file` leaves out; returns notes about values other than the defaults.
-pub(crate) fn fill(file: &mut SceneFile, probe: &Body, environment: &Body) -> Vec<String> {
+pub(crate) fn fill(file: &mut SceneFile, probe: &Arc<Body>, environment: &Arc<Body>) -> Vec<String> {
     let mut notes = Vec::new();
     let [smaller, larger] = [probe.size().min(environment.size()), probe.size().max(environment.size())];
     if larger < SMALL || smaller > LARGE {
-        let mm = |size: f64| size * 1e3;
         notes.push(format!(
-            "the bodies are {:.1} and {:.1} mm across; is the unit right?",
-            mm(probe.size()),
-            mm(environment.size())
+            "the probe is {} across and the environment {}; is `unit` right?",
+            length(probe.size()),
+            length(environment.size())
         ));
     }
     let least = TOLERANCE_SHARE * smaller;
@@ -41,8 +45,8 @@ pub(crate) fn fill(file: &mut SceneFile, probe: &Body, environment: &Body) -> Ve
         file.render.cluster_radius *= least / file.render.contact_tolerance;
         file.render.contact_tolerance = least;
         notes.push(format!(
-            "contacts from {:.3} mm on, a hundredth of the smaller body; see [contact] tolerance",
-            least * 1e3
+            "contacts from {} on, a hundredth of the smaller body; see [contact] tolerance",
+            length(least)
         ));
     }
     if file.gaps.grip
@@ -50,11 +54,19 @@ pub(crate) fn fill(file: &mut SceneFile, probe: &Body, environment: &Body) -> Ve
     {
         file.render.grip_a = grip_a;
     }
-    if file.gaps.places && file.hand.path.is_none() && boxes_overlap(probe, environment) {
-        file.probe.pose = Pose { translation: above(probe, environment), ..Pose::IDENTITY };
-        let [x, y, z] = (file.probe.pose.translation / file.metres_per_unit).to_array();
-        notes
-            .push(format!("the probe begins above the environment, at [{x:.3}, {y:.3}, {z:.3}]; see [probe] position"));
+    if file.gaps.places && file.hand.path.is_none() {
+        let overlapping = boxes_overlap(probe, environment);
+        let start = if overlapping { Pose::from_translation(above(probe, environment)) } else { Pose::IDENTITY };
+        let way = WayIn::find(probe, environment, start, file.environment.pose, file.render.contact_tolerance);
+        let nearer = way.nearer(start);
+        if overlapping || nearer.is_some() {
+            file.probe.pose = nearer.unwrap_or(start);
+            let [x, y, z] = (file.probe.pose.translation / file.metres_per_unit).to_array();
+            let place = if overlapping { "above" } else { "near" };
+            notes.push(format!(
+                "the probe begins {place} the environment, at [{x:.3}, {y:.3}, {z:.3}]; see [probe] position"
+            ));
+        }
     }
     notes
 }
@@ -72,6 +84,25 @@ pub(crate) fn grip(body: &Body, what: &str, notes: &mut Vec<String>) -> Option<D
     Some(body.mass().center_of_mass)
 }
 
+/// Returns a length (m) in words, in a unit that suits it.
+pub(crate) fn length(metres: f64) -> String {
+    let (times, unit) = match metres.abs() {
+        large if large >= 1.0 => (1.0, "m"),
+        middle if middle >= 0.1 => (1e2, "cm"),
+        small if small >= 1e-4 => (1e3, "mm"),
+        _ => (1e6, "µm"),
+    };
+    let value = metres * times;
+    let figures = if value.abs() >= 100.0 {
+        0
+    } else if value.abs() >= 10.0 {
+        1
+    } else {
+        2
+    };
+    format!("{value:.figures$} {unit}")
+}
+
 fn boxes_overlap(probe: &Body, environment: &Body) -> bool {
     let (a, b) = (probe.mesh().bounds(), environment.mesh().bounds());
     a.min.cmple(b.max).all() && b.min.cmple(a.max).all()
@@ -84,18 +115,25 @@ fn above(probe: &Body, environment: &Body) -> DVec3 {
     clear_above([b.min, b.max], reach) - 0.5 * (a.min + a.max)
 }
 
-/// Where a body that reaches so far about a point is clear of the box below it, however it is
-/// turned.
+/// Returns a place at which a body with this reach about a point is clear of the box below it,
+/// however it is turned.
 pub(crate) fn clear_above([low, high]: [DVec3; 2], reach: f64) -> DVec3 {
     (0.5 * (low + high)).with_z(high.z + reach * (1.0 + CLEARANCE))
 }
 
 #[cfg(test)]
 mod tests {
+    use super::length;
     use palpus::detect::{ContactQuery, QuerySettings};
     use palpus_io::scene::FilePolicy;
 
     use crate::stage;
+
+    #[test]
+    fn lengths_have_a_unit_that_suits_them() {
+        let words = [2.5e-6, 3.464e-4, 0.02, 0.1234, 120.0].map(length);
+        assert_eq!(words, ["2.50 µm", "0.35 mm", "20.0 mm", "12.3 cm", "120 m"]);
+    }
 
     #[test]
     fn a_scene_of_two_meshes_and_nothing_else_is_felt() {
@@ -112,7 +150,7 @@ mod tests {
         std::fs::write(folder.join("cube.obj"), cube).expect("a file");
         let scene = folder.join("scene.toml");
         for (unit, tolerance, notes) in
-            [("mm", 0.2e-3 * 3f64.sqrt(), 3), ("cm", 1e-3, 2), ("um", 0.2e-6 * 3f64.sqrt(), 4)]
+            [("mm", 0.2e-3 * 3f64.sqrt(), 3), ("cm", 1e-3, 2), ("um", 0.2e-6 * 3f64.sqrt(), 4), ("m", 1e-3, 3)]
         {
             let text = format!("unit = \"{unit}\"\n[probe]\nmesh = \"cube.obj\"\n[environment]\nmesh = \"cube.obj\"\n");
             std::fs::write(&scene, text).expect("a file");
@@ -129,8 +167,32 @@ mod tests {
             };
             // The hand may intend to go all through a small body.
             let mut on_its_way = (0..4000).map(|k| felt(0.5 * stage.path.duration() * f64::from(k) / 4000.0));
+            assert!(stage.path.duration() <= 4.0, "{unit}: first touch within two seconds");
             assert!(felt(0.0) > 0.0 && on_its_way.any(|gap| gap < 0.0), "it begins apart and comes into touch");
         }
+        let _ = std::fs::remove_dir_all(&folder);
+    }
+
+    #[test]
+    fn a_far_mesh_is_brought_near() {
+        crate::bodies::use_cache(false);
+        let folder = std::env::temp_dir().join(format!("palpus-gaps-far-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a temporary folder");
+        let cube = |name: &str, at: f64| {
+            let corner = |k: u32| [0, 1, 2].map(|bit| f64::from(k >> bit & 1) + if bit == 1 { at } else { 0.0 });
+            let vertices = (0..8).map(corner).map(|[x, y, z]| format!("v {x} {y} {z}\n")).collect::<String>();
+            let faces = "f 1 5 7 3\nf 2 4 8 6\nf 1 2 6 5\nf 3 7 8 4\nf 1 3 4 2\nf 5 6 8 7\n";
+            std::fs::write(folder.join(name), vertices + faces).expect("a file");
+        };
+        cube("a.obj", 0.0);
+        cube("b.obj", 15.0);
+        let scene = folder.join("scene.toml");
+        let text = "unit = \"m\"\n[probe]\nmesh = \"a.obj\"\n[environment]\nmesh = \"b.obj\"\n";
+        std::fs::write(&scene, text).expect("a file");
+        let stage = stage::prepare(&scene.display().to_string(), FilePolicy::Inside).expect("a scene");
+        let start = stage.path.pose(0.0).translation.y;
+        assert!((13.0..14.0).contains(&start), "{start}");
+        assert!(stage.path.duration() <= 4.0);
         let _ = std::fs::remove_dir_all(&folder);
     }
 }

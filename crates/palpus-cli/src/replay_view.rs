@@ -79,8 +79,8 @@ mod here {
     use crate::stage::Stage;
     use crate::view_window;
 
-    /// Of what the ticks of a run have to show: ten minutes with thirty contacts fit, of longer
-    /// runs every second tick.
+    /// Memory limit of the ticks that a run shows: ten minutes with thirty contacts fit; of longer
+    /// runs every second tick is kept.
     const MOST_BYTES: usize = 1 << 30;
 
     /// Shows a recording in a window while it is run again behind it.

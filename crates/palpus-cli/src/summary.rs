@@ -1,5 +1,6 @@
 //! The summary of a run.
 
+use glam::DVec3;
 use hdrhistogram::Histogram;
 use palpus_device::{Percentiles, RealTimeClaims, RunEnd, RunStatistics, SafetyLimits, ServoTick};
 use serde::Serialize;
@@ -58,6 +59,10 @@ pub(crate) struct Summary {
     contacts: Count,
     clusters: Count,
     depth_max_m: f64,
+    /// How far the tool's grip was from the hand, at most.
+    tool_away_max_m: f64,
+    /// By which angle the tool was turned against the hand, at most.
+    tool_turned_max_rad: f64,
     force_max_n: f64,
     torque_max_nm: f64,
     force_step_max_n: f64,
@@ -71,6 +76,8 @@ pub(crate) struct Summary {
     device: serde_json::Map<String, serde_json::Value>,
     trouble: Trouble,
     end: String,
+    /// Reason for a run without contact; `None` with contact.
+    pub(crate) no_contact: Option<String>,
 }
 
 /// Numerical trouble inside ticks, counted; none of it stops a run.
@@ -101,6 +108,8 @@ pub(crate) struct Trouble {
 
 /// Gathers what the loop does not count, on the servo thread, in memory allocated before.
 pub(crate) struct Gatherer {
+    /// In the probe's frame, m.
+    grip_a: DVec3,
     query_ns: Histogram<u64>,
     force_ns: Histogram<u64>,
     ticks: u64,
@@ -109,6 +118,8 @@ pub(crate) struct Gatherer {
     bounded: u64,
     clusters: (u64, u32),
     depth_max: f64,
+    /// m and rad.
+    tool_away: (f64, f64),
     allocations: u64,
     trouble: Trouble,
 }
@@ -120,6 +131,11 @@ const LONGEST_NS: u64 = 10_000_000_000;
 const HELD: f64 = 0.98;
 
 impl Summary {
+    /// True if the probe touched nothing in all of the run.
+    pub(crate) fn is_untouched(&self) -> bool {
+        self.ticks > 0 && self.contacts.max == 0
+    }
+
     /// Why the run is not one to be content with, though it came to its end: faults, and in real
     /// time a rate that was not held. `rate_hz` is the asked one.
     pub(crate) fn complaint(&self, rate_hz: f64) -> Option<String> {
@@ -132,8 +148,9 @@ impl Summary {
 }
 
 impl Gatherer {
-    pub(crate) fn new() -> anyhow::Result<Self> {
+    pub(crate) fn new(grip_a: DVec3) -> anyhow::Result<Self> {
         Ok(Self {
+            grip_a,
             query_ns: Histogram::new_with_bounds(1, LONGEST_NS, 3)?,
             force_ns: Histogram::new_with_bounds(1, LONGEST_NS, 3)?,
             ticks: 0,
@@ -142,6 +159,7 @@ impl Gatherer {
             bounded: 0,
             clusters: (0, 0),
             depth_max: 0.0,
+            tool_away: (0.0, 0.0),
             allocations: 0,
             trouble: Trouble::default(),
         })
@@ -158,6 +176,10 @@ impl Gatherer {
         self.bounded += u64::from(tick.counters.query.traversal.postponed > 0);
         self.clusters = (self.clusters.0 + u64::from(tick.clusters), self.clusters.1.max(tick.clusters));
         self.depth_max = self.depth_max.max(-tick.separation);
+        let (hand, tool) = (&tick.probe.pose_ba, &tick.tool_ba);
+        let away = hand.point(self.grip_a).distance(tool.point(self.grip_a));
+        let turned = hand.rotation.angle_between(tool.rotation);
+        self.tool_away = (self.tool_away.0.max(away), self.tool_away.1.max(turned));
         self.allocations += detail.allocations;
         let (counters, trouble) = (&tick.counters, &mut self.trouble);
         trouble.march_fallbacks += u64::from(counters.query.traversal.march_fallbacks);
@@ -210,6 +232,8 @@ impl Gatherer {
             contacts: Count { mean: mean(self.contacts.0), max: self.contacts.1 },
             clusters: Count { mean: mean(self.clusters.0), max: self.clusters.1 },
             depth_max_m: self.depth_max,
+            tool_away_max_m: self.tool_away.0,
+            tool_turned_max_rad: self.tool_away.1,
             force_max_n: statistics.force_max,
             torque_max_nm: statistics.torque_max,
             force_step_max_n: statistics.force_step_max,
@@ -222,6 +246,7 @@ impl Gatherer {
             device: statistics.device.iter().map(|(name, count)| ((*name).to_owned(), (*count).into())).collect(),
             trouble: self.trouble,
             end: end(&statistics.end),
+            no_contact: None,
         }
     }
 }
@@ -301,6 +326,14 @@ pub(crate) fn print(summary: &Summary) {
         ),
         ("overlap", format!("at most {:.3} mm", summary.depth_max_m * 1e3)),
         (
+            "tool",
+            format!(
+                "at most {:.2} mm from the hand, turned by at most {:.1}°",
+                summary.tool_away_max_m * 1e3,
+                summary.tool_turned_max_rad.to_degrees()
+            ),
+        ),
+        (
             "wrench",
             format!(
                 "peak force {:.2} N, peak torque {:.1} mN·m; saturated in {} ticks",
@@ -333,6 +366,9 @@ pub(crate) fn print(summary: &Summary) {
             output::line(format!("{:>14}  {}", "load", load(summary)));
         }
         output::line(format!("{name:>14}  {text}"));
+        if let (Some(why), "contacts") = (&summary.no_contact, name) {
+            output::line(format!("{:>14}  {why}", ""));
+        }
     }
     let counted: Vec<String> = summary
         .device

@@ -1,5 +1,5 @@
-//! The tools of a scene: what they are called, what was typed for each, and how their recordings
-//! name each other.
+//! The tools of a scene: their names, the options typed for each, and how their recordings refer to
+//! each other.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use crate::files;
 
 const NAMES: [&str; 8] = ["first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth"];
 
-/// What tool number `which` (from 0 on) is called, and its hand; the same in files, pages and
+/// Name of tool number `which` (from 0 on), and of its hand; the same in files, pages and
 /// documents.
 pub(crate) fn name(which: usize) -> Cow<'static, str> {
     NAMES.get(which).map_or_else(|| format!("{}th", which + 1).into(), |name| (*name).into())
@@ -57,8 +57,8 @@ impl<'a> ToolArguments<'a> {
     }
 }
 
-/// What was typed of each of so many tools: by the option, in their order, or by that of the second
-/// one.
+/// Returns the values typed for each of so many tools: by the option in their order, or by the
+/// option of the second tool.
 fn each<'a>(
     option: &str,
     scene: &str,

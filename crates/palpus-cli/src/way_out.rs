@@ -1,10 +1,15 @@
 //! Motion that takes a probe out of the part: there is no force until it is nearly out.
 //!
 //! Before a run begins, the penetration depth of the whole bodies is computed at the start pose,
-//! and its translation is the way out. In the loop, the deepest contact gives it.
+//! and its translation is the way out. If the probe overlaps several parts (the environment and
+//! objects), or the way out of one leads into another, legs are added until it is free of all. In
+//! the loop, the deepest contact gives the way.
+
+use std::sync::Arc;
 
 use glam::DVec3;
 use palpus::algebra::Pose;
+use palpus::body::Body;
 use palpus::depth::{Containment, ContainmentQuery, GlobalDepth, GlobalMemory, GlobalSettings, Interior};
 use palpus::detect::{ContactQuery, QuerySettings};
 use palpus::render::{Settings, Tick};
@@ -16,6 +21,9 @@ use crate::stage::Stage;
 
 /// Evaluations for the way out of a start: a fraction of a second.
 const BUDGET: u64 = 30_000;
+
+/// Legs of a way out; a way with more is not shown.
+const MOST_LEGS: usize = 8;
 
 /// m: a device that begins within this of the expected start is there.
 const AT_START: f64 = 1e-3;
@@ -31,9 +39,9 @@ pub(crate) struct WayOut {
 }
 
 impl WayOut {
-    /// Of the probe that a device in `state` holds, after the engine's tick; `None` if it is
-    /// outside. With a coupling the tool leaves the part first, and shows where the device is to
-    /// go.
+    /// Returns the way out for the probe that a device in `state` holds, after the engine's tick;
+    /// `None` if it is outside. With a coupling the tool leaves the part first; the way shows the
+    /// device's target.
     pub(crate) fn of(tick: &Tick, settings: &Settings, frame: &Frame, state: &DeviceState) -> Option<Self> {
         let deepest = tick.contacts.iter().min_by(|a, b| a.separation.total_cmp(&b.separation))?;
         if deepest.separation < 0.0 {
@@ -57,50 +65,109 @@ impl WayOut {
 pub(crate) struct InsideStart {
     /// The grip, world, m.
     from: DVec3,
-    /// Of the whole bodies; its depth is verified.
+    /// Way out of the whole bodies; its depth is verified.
     pub(crate) out: WayOut,
     /// One body lies inside the other with the surfaces apart, so that no contact tells.
     pub(crate) contained: bool,
 }
 
 impl InsideStart {
-    /// Of the probe where the stage's hand path begins; `None` if it is outside of the environment
-    /// there.
+    /// Returns the way out for the probe at the start of the stage's hand path; `None` if it is
+    /// outside of the environment and of all objects there, or if no way out of all of them was
+    /// found.
     pub(crate) fn of(stage: &Stage) -> Option<Self> {
         let start = stage.path.pose(0.0);
-        let pose_ba = stage.environment_pose.inverse() * start;
-        let (a, b) = (&stage.probe, &stage.environment);
-        let contained = ContainmentQuery::new(a, b).run(&pose_ba) != Containment::Neither;
-        if !contained && !overlaps(stage, &pose_ba) {
-            return None;
+        let objects = stage.objects.iter().map(|object| Part::new(&object.body, object.pose));
+        let mut parts: Vec<Part<'_>> =
+            std::iter::once(Part::new(&stage.environment, stage.environment_pose)).chain(objects).collect();
+        let mut interior = None;
+        let mut found: Option<Self> = None;
+        for _ in 0..MOST_LEGS {
+            let way = found.map_or(DVec3::ZERO, |found| found.out.way);
+            let at = Pose { translation: start.translation + way, ..start };
+            let legs = parts.iter_mut().filter_map(|part| part.leg(&stage.probe, &at, &mut interior));
+            let Some(leg) = legs.max_by(|a, b| a.depth.total_cmp(&b.depth)) else { return found };
+            let way = way + leg.way + leg.way.normalize_or_zero() * stage.settings.skin();
+            let from = stage.grip(start).translation;
+            let first = Self { from, out: WayOut { depth: leg.depth, way }, contained: leg.contained };
+            found = found.map_or(Some(first), |found| Some(Self { out: WayOut { way, ..found.out }, ..found }));
         }
-        let threads = Threads::all();
-        let interior = |body| Interior::new(body, &threads, &mut |_| ());
-        let (interior_a, interior_b) = (interior(a), interior(b));
-        let settings = GlobalSettings { budget: BUDGET, ..GlobalSettings::new(a, b) };
-        let depth =
-            GlobalDepth::new(a, &interior_a, b, &interior_b).run(&pose_ba, &settings, &mut GlobalMemory::default());
-        let way = stage.environment_pose.vector(depth.translation);
-        let way = way + way.normalize_or_zero() * stage.settings.skin();
-        let out = WayOut { depth: depth.upper, way };
-        (depth.upper > 0.0).then(|| Self { from: stage.grip(start).translation, out, contained })
+        None
     }
 
     /// True if a device at `grip` (world, m) stands where this was computed.
     pub(crate) fn is_at(&self, grip: DVec3) -> bool {
-        grip.distance(self.from) <= AT_START
+        Self::is_near(self.from, grip)
     }
 
-    /// What is left of the way for a device at `grip` (world, m); `None` if it is past the end.
+    /// True if a device at `grip` stands where a start `from` there (world, m) was computed.
+    pub(crate) fn is_near(from: DVec3, grip: DVec3) -> bool {
+        grip.distance(from) <= AT_START
+    }
+
+    /// World: the plane that the grip has passed at the end of the way, a point (m) and the normal.
+    pub(crate) fn end(&self) -> [DVec3; 2] {
+        [self.from + self.out.way, self.out.way.normalize_or_zero()]
+    }
+
+    /// World, m: the grip, and the whole way.
+    pub(crate) fn way(&self) -> (DVec3, DVec3) {
+        (self.from, self.out.way)
+    }
+
+    /// Returns the rest of the way for a device at `grip` (world, m); `None` if it is past the end.
     pub(crate) fn left(&self, grip: DVec3) -> Option<WayOut> {
         let way = self.from + self.out.way - grip;
         (way.dot(self.out.way) > 0.0).then_some(WayOut { way, ..self.out })
     }
 }
 
-/// True if the deepest contact of the probe with the environment is an overlap.
-fn overlaps(stage: &Stage, pose_ba: &Pose) -> bool {
+/// The environment, or an object where it begins.
+struct Part<'a> {
+    body: &'a Arc<Body>,
+    /// World.
+    pose: Pose,
+    interior: Option<Interior>,
+}
+
+/// A translation out of one part.
+struct Leg {
+    /// m.
+    depth: f64,
+    /// World, m.
+    way: DVec3,
+    /// One body lies inside the other with the surfaces apart.
+    contained: bool,
+}
+
+impl<'a> Part<'a> {
+    fn new(body: &'a Arc<Body>, pose: Pose) -> Self {
+        Self { body, pose, interior: None }
+    }
+
+    /// The way out for a `probe` at `at` (world), whose `interior` is computed when it is needed;
+    /// `None` if it is outside.
+    fn leg(&mut self, probe: &Arc<Body>, at: &Pose, interior: &mut Option<Interior>) -> Option<Leg> {
+        let pose_ba = self.pose.inverse() * *at;
+        let contained = ContainmentQuery::new(probe, self.body).run(&pose_ba) != Containment::Neither;
+        if !contained && !overlap(probe, self.body, &pose_ba) {
+            return None;
+        }
+        let threads = Threads::all();
+        let of = |body: &Body| Interior::new(body, &threads, &mut |_| ());
+        let interior_a = interior.get_or_insert_with(|| of(probe));
+        let interior_b = self.interior.get_or_insert_with(|| of(self.body));
+        let settings = GlobalSettings { budget: BUDGET, ..GlobalSettings::new(probe, self.body) };
+        let query = GlobalDepth::new(probe, interior_a, self.body, interior_b);
+        let depth = query.run(&pose_ba, &settings, &mut GlobalMemory::default());
+        let way = self.pose.vector(depth.translation);
+        (depth.upper > 0.0).then_some(Leg { depth: depth.upper, way, contained })
+    }
+}
+
+/// True if the deepest contact of the bodies is an overlap.
+fn overlap(a: &Arc<Body>, b: &Arc<Body>, pose_ba: &Pose) -> bool {
     let settings = QuerySettings { tolerance: 0.0, ..QuerySettings::default() };
-    let mut query = ContactQuery::new(stage.probe.clone(), stage.environment.clone(), settings);
+    let mut query = ContactQuery::new(a.clone(), b.clone(), settings);
     query.contacts(pose_ba).iter().any(|contact| contact.separation < 0.0)
 }

@@ -76,7 +76,8 @@ fn the_loop_runs_on_a_makers_library() {
     let begin = "0=1,4=1,17=1,6=0.01,13=3,14=3";
     for (device, name) in [("force-dimension", "dhd"), ("openhaptics", "hd")] {
         let device = format!("{device}:{}", stand_in(name));
-        let run = ["run", "peg-hole", "--device", &device, "--duration", "0.3", "--no-record", "--json"];
+        // This test does not ask whether the machine held the rate.
+        let run = ["run", "peg-hole", "--device", &device, "--duration", "0.3", "--no-record", "--json", "--lenient"];
         let output = command_without_cache(&run).env("STAND_IN", begin).output().expect("the program starts");
         let summary = document(&output);
         assert!(output.status.success() && summary["ticks"].as_u64().is_some_and(|ticks| ticks > 0), "{summary}");

@@ -179,6 +179,8 @@ fn a_run_is_summed_up_recorded_and_replayed_bit_for_bit() {
         "contacts",
         "clusters",
         "depth_max_m",
+        "tool_away_max_m",
+        "tool_turned_max_rad",
         "force_max_n",
         "torque_max_nm",
         "force_step_max_n",

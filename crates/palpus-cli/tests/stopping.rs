@@ -104,15 +104,25 @@ fn lower_the_hand(folder: &Path, by: f64) {
     fs::write(&path, lines.lines().map(lower).collect::<Vec<_>>().join("\n")).expect("it can be written");
 }
 
+/// Has `mine` begin with a cube of 4 mm, 6 mm below the table's top: no contact comes near to a
+/// surface.
+fn bury_a_cube(folder: &Path) {
+    hold_a_cube(folder);
+    lower_the_hand(folder, 48.0);
+}
+
+/// Puts a cube of 4 mm in the place of the tool of `mine`.
+fn hold_a_cube(folder: &Path) {
+    let corners = (0..8).map(|k| format!("v {} {} {}\n", 4 * (k & 1) - 2, 2 * (k & 2) - 2, (k & 4) - 2));
+    let faces = "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+    fs::write(folder.join("mine/tool.obj"), corners.collect::<String>() + faces).expect("it can be written");
+}
+
 #[test]
 fn start_buried_in_the_part_is_said() {
     let folder = Folder::new("buried");
     assert!(palpus(&folder.0, &["export", "box-table", "mine"]).status.success());
-    // A cube of 4 mm, 6 mm below the table's top: no contact comes near to a surface.
-    let corners = (0..8).map(|k| format!("v {} {} {}\n", 4 * (k & 1) - 2, 2 * (k & 2) - 2, (k & 4) - 2));
-    let faces = "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
-    fs::write(folder.0.join("mine/tool.obj"), corners.collect::<String>() + faces).expect("it can be written");
-    lower_the_hand(&folder.0, 48.0);
+    bury_a_cube(&folder.0);
     let output =
         palpus(&folder.0, &["run", "mine/scene.toml", "--fast", "--headless", "--duration", "0.3", "--no-record"]);
     let said = text(&output.stderr);
@@ -130,4 +140,98 @@ fn a_start_inside_the_part_is_said_with_the_way_out() {
     let said = text(&output.stderr);
     assert!(said.contains("the probe overlaps the part by") && said.contains("to enable force"), "{said}");
     assert!(said.contains("along (0.00, 0.00, 1.00)"), "{said}");
+}
+
+/// Adds a fixed plate of 60 mm at the hand's start to `mine`, between two heights (mm).
+fn add_a_plate(folder: &Path, low: f64, high: f64) {
+    let corner = |k: usize| {
+        let side = |bit: usize| if k & bit == 0 { -30.0 } else { 30.0 };
+        format!("v {} {} {}\n", side(1) - 30.0, side(2), if k & 4 == 0 { low } else { high })
+    };
+    let faces = "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+    fs::write(folder.join("mine/plate.obj"), (0..8).map(corner).collect::<String>() + faces).expect("it is written");
+    let scene = folder.join("mine/scene.toml");
+    let text = fs::read_to_string(&scene).expect("it was written");
+    fs::write(&scene, text + "\n[[object]]\nmesh = \"plate.obj\"\nmotion = \"fixed\"\n").expect("it is written");
+}
+
+/// Returns what the program says of where `mine` begins.
+fn said_of_start(folder: &Path) -> String {
+    let run = ["run", "mine/scene.toml", "--fast", "--headless", "--duration", "0.3", "--no-record"];
+    text(&palpus(folder, &run).stderr).to_owned()
+}
+
+#[test]
+fn a_start_inside_an_object_is_said_with_the_way_out() {
+    let folder = Folder::new("in-object");
+    assert!(palpus(&folder.0, &["export", "box-table", "mine"]).status.success());
+    hold_a_cube(&folder.0);
+    // The cube's centre is 42 mm above the table: in the plate, with the surfaces apart.
+    add_a_plate(&folder.0, 20.0, 46.0);
+    let said = said_of_start(&folder.0);
+    assert!(said.contains("the probe overlaps the part by 6.") && said.contains("along (0.00, 0.00, 1.00)"), "{said}");
+}
+
+#[test]
+fn the_way_out_of_the_part_leads_past_objects() {
+    let folder = Folder::new("past-object");
+    assert!(palpus(&folder.0, &["export", "box-table", "mine"]).status.success());
+    hold_a_cube(&folder.0);
+    lower_the_hand(&folder.0, 44.0);
+    // 4.5 mm and a margin of 1 mm out of the table; another 1.5 mm and 1 mm out of the plate.
+    add_a_plate(&folder.0, 1.0, 2.5);
+    let said = said_of_start(&folder.0);
+    assert!(said.contains("the probe overlaps the part by 4.") && said.contains("along (0.00, 0.00, 1.00)"), "{said}");
+    let way: f64 =
+        said.split_once("move it ").and_then(|(_, way)| way.split_once(" mm")?.0.parse().ok()).expect("a way");
+    assert!((7.0..9.0).contains(&way), "{said}");
+}
+
+/// Runs `mine` for 3 s with --lead-out, and checks that the device leads the grip up out of the
+/// part, softly, and renders contacts then.
+fn is_led_out(folder: &Path, rendering: &str) {
+    // The hand means to stay where it begins.
+    let path = folder.join("mine/hand.csv");
+    let lines = fs::read_to_string(&path).expect("it was written");
+    let still: Vec<&str> = lines.lines().take(2).collect();
+    fs::write(&path, format!("{}\n{}\n{}\n", still[0], still[1], still[1])).expect("it can be written");
+    let run = [
+        "run",
+        "mine/scene.toml",
+        "--fast",
+        "--headless",
+        "--duration",
+        "3",
+        "--lead-out",
+        "--record",
+        "run.csv",
+        "--force",
+    ];
+    let output = palpus(folder, &[&run[..], &["--rendering", rendering]].concat());
+    let said = text(&output.stderr);
+    assert!(output.status.success() && said.contains("the device leads it out"), "{rendering}: {said}");
+    let rows = read_recording(&folder.join("run.csv")).expect("it was written").rows;
+    let start = rows[0].pose.translation;
+    let out = rows.iter().position(|row| row.pose.translation.z - start.z > 8e-3).expect("it comes out");
+    // 8 mm at 20 mm/s; the goal's lead while the force grew is made up for.
+    assert!((250..1500).contains(&out), "{rendering}: out after {out} ticks");
+    for row in &rows[..out] {
+        let (force, speed) = (row.wrench.force.length(), row.twist.linear.length());
+        assert!(force < 1.0 && speed < 0.05, "{rendering}: {force} N, {speed} m/s at tick {}", row.tick);
+        assert_eq!(row.wrench.torque.length(), 0.0, "{rendering}: tick {}", row.tick);
+    }
+    let last = rows.last().expect("there are rows");
+    assert_eq!(last.servo.as_ref().map(|servo| servo.phase), Some(Phase::Engaged as u32), "{rendering}");
+    assert!(last.separation > -1e-3, "{rendering}: {} m", last.separation);
+    let replay = json(&palpus(folder, &["replay", "run.csv", "--json"]));
+    assert_eq!(replay["identical"], replay["ticks"], "{rendering}");
+}
+
+#[test]
+fn a_buried_probe_is_led_out_softly_on_request() {
+    let folder = Folder::new("led-buried");
+    assert!(palpus(&folder.0, &["export", "box-table", "mine"]).status.success());
+    bury_a_cube(&folder.0);
+    is_led_out(&folder.0, "coupled");
+    is_led_out(&folder.0, "direct");
 }

@@ -114,8 +114,8 @@ fn a_scene_file_has_a_second_tool_and_a_picture_shows_it() {
     }
 }
 
-/// A scene of so many bricks in a row over a floor, each a tool; the second one has a coupling and
-/// a device of its own.
+/// Writes a scene of so many bricks in a row over a floor, each a tool; the second has a
+/// coupling and a device of its own.
 fn row_of_tools(folder: &Folder, count: usize, more: &str) {
     bricks(folder);
     let tool = |k: usize| {

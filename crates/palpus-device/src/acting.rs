@@ -41,7 +41,7 @@ impl Acting {
     pub(crate) fn over(&mut self, elapsed: f64) -> Wrench {
         self.held[0] = elapsed;
         let sliver = elapsed * SLIVER;
-        // What was written in the last `delay` seconds has not reached the device yet.
+        // Wrenches written in the last `delay` seconds have not reached the device yet.
         let (mut ahead, mut left) = (self.delay, elapsed);
         let (mut force, mut torque) = (DVec3::ZERO, DVec3::ZERO);
         for (k, (wrench, held)) in self.written.iter().zip(self.held).enumerate() {

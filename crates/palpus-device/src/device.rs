@@ -32,14 +32,14 @@ pub trait HapticDevice {
     /// When the device did not take it; the loop then ends as a fault.
     fn write(&mut self, wrench: &Wrench) -> Result<(), DeviceError>;
 
-    /// True if its time goes on by reads alone: while nobody reads it, nothing moves, and the
-    /// wrench that it holds does nothing. A run with it can stand still.
+    /// True if the device's time advances by reads alone: between reads nothing moves, and the
+    /// wrench that it holds does nothing. A run with it can be paused.
     fn stands_unread(&self) -> bool {
         false
     }
 
-    /// What the device itself has counted since it was opened, by name: motors that saturated,
-    /// answers that were lost. Looked at when a run is over; may obtain memory.
+    /// Counters of the device itself since it was opened, by name: saturated motors, lost answers.
+    /// Read after a run; may obtain memory.
     fn counts(&self) -> Vec<(&'static str, u64)> {
         Vec::new()
     }
@@ -51,8 +51,8 @@ pub trait HapticDevice {
         None
     }
 
-    /// What the device's own watchdog, in the device or beside it, has done since the last write;
-    /// `None` if there is none that can be asked. For the [self test](crate::self_test()).
+    /// Action of the device's own watchdog, in the device or beside it, since the last write;
+    /// `None` if it has none that can be queried. For the [self test](crate::self_test()).
     fn own_watchdog(&mut self) -> Option<OwnWatchdog> {
         None
     }
@@ -69,7 +69,7 @@ pub struct OwnWatchdog {
 
 /// Takes the force from a device, from any thread and at any time, without waiting.
 pub trait Brake: Send + Sync {
-    /// From now on the device gives no force but damping, whatever it was or will be told.
+    /// From now on the device gives no force but damping, whatever was or will be commanded.
     fn apply(&self);
 
     /// Enables forces again after a brake. Called from the servo thread only.
@@ -140,7 +140,7 @@ pub struct DeviceState {
     /// Seconds since the device was opened at which this state was sampled: a state that is handed
     /// out again keeps its time, so that one can see that there is no newer one.
     pub time: f64,
-    /// The device gives no force now, whatever it is told: it is not ready, has no power supply,
+    /// The device gives no force now, whatever the command: it is not ready, has no power supply,
     /// was switched off by the person who holds it, or lost an answer.
     /// [`Cut::Withheld`](crate::Cut) follows.
     pub withheld: bool,
@@ -203,9 +203,9 @@ pub struct DeviceSpec {
     pub force_max: f64,
     /// Largest torque, N·m; 0 when it has none.
     pub torque_max: f64,
-    /// Force that its motors bear for ever, N, when the maker states it.
+    /// Force that its motors bear continuously, N, if the maker states it.
     pub force_continuous: Option<f64>,
-    /// Torque that its motors bear for ever, N·m, when the maker states it.
+    /// Torque that its motors bear continuously, N·m, if the maker states it.
     pub torque_continuous: Option<f64>,
     /// Axes with motors.
     pub actuated: Axes,

@@ -33,7 +33,7 @@ pub enum Fault {
     Speed(f64),
     /// For so many ticks the stated velocity has this added, m/s.
     Velocity(DVec3, u32),
-    /// For so many ticks the device gives no force, whatever it is told, and says so.
+    /// For so many ticks the device gives no force, whatever the command, and says so.
     Withheld(u32),
     /// For so many ticks the same state is read again and again, with its time.
     Frozen(u32),
@@ -245,7 +245,7 @@ impl<D: HapticDevice> FaultyDevice<D> {
         DeviceError::Lost(Cow::Borrowed("unplugged on purpose"))
     }
 
-    /// What is read instead of `state`, as far as the fault decides it.
+    /// Changes `state` as the fault requires.
     fn disturb(&mut self, state: &mut DeviceState, fault: Fault) {
         match fault {
             Fault::NonFinitePose => state.pose.translation.z = f64::NAN,
@@ -308,7 +308,8 @@ impl<D: HapticDevice> HapticDevice for FaultyDevice<D> {
             *ticks -= 1;
             state.twist.linear += *velocity;
         }
-        // What the device withholds it says with the newest state, however old the rest of it is.
+        // The newest state says whether the device withholds its force, however old the rest of it
+        // is.
         state.withheld = self.withheld > 0;
         self.withheld = self.withheld.saturating_sub(1);
         self.withholds = state.withheld;

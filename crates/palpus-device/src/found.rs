@@ -1,9 +1,9 @@
-//! What was found of devices on this machine, and what it would take to find the rest.
+//! The devices found on this machine, and the requirements of the others.
 //!
 //! Every back end answers for itself with a function `look() -> Vec<Finding>`: one finding for each
-//! device that it sees, or one that says what it looked for, where, why that is not there, and the
-//! one line that mends it. To look never moves a device nor gives it a force, and never takes
-//! longer than a second.
+//! device that it sees, or one that says what it looked for, where, why it is missing, and the one
+//! line that mends it. A search never moves a device nor gives it a force, and never takes longer
+//! than a second.
 
 use crate::device::{DeviceSpec, known_devices};
 use crate::simulated::SimulationSettings;
@@ -84,8 +84,8 @@ pub fn look() -> Vec<Finding> {
     findings
 }
 
-/// What is known of the device of this name, as a start for a spec that the device itself
-/// completes.
+/// Returns the known properties of the device of this name, as a start for a spec that the device
+/// itself completes.
 pub fn known_device(name: &str) -> Option<DeviceSpec> {
     known_devices().into_iter().find(|known| known.name == name)
 }

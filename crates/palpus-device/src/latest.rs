@@ -1,4 +1,4 @@
-//! The newest value, for whoever is slower than the loop.
+//! The newest value, for readers slower than the loop.
 //!
 //! Three slots and one exchange of an index: neither side ever waits, locks or allocates; the
 //! reader gets a whole value, the newest that was published, and misses those between. A value with

@@ -60,7 +60,7 @@ pub use safety::{
 };
 pub use self_test::{SelfTest, SelfTestError, self_test};
 pub use servo::{
-    Energy, LATE, LoopTime, Percentiles, Reins, RunEnd, RunStatistics, Servo, ServoError, ServoOptions, ServoTick,
+    Energy, LATE, LoopTime, Percentiles, RunControl, RunEnd, RunStatistics, Servo, ServoError, ServoOptions, ServoTick,
     StepOutcome, TickObserver, Timing, VirtualTime, WallTime,
 };
 pub use simulated::{

@@ -3,8 +3,8 @@
 //! 1. The servo thread pushes rows into a bounded queue: no lock, no allocation, no waiting. A full
 //!    queue drops the row and counts it.
 //! 2. A writer thread takes them out in order and hands them to the caller's [`Sink`], which is
-//!    also told when there is nothing to take.
-//! 3. [`Recording::finish`] lets the writer drain the queue and says what was written and what was
+//!    also called when the queue is empty.
+//! 3. [`Recording::finish`] lets the writer drain the queue and returns how much was written and
 //!    dropped.
 
 use std::io;
@@ -17,8 +17,8 @@ use std::time::Duration;
 /// second never fills.
 const IDLE: Duration = Duration::from_millis(2);
 
-/// Where the rows of a recording go. All of it is called on the writer's thread; after the first
-/// error nothing more.
+/// Destination of the rows of a recording. All calls come from the writer's thread; after the first
+/// error there are no more.
 pub trait Sink<R>: Send + 'static {
     /// Writes a row.
     fn write(&mut self, row: &R) -> io::Result<()>;
@@ -115,8 +115,8 @@ fn drain<R>(
     written: &mut u64,
 ) -> io::Result<()> {
     loop {
-        // Read before the queue is drained: what was pushed before the end was announced is still
-        // written.
+        // Read before the queue is drained, so that rows pushed before the end was announced are
+        // still written.
         let last_round = ending.load(Ordering::Acquire) || queue.is_abandoned();
         while let Ok(row) = queue.pop() {
             sink.write(&row)?;

@@ -40,8 +40,8 @@ pub struct SelfTest {
     pub brake: bool,
     /// Time after which the loop's watchdog applies the brake; `None` without a brake.
     pub watchdog: Option<Duration>,
-    /// Time after which the device's own watchdog takes the force; `None` if there is none that can
-    /// be asked, or if it was not tested.
+    /// Time after which the device's own watchdog takes the force; `None` if it has none that can
+    /// be queried, or if it was not tested.
     pub own_watchdog: Option<Duration>,
     /// The device gives no force now, so its own watchdog was not tested.
     pub withheld: bool,

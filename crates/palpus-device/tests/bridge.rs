@@ -112,7 +112,7 @@ fn a_wrench_ends_when_the_loop_is_silent() {
         std::thread::sleep(Duration::from_millis(30));
         assert_eq!(driver.seen().applied.last(), Some(&Wrench::ZERO), "{way:?}");
         let withheld = device.read().expect("a state").withheld;
-        assert!(withheld, "{way:?}: the loop must be told");
+        assert!(withheld, "{way:?}: the loop must hear of it");
         device.write(&Wrench::ZERO).expect("a driver");
         assert!(comes_to(|| !device.read().expect("a state").withheld), "{way:?}");
         assert!(push(&mut device, &driver, up(1.0)), "{way:?}");
@@ -185,7 +185,8 @@ fn a_state_is_withheld_while_the_driver_withholds() {
 
 #[test]
 fn a_withheld_force_returns_slowly() {
-    // Where the machine stalls the loop, its fault takes the force away for good: once more then.
+    // If the machine stalls the loop, its fault takes the force away for good; the test is then
+    // repeated.
     let forces = (0..5).find_map(|_| forces_around_withholding()).expect("a second and a half without a fault");
     let is_full = |force: &f64| (force - FULL).abs() < 1e-12;
     let at_full = forces.iter().position(is_full).expect("the force was there");
@@ -257,7 +258,7 @@ fn a_driver_that_ends_is_lost_with_its_reason() {
 fn a_force_that_nobody_told_loses_the_device() {
     let driver = StandIn::start(Behaviour { defect: Some(Defect::PushesUnasked), ..Behaviour::good(WAYS[0]) });
     let mut device = open(&driver);
-    let lost = |error: &DeviceError| error.to_string().contains("pushes with 1.0 N although it was told zero");
+    let lost = |error: &DeviceError| error.to_string().contains("pushes with 1.0 N although the command is zero");
     assert!(comes_to(|| device.read().is_err_and(|error| lost(&error))));
 }
 

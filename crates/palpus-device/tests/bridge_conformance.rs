@@ -105,7 +105,7 @@ fn first_of(programs: &[&str]) -> Option<String> {
     };
     let found = programs.iter().find(works).map(|name| (*name).to_owned());
     if found.is_none() {
-        eprintln!("skipped: there is none of {programs:?} here");
+        eprintln!("skipped: found no {programs:?} here");
     }
     found
 }

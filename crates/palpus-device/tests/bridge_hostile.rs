@@ -1,4 +1,4 @@
-//! Hostile frames in a session: none of them moves a hand, and none is taken for what it is not.
+//! Hostile frames in a session: none moves a hand, and none is taken for a valid one.
 
 mod bridge_driver;
 

@@ -97,8 +97,8 @@ fn variants(scene: &Scene, a: &Arc<Body>) -> [(&'static str, [Arc<Body>; 2], Pos
 fn the_force_is_that_of_the_surface_and_not_of_its_description() {
     let names = ["spoon-cup", "peg-hole", "torus-torus", "box-table", "v-groove", "gears"];
     for (name, is_coupled) in names.iter().flat_map(|&name| [(name, true), (name, false)]) {
-        // Directly rendered teeth are so deep in each other that the nearest way out is one or
-        // another: only told.
+        // Directly rendered teeth are so deep in each other that the nearest way out is ambiguous:
+        // reported only.
         let bounds = if name == "gears" && !is_coupled { [f64::INFINITY; 2] } else { [0.01, 0.02] };
         let scene = scene(name).expect("a built-in scene");
         let [a, b] = [body(&scene.probe), body(&scene.environment)];

@@ -1,9 +1,8 @@
 //! Whatever goes wrong, the hand is safe: thousands of seeded sequences of faults through the whole
 //! loop, in virtual time.
 //!
-//! Of every sequence it must hold that the commanded wrench
-//! 1. is finite and within the peak of what may be believed of the device, whatever the device says
-//!    of itself;
+//! For every sequence the commanded wrench must satisfy:
+//! 1. it is finite and within the plausible peak of the device, whatever the device states;
 //! 2. changes by no more than the slew limit from message to message, faults and withheld forces
 //!    included;
 //! 3. is nothing but damping against the true motion of the grip from 2 ms after a fault on;
@@ -31,7 +30,7 @@ use palpus_device::{
     known_devices,
 };
 
-/// Of the sequences; printed with whatever fails.
+/// Seed of the sequences; printed with each failure.
 const SEED: u64 = 0x5afe_7001;
 /// In the default run.
 const SEQUENCES: u64 = 1000;

@@ -23,7 +23,7 @@ static ALLOCATOR: CountingAllocator = CountingAllocator;
 /// Forces that a service got, N, with when it got them.
 type Forces = Mutex<Vec<(Instant, f64)>>;
 
-/// What a service says to its messages, by their number.
+/// The answers of a service to its messages, by their number.
 type Script = fn(usize) -> Option<Value>;
 
 /// An arm without a grip that moves up and down by a centimetre, and the forces that it got.

@@ -25,7 +25,7 @@ static ALLOCATOR: CountingAllocator = CountingAllocator;
 const SEED: u64 = 0xb07;
 const RATE_HZ: f64 = 1000.0;
 
-/// What a step answers the devices.
+/// The answers of a step to the devices.
 type Answers<'a> = &'a mut [Option<StepOutcome>];
 
 /// A hand that goes into a wall below z = 0 and out again, each one half a turn after the one
@@ -50,7 +50,7 @@ fn safety(after_fault: AfterFault) -> SafetyOptions {
     SafetyOptions { after_fault, after_panic: AfterPanic::AsFault, ..SafetyOptions::default() }
 }
 
-/// A loop around so many devices.
+/// Returns a loop with this many devices.
 fn servo(devices: usize, duration: f64, after_fault: AfterFault) -> Servo {
     let safety = safety(after_fault);
     let options = ServoOptions { rate_hz: RATE_HZ, duration: Some(duration), safety, ..Default::default() };
@@ -58,7 +58,7 @@ fn servo(devices: usize, duration: f64, after_fault: AfterFault) -> Servo {
     (1..devices).fold(one, |servo, _| servo.with_device(safety).expect("usual thresholds"))
 }
 
-/// What each device went through.
+/// History of each device.
 struct Ran {
     statistics: Vec<RunStatistics>,
     ticks: Vec<Vec<ServoTick>>,
@@ -175,7 +175,7 @@ fn the_step_goes_on_with_a_lost_device_where_it_was() {
     for state in &seen[701..] {
         assert_eq!((state.pose, state.twist.linear), (seen[700].pose, DVec3::ZERO));
     }
-    // Where any fault is to end the run, this one does.
+    // If any fault ends the run, this one does.
     let Ran { statistics, .. } = run(2, &[(700, Fault::Dropped)], AfterFault::Stop, walls);
     assert!(statistics.iter().all(|statistics| statistics.ticks <= 702), "{statistics:?}");
     assert!(matches!(statistics[0].end, RunEnd::DeviceFailed(_)) && statistics[1].end == RunEnd::Stopped);
@@ -276,7 +276,7 @@ impl Blocks {
     }
 }
 
-/// Of two hands that press against each other; a third one holds still beside them.
+/// The intents of two hands that press against each other; a third one holds still beside them.
 fn pressing(which: usize) -> SimulatedDevice<impl Intent + Send> {
     let intent = move |time: f64| {
         let press = 0.012 * (2.0 * time).min(1.0);
@@ -299,7 +299,7 @@ fn a_tool_is_felt_on_when_its_own_hand_feels_nothing_and_nothing_is_allocated() 
         let (mut first_count, mut last_count) = (None, 0);
         let mut observe = |tick: &ServoTick, (): &()| {
             forces[tick.device][tick.index as usize] = tick.wrench.force;
-            // A device that is lost is told of in words.
+            // The text names a device that is lost.
             if tick.index < 2000 {
                 last_count = allocations_of_this_thread();
                 first_count.get_or_insert(last_count);
@@ -321,7 +321,7 @@ fn a_tool_is_felt_on_when_its_own_hand_feels_nothing_and_nothing_is_allocated() 
         assert!(one[1201].length() < 0.3 && other[1201].x > 0.5, "{} {}", one[1201], other[1201]);
         assert_eq!(one[2001], DVec3::ZERO);
         assert!(other[2200].x > 0.5 && other[2999].x > 0.5, "{} {}", other[2200], other[2999]);
-        // What the one hand gives the other is no energy of the loop's.
+        // Energy that one hand gives the other is not the loop's.
         for statistics in &statistics[1..] {
             assert_eq!((statistics.safety.faults(), statistics.safety.ticks(Cut::Passivity)), (0, 0));
         }

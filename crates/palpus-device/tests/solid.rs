@@ -39,14 +39,14 @@ fn renderer(scene: &Scene, stiffness: f64) -> Renderer {
     Renderer::new(a, b, settings).expect("valid settings")
 }
 
-/// What a loop was like.
+/// Statistics of a loop.
 struct Felt {
     forces: Vec<DVec3>,
     /// True places of the grip, m.
     places: Vec<DVec3>,
-    /// What was done on the hand.
+    /// Work done on the hand.
     work: HandWork,
-    /// Of all ticks.
+    /// Cuts of all ticks.
     cuts: Cuts,
 }
 
@@ -90,8 +90,8 @@ fn run(
 #[test]
 fn contacts_of_5_kn_per_m_lie_still_in_every_hand() {
     let hands = [("none", HandImpedance::NONE), ("normal", HandImpedance::NORMAL), ("firm", HandImpedance::FIRM)];
-    // Where the scene's own hand is in contact, the way in, and from how far. A peg is pressed
-    // against the side of its hole.
+    // Places of contact of the scene's own hand, the direction of pressing, and the distance from
+    // which it starts. A peg is pressed against the side of its hole.
     let scenes = [
         ("box-table", 2.6, DVec3::NEG_Z, 2e-3),
         ("v-groove", 3.0, DVec3::NEG_Z, 2e-3),
@@ -156,8 +156,8 @@ fn nothing_is_felt_in_free_air() {
     }
 }
 
-/// The motors bear 1.4 N for ever. A hand that presses a wall with 4 N for a minute sinks in, and
-/// must not feel force on all of its way back.
+/// The motors bear 1.4 N continuously. A hand that presses a wall with 4 N for a minute sinks in,
+/// and must not feel force on all of its way back.
 #[test]
 fn hot_device_stays_near_its_tool() {
     let scene = scene("box-table").expect("a built-in scene");

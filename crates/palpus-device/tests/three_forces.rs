@@ -55,7 +55,7 @@ fn run(scene: &Scene, bodies: [&Arc<Body>; 2], settings: Settings) -> Vec<DVec3>
 #[test]
 #[expect(clippy::print_stderr, reason = "figures for docs/feel.md")]
 fn three_forces_are_those_of_the_whole_device() {
-    // Of the mean force: the error's mean. The spoon's handle turns it most.
+    // Shares of the mean force: the error's mean. The spoon's handle turns it most.
     for (name, most) in
         [("spoon-cup", 0.2), ("peg-hole", 0.1), ("torus-torus", 0.1), ("box-table", 0.1), ("v-groove", 0.1)]
     {

@@ -1,5 +1,5 @@
-//! Two simulated hands with a tool each: pressed against each other they lie still, pushed along
-//! nobody brakes them, and neither hand is given energy.
+//! Two simulated hands with a tool each: pressed against each other they are at rest, pushed along
+//! nothing brakes them, and neither hand is given energy.
 
 mod closed_loop;
 
@@ -42,10 +42,10 @@ fn blocks(friction: bool) -> (World, [ToolId; 2]) {
     (world, tools)
 }
 
-/// What a loop was like.
+/// Statistics of a loop.
 struct Felt {
     forces: [Vec<DVec3>; 2],
-    /// What was done on each hand.
+    /// Work done on each hand.
     work: [HandWork; 2],
     /// The most that was ever given to both together, J.
     together: f64,
@@ -86,7 +86,7 @@ fn run(
     felt
 }
 
-/// Where tool `k` is intended: `press` m into the other one, moved by `along`.
+/// Intended pose of tool `k`: `press` m into the other one, moved by `along`.
 fn opposed(k: usize, press: f64, along: DVec3) -> Pose {
     let side = if k == 0 { -1.0 } else { 1.0 };
     Pose::from_translation(DVec3::new(side * (SIZE.x / 2.0 - press), 0.0, 0.1) + along)

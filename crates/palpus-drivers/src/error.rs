@@ -7,7 +7,7 @@ use std::path::PathBuf;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DriverError {
     /// There is no library.
-    #[error("the library is not there (looked for {looked_for}); {mend}")]
+    #[error("the library is missing (looked for {looked_for}); {mend}")]
     LibraryMissing {
         /// Which files, where.
         looked_for: String,

@@ -15,8 +15,8 @@ const OPEN_HAPTICS: (&str, &str) = ("openhaptics", "Touch, Touch X, Phantom");
 /// People do not like to wait longer, and a device that is there answers sooner as a rule.
 const MOST: Duration = Duration::from_secs(1);
 
-/// What is there of Force Dimension's and of OpenHaptics', one finding each. Devices are opened for
-/// a moment and give no force.
+/// Findings for Force Dimension's and OpenHaptics' devices, one each. Devices are opened for a
+/// moment and give no force.
 pub fn look() -> Vec<Finding> {
     let begun = Instant::now();
     let asked = [ask(FORCE_DIMENSION, force_dimension), ask(OPEN_HAPTICS, open_haptics)];
@@ -38,7 +38,8 @@ fn ask(
 ) -> ((&'static str, &'static str), Receiver<Finding>) {
     let (answer, answered) = mpsc::channel();
     let thread = std::thread::Builder::new().name(backend.0.to_owned());
-    // Whoever has waited long enough hears no answer any more; without a thread there is none.
+    // A caller that has waited long enough hears no answer any more; without a thread there is no
+    // answer.
     drop(thread.spawn(move || drop(answer.send(look()))));
     (backend, answered)
 }
@@ -69,9 +70,7 @@ fn open_haptics() -> Finding {
 
 fn missing((backend, name): (&'static str, &'static str), library: &Known, error: &DriverError) -> Finding {
     let (looked_for, why) = match error {
-        DriverError::LibraryMissing { looked_for, .. } => {
-            (looked_for.clone(), "the maker's library is not there".into())
-        }
+        DriverError::LibraryMissing { looked_for, .. } => (looked_for.clone(), "the maker's library is missing".into()),
         other => (library.looked_for(), other.why()),
     };
     Finding::missing(backend, name, looked_for, why, error.mend())

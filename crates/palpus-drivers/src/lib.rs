@@ -5,11 +5,11 @@
 //! * [`look`] — which of them are there, and what it takes to find the rest.
 //!
 //! The libraries are opened while the program runs: nothing is linked, nothing of theirs is in this
-//! repository, and a library that is not there is an answer ([`DriverError`]) with what was looked
-//! for, where, and the line that mends it. Of their functions only those are declared that are
-//! called, by hand, in `ffi`, the one folder with `unsafe` in it.
+//! repository. A missing library is an answer ([`DriverError`]) with the name, the searched places,
+//! and the line that mends it. Only the functions that are called are declared, by hand, in `ffi`,
+//! the one folder with `unsafe` in it.
 //!
-//! Both makers' frames are turned into one (`axes`): x to the right of whoever holds the device, y
+//! Both makers' frames are turned into one (`axes`): x to the right of the person at the device, y
 //! away from them, z up.
 //!
 //! Neither was tried on hardware: none was at hand. The tests build stand-ins for both libraries,

@@ -102,10 +102,10 @@ fn errors_come_in_the_librarys_words() {
     device.read().unwrap();
     stand_in.set(READ_CODE, -1.0);
     let Err(DeviceError::Lost(why)) = device.read() else { panic!("the device is gone") };
-    assert!(why.contains("told to fail") && why.contains("cable"), "{why}");
+    assert!(why.contains("fails on request") && why.contains("cable"), "{why}");
     stand_in.set(WRITE_CODE, -1.0);
     let Err(DeviceError::Refused(why)) = device.write(&push(DVec3::X)) else { panic!("the device refuses") };
-    assert!(why.contains("told to fail"), "{why}");
+    assert!(why.contains("fails on request"), "{why}");
     drop(device);
     assert_eq!((stand_in.three(FORCE), stand_in.get(ENABLED)), ([0.0; 3], 0.0));
 }

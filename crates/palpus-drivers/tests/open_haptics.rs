@@ -379,7 +379,7 @@ fn a_servo_loop_drives_it_until_the_cable_is_pulled() {
     let mut device = open(&stand_in).unwrap();
     let step = |_: &DeviceState, _: f64| StepOutcome::of(Wrench { torque: DVec3::ZERO, force: DVec3::X * 0.2 });
     let mut observer = |tick: &ServoTick, _: &()| match tick.index {
-        100 => assert!(stand_in.get(LARGEST) <= 0.0, "nobody pressed a button yet"),
+        100 => assert!(stand_in.get(LARGEST) <= 0.0, "no button was pressed yet"),
         200 => _ = stand_in.set(BUTTONS, 1.0),
         // By far enough later, however slow the machine: it has been felt.
         _ if stand_in.get(FORCE) > 0.1 => _ = stand_in.set(FRAME_ERROR, f64::from(0x0302)),

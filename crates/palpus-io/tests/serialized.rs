@@ -1,4 +1,4 @@
-//! What the engine's feature `serde` writes is read back to the bit.
+//! Values that the engine's feature `serde` writes are read back to the bit.
 
 use std::sync::Arc;
 

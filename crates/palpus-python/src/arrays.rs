@@ -1,4 +1,4 @@
-//! What comes in as numbers: anything that numpy makes an array of.
+//! Numbers from Python: anything that numpy makes an array of.
 
 use glam::DVec3;
 use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};

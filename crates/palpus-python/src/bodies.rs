@@ -195,8 +195,7 @@ impl Body {
         table(py, self.body.mass().inertia.to_cols_array_2d().to_vec())
     }
 
-    /// What volume and inertia are those of: "mesh", or "hull" if it is open, or "sheet" if it is
-    /// flat.
+    /// Source of volume and inertia: "mesh", or "hull" if it is open, or "sheet" if it is flat.
     #[getter]
     fn mass_source(&self) -> &'static str {
         match self.body.mass().source {
@@ -212,7 +211,7 @@ impl Body {
         self.body.size()
     }
 
-    /// What the mesh is like, self-intersections included: counts, and `notices` in words.
+    /// State of the mesh, self-intersections included: counts, and `notices` in words.
     fn health<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let body = &self.body;
         let health = py.detach(|| Health::full(body.mesh(), body.half_edges(), body.tree(), body.health().cleaning));

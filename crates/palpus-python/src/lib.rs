@@ -1,8 +1,8 @@
 //! palpus in Python: what `import palpus` finds is in `python/palpus`, and most of it comes from
 //! here.
 //!
-//! Arrays come in as anything that numpy makes an array of, and go out as numpy arrays that own
-//! what the engine wrote, without a copy. Whatever takes long lets other Python threads run
+//! Arrays come in as anything that numpy makes an array of, and go out as numpy arrays that
+//! own what the engine wrote, without a copy. Whatever takes long lets other Python threads run
 //! meanwhile.
 
 mod arrays;

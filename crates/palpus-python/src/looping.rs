@@ -26,10 +26,10 @@ use crate::world::{World, row};
 /// world must have exactly one tool, and belongs to the loop while it runs. Use it in a
 /// with-statement, or call `start` and `stop`.
 ///
-/// `hand` is who holds a simulated device: relaxed, normal, firm, tight or none. `duration` (s)
-/// ends the loop by itself. With `real_time` off, ticks follow each other as fast as they can,
-/// which only simulated devices allow. With `priority`, the system is asked for real-time priority,
-/// locked memory and a core.
+/// `hand` holds a simulated device: relaxed, normal, firm, tight or none. `duration` (s) ends the
+/// loop by itself. With `real_time` off, ticks follow each other as fast as they can, which only
+/// simulated devices allow. With `priority`, the system is asked for real-time priority, locked
+/// memory and a core.
 #[pyclass(module = "palpus")]
 pub(crate) struct Loop {
     world: Py<World>,
@@ -43,14 +43,14 @@ pub(crate) struct Loop {
     last: Option<Now>,
 }
 
-/// What belongs to a loop that runs.
+/// State of a loop while it runs.
 struct Running {
     thread: JoinHandle<Ended>,
     stop: Arc<AtomicBool>,
     now: Newest<Now>,
     settings: Publisher<palpus::Settings>,
     drives: Mutex<rtrb::Producer<Drive>>,
-    /// Of a simulated device.
+    /// Guide of a simulated device.
     guide: Option<Publisher<Guide>>,
     grip_a: glam::DVec3,
 }
@@ -154,9 +154,9 @@ impl Loop {
         self.running.as_ref().is_some_and(|running| !running.thread.is_finished())
     }
 
-    /// What the newest tick was like: `tick`, `time` (s), `tool` (7, its frame in the world),
-    /// `grip` (7, as the device said), `wrench` (6, as written to the device), `contacts` (how
-    /// many), `phase` of the engagement ("engaged" when the whole wrench is given) and `running`.
+    /// State of the newest tick: `tick`, `time` (s), `tool` (7, its frame in the world), `grip` (7,
+    /// as the device said), `wrench` (6, as written to the device), `contacts` (how many),
+    /// `phase` of the engagement ("engaged" when the whole wrench is given) and `running`.
     fn status<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let is_running = self.is_running();
         if let Some(running) = &mut self.running {
@@ -175,7 +175,7 @@ impl Loop {
         Ok(status)
     }
 
-    /// What the device was last given: the wrench (6,) about the grip.
+    /// The last wrench of the device (6,), about the grip.
     #[getter]
     fn wrench<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         if let Some(running) = &mut self.running {
@@ -291,7 +291,7 @@ impl Loop {
         }
     }
 
-    /// Joins the thread and gives the world back. With `end`, it is told to stop first.
+    /// Joins the thread and gives the world back. With `end`, it stops the loop first.
     fn join(&mut self, py: Python<'_>, end: bool) -> PyResult<()> {
         let Some(mut running) = self.running.take() else { return Ok(()) };
         running.stop.fetch_or(end, Ordering::Relaxed);
@@ -311,7 +311,7 @@ impl Loop {
 }
 
 impl Drop for Loop {
-    /// A loop that nobody holds any more must not go on pushing.
+    /// A loop without an owner must not go on pushing.
     fn drop(&mut self) {
         if let Some(running) = self.running.take() {
             running.stop.store(true, Ordering::Relaxed);

@@ -18,12 +18,12 @@ use crate::refused::refused;
 use crate::rows::{ContactRow, DistanceRow};
 use crate::workers::{detached, threads};
 
-/// Of the smaller body's size: the tolerance when none is given. As the program's.
+/// Default tolerance, as a share of the smaller body's size. As the program's.
 const DEFAULT_TOLERANCE: f64 = 0.01;
 /// Contacts that one pose can have. As the program's.
 const CAPACITY: usize = 1 << 16;
 
-/// What is asked of a batch.
+/// Input of a batch.
 struct Asked<'a> {
     a: &'a Arc<palpus::Body>,
     b: &'a Arc<palpus::Body>,
@@ -32,7 +32,7 @@ struct Asked<'a> {
     threads: Threads,
 }
 
-/// What one run of poses found.
+/// Result of one run of poses.
 #[derive(Default)]
 struct Found {
     nearest: Vec<DistanceRow>,
@@ -163,8 +163,8 @@ pub(crate) fn contacts<'py>(
     Ok(found.contacts.into_pyarray(a.py()))
 }
 
-/// The nearest points at each pose (N, 7) of a in b's frame, or the deepest contact: an array (N,)
-/// of DISTANCE.
+/// The nearest points at each pose (N, 7) of a in b's frame, or the deepest contact: an array
+/// (N,) of DISTANCE.
 ///
 /// `contacts` counts those within `tolerance`, which makes no other difference. The other arguments
 /// are those of `contacts`.

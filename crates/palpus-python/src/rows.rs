@@ -1,5 +1,4 @@
-//! What goes out: rows of numbers that numpy reads as structured arrays where the engine wrote
-//! them.
+//! Rows for Python: numpy reads them as structured arrays where the engine wrote them.
 //!
 //! No byte of a row is left undefined, since numpy compares and writes rows as bytes: `fill` has
 //! the rest.

@@ -15,14 +15,14 @@ use palpus_device::{
     TickObserver, claim,
 };
 
-/// What a tick was like.
+/// State of a tick.
 #[derive(Clone, Copy)]
 pub(crate) struct Now {
     pub(crate) tick: u64,
     pub(crate) time: f64,
-    /// Of the tool's frame, world.
+    /// Pose of the tool's frame, world.
     pub(crate) tool: Pose,
-    /// Of the grip, as the device said, world.
+    /// Pose of the grip, as the device said, world.
     pub(crate) grip: Pose,
     /// As written to the device.
     pub(crate) wrench: Wrench,
@@ -47,7 +47,7 @@ pub(crate) struct ServoThread {
     pub(crate) stop: Arc<AtomicBool>,
 }
 
-/// What it leaves behind.
+/// Result of an ended loop.
 pub(crate) struct Ended {
     pub(crate) world: World,
     pub(crate) statistics: RunStatistics,
@@ -55,7 +55,7 @@ pub(crate) struct Ended {
     pub(crate) allocations: u64,
 }
 
-/// What a step tells the observer.
+/// Details of a step for the observer.
 struct Detail {
     tool: Pose,
     contacts: usize,
@@ -106,7 +106,7 @@ impl ServoThread {
     }
 }
 
-/// What the next step is told of the last tick.
+/// Values of the last tick for the next step.
 struct Told {
     available: Cell<Limits>,
     panicked: Cell<bool>,

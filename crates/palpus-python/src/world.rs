@@ -121,7 +121,7 @@ impl World {
         wrenches.into_pyarray(py).reshape([count, 6])
     }
 
-    /// What a tool felt in the last step: its wrench (6,) about the grip, within its limits.
+    /// The wrench of a tool in the last step (6,), about the grip, within its limits.
     fn wrench<'py>(&self, py: Python<'py>, tool: usize) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let member = self.member(tool)?;
         let Some(id) = member.tool else {
@@ -166,7 +166,7 @@ impl World {
         if self.inner_mut()?.throw(id, twist) { Ok(()) } else { Err(refused(format!("body {body} is not free"))) }
     }
 
-    /// Where a body is (7,); of a coupled tool, the tool and not the device.
+    /// Pose of a body (7,); for a coupled tool that of the tool, not of the device.
     fn pose<'py>(&self, py: Python<'py>, body: usize) -> PyResult<Bound<'py, PyArray1<f64>>> {
         Ok(row(py, of_pose(&self.inner()?.pose(self.member(body)?.body))))
     }

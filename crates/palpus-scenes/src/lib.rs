@@ -1,5 +1,4 @@
-//! The paper's scenes and scripted hands as code: what you watch is what is tested is what is
-//! timed.
+//! The paper's scenes and scripted hands as code, for display, tests and benches alike.
 //!
 //! * [`shape`] — meshes as code, in metres: closed, outward, manifold, free of self-intersection,
 //!   the same on every call.

@@ -5,8 +5,8 @@
 //!    number says, and then by its distance to the other surface.
 //! 3. Along edges that enter the other solid the deepest point is refined between the samples.
 //!
-//! This is a lower bound of the overlap; what it misses is a crossing of two edges that enters by
-//! less than the spacing of the samples.
+//! This is a lower bound of the overlap: it misses a crossing of two edges that enters by less than
+//! the spacing of the samples.
 
 use glam::DVec3;
 use palpus::algebra::Pose;

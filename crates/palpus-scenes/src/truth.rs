@@ -1,12 +1,11 @@
-//! What contacts there truly are, where that can be said in closed form: the judge of how true a
-//! felt force is.
+//! True contacts, where they are known in closed form: the judge of how true a felt force is.
 //!
 //! * `pen-sphere`: the pen's point against the ideal sphere that the mesh stands for.
 //! * `v-groove`: the ball's own corners against the two walls, which are planes; the forces go
 //!   through its centre, as the ball is meant to be round.
 //! * `box-tilt`, `box-edge`, `box-rest`: the lowest corner of the box against the table's top.
-//!   Where a box on its face is felt is the middle of what lies on the table; a tilted one has no
-//!   such point that all would agree on.
+//!   The force of a box on its face acts at the middle of its part over the table; for a tilted box
+//!   no such point is agreed on.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -82,6 +81,34 @@ impl Truth {
             }
         };
         found.into_iter().flatten()
+    }
+
+    /// Every contact that the probe placed by `pose` may come to have while it yields a little,
+    /// near or far, each with its point: what a tool on springs rests on.
+    pub fn supports(&self, pose: &Pose) -> Vec<TrueContact> {
+        let at = |point: DVec3| TrueContact { point: Some(point), normal: DVec3::Z, separation: point.z };
+        match self.law {
+            Law::PointOnSphere | Law::BallInGroove => self.contacts(pose).collect(),
+            Law::BoxOnTable => {
+                let corners: Vec<DVec3> = self.corners.iter().map(|&corner| pose.point(corner)).collect();
+                let on_table = corners.iter().filter(|corner| corner.x <= TABLE_END).map(|&corner| at(corner));
+                on_table.chain(self.over_the_end(&corners).into_iter().map(at)).collect()
+            }
+        }
+    }
+
+    /// Points at which edges of the box cross the plane of the table's end.
+    fn over_the_end(&self, corners: &[DVec3]) -> Vec<DVec3> {
+        let mut crossings = Vec::new();
+        for (i, (p, own)) in corners.iter().zip(&self.corners).enumerate() {
+            for (q, other) in corners[..i].iter().zip(&self.corners) {
+                let is_edge = (*own - *other).to_array().iter().filter(|side| side.abs() > 1e-9).count() == 1;
+                if is_edge && (p.x > TABLE_END) != (q.x > TABLE_END) {
+                    crossings.push(p.lerp(*q, (TABLE_END - p.x) / (q.x - p.x)));
+                }
+            }
+        }
+        crossings
     }
 
     /// The least height of a corner over the plane through `origin`.

@@ -161,9 +161,9 @@ fn violation(a: &Body, b: &Body, place: &Placement, contact: &Contact) -> Option
 struct Tally {
     seen: usize,
     wrong: Vec<String>,
-    /// Poses at which the bodies overlap only along normals that one of them has not, or along none
-    /// that is believed: the one contact that holds them is none of the admissible ones, but a
-    /// point's way out to the nearest surface.
+    /// Poses at which the bodies overlap only along normals that one of them does not have, or
+    /// whose depths were rejected. The one contact that holds them is then a point's way out to the
+    /// nearest surface.
     rescued: usize,
     /// Poses apart, within tolerance.
     apart: usize,

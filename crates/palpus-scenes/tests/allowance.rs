@@ -28,7 +28,7 @@ struct Outcome {
     /// N: largest change from tick to tick, with and without the allowance.
     jump: f64,
     full_jump: f64,
-    /// Contacts of the full answer, those of them that the late one has not, and those that it does
+    /// Contacts of the full answer, those of them that the late one lacks, and those that it does
     /// not allow for either.
     contacts: u32,
     lacking: u32,
@@ -183,12 +183,12 @@ fn a_third_of_the_work_on_the_armadillo() {
     assert_near(&outcome, "the armadillo");
 }
 
-/// What one may rely on. Measured, of the largest force: worst 0.13, mean 0.010 on the scenes,
-/// where the work is enough for a few pairs; 0.04 and 0.006 on the armadillo, where it is enough
-/// for a third of 140 pairs. Lacking are contacts that have passed to a neighbouring piece since
-/// their pair was visited, 9 % in the cup, where that neighbour's contact stands beside. The fewer
-/// pairs are postponed, the more of them are called missing, since less is said to be unseen: 7 %.
-/// Too far are those whose points have slid along a face that they lean on.
+/// Guaranteed figures. Measured, of the largest force: worst 0.13, mean 0.010 on the
+/// scenes, where the work is enough for a few pairs; 0.04 and 0.006 on the armadillo, where it is
+/// enough for a third of 140 pairs. Lacking are contacts that have passed to a neighbouring piece
+/// since their pair was visited, 9 % in the cup, where that neighbour's contact stands beside. The
+/// fewer pairs are postponed, the more of them are called missing, since less is said to be unseen:
+/// 7 %. Too far are those whose points have slid along a face that they lean on.
 fn assert_near(outcome: &Outcome, what: &str) {
     assert!(outcome.worst <= 0.2 * outcome.most, "{what}: {outcome:?}");
     assert!(outcome.mean <= 0.02 * outcome.most, "{what}: {outcome:?}");

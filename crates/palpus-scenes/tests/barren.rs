@@ -1,5 +1,4 @@
-//! What is known of overlaps without a normal that both pieces own saves walks, and changes no
-//! answer.
+//! Knowing overlaps without a normal that both pieces own saves walks, and changes no answer.
 
 mod bodies;
 

@@ -28,8 +28,8 @@ const DEGREE: f64 = std::f64::consts::PI / 180.0;
 fn settings(clustering: Clustering) -> Settings {
     Settings {
         clustering,
-        // It stands within the tolerance over the ground: sunk in, it would be caught by the sides
-        // of rails.
+        // It stands within the tolerance over the ground: sunk in, it would be caught by the
+        // sides of rails.
         stiffness: 1600.0,
         // A free body swings on its contact's spring; a hand or a coupling would damp it.
         damping: 3.0,
@@ -85,8 +85,8 @@ fn sled() -> PolygonSoup {
     extruded(&outline.map(|(x, z)| DVec2::new(f64::from(x), f64::from(z)) * 1e-3), SIZE.y)
 }
 
-/// A table with ribs along the slope, 2 mm wide and 6 mm apart: a crowd of contacts, and none at
-/// the block's long sides.
+/// A table with ribs along the slope, 2 mm wide and 6 mm apart: many contacts, but none at the
+/// block's long sides.
 fn rails() -> PolygonSoup {
     let mut soup = ribs();
     for v in &mut soup.vertices {

@@ -1,5 +1,5 @@
-//! The sleeping front answers what the full traversal answers, on every scene and along every kind
-//! of motion.
+//! The sleeping front answers what the full traversal answers, on every scene and along every
+//! kind of motion.
 
 mod bodies;
 mod judge;
@@ -92,8 +92,8 @@ impl<'a> Duel<'a> {
         self.work[1] += marches;
     }
 
-    /// Holds the nearest pair against the pairs within tolerance, or if there are none, against the
-    /// pairs a little farther away.
+    /// Compares the nearest pair with the pairs within tolerance, or without any, with the pairs a
+    /// little farther away.
     fn hold_nearest(&mut self, place: &Placement, tolerance: f64, within: &[(u32, u32, f64)]) {
         if !self.ticks.is_multiple_of(NEAREST_EVERY) {
             return;

@@ -5,8 +5,8 @@ use std::path::Path;
 use palpus_io::{HandFile, read_hand};
 use palpus_scenes::{HandPath, Placement};
 
-/// Files, and what a velocity (m/s) and an angular velocity (rad/s) may change by in a millisecond
-/// of them: a person who carries a camera, and one who leads a robot's arm.
+/// Files, and what a velocity (m/s) and an angular velocity (rad/s) may change by in a
+/// millisecond of them: a person who carries a camera, and one who leads a robot's arm.
 const HANDS: [(&str, f64, f64); 2] =
     [("tum_fr2_desk_300hz.txt", 0.05, 0.3), ("ur_kinesthetic_teaching_500hz.csv", 0.03, 0.1)];
 

@@ -1,5 +1,4 @@
-//! The scenes with bodies that nobody holds: what a scripted hand does to them, without a step that
-//! obtains memory.
+//! The scenes with free bodies: the effects of a scripted hand, without a step that obtains memory.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -173,7 +172,7 @@ fn two_fingers_set_a_nut_on_its_bolt() {
 /// Fifty objects and four tools, three of which press on an object each, beside the same three
 /// pairs alone.
 #[test]
-#[ignore = "figures for the record: what bodies cost that nobody touches"]
+#[ignore = "figures for the record: cost of untouched bodies"]
 #[expect(clippy::print_stdout, reason = "figures are for reading")]
 fn what_fifty_objects_cost_beside_three_pairs() {
     let cube = body(&palpus_scenes::shape::cuboid(DVec3::splat(0.012)));

@@ -1,8 +1,7 @@
 //! How deep bodies can be felt and how truly: the sweeps of [`palpus_scenes::sweep`] over the
 //! scenes and over real models.
 //!
-//! Weakness: the bounds are what is reached, with a margin, not what would be right, which is all
-//! of it.
+//! Weakness: the bounds are the reached figures with a margin; the right figure would be all.
 
 use std::path::Path;
 use std::sync::Arc;

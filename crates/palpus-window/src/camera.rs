@@ -1,11 +1,11 @@
-//! Where the eye is: on a sphere about a target, upright with the scene's z.
+//! The eye: on a sphere about a target, upright with the scene's z.
 
 use glam::DVec3;
 
 /// A perspective eye that looks at `target` from `distance` away.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// What is in the middle of the picture, world.
+    /// The point in the middle of the picture, world.
     pub target: DVec3,
     /// m, from the eye to the target.
     pub distance: f64,
@@ -50,7 +50,7 @@ impl View {
     }
 }
 
-/// Where a point comes to be in a picture.
+/// Place of a point in a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Projected {
     /// Pixels from the left edge.
@@ -64,7 +64,7 @@ pub struct Projected {
 /// Half the opening between the lower and the upper edge of a picture: its tangent. 15°: little
 /// perspective, as in a drawing.
 const HALF_OPENING: f64 = 0.268;
-/// What is nearer to the eye than this part of the distance is cut away.
+/// Share of the distance: parts nearer to the eye are cut away.
 const NEAREST: f64 = 0.01;
 /// The eye keeps at least this far from the poles when it is turned, rad: beyond, the picture would
 /// stand on its head.
@@ -81,7 +81,7 @@ impl Camera {
     }
 
     /// Moves target and distance, not the direction, so that all `points` are seen; does nothing
-    /// where there are none.
+    /// without points.
     pub fn frame(&mut self, points: impl Iterator<Item = DVec3> + Clone, aspect: f64) {
         let [right, up, back] = self.axes();
         let in_view = points.map(|p| DVec3::new(right.dot(p), up.dot(p), back.dot(p)));
@@ -134,7 +134,7 @@ impl Camera {
         [right, back.cross(right), back]
     }
 
-    /// Where the eye is, world.
+    /// The eye, world.
     pub fn eye(&self) -> DVec3 {
         self.target + self.axes()[2] * self.distance
     }
@@ -144,7 +144,7 @@ impl Camera {
         HALF_OPENING
     }
 
-    /// m ahead of the eye: what is nearer is not seen.
+    /// m ahead of the eye: nearer parts are not drawn.
     pub fn nearest(&self) -> f64 {
         self.distance * NEAREST
     }
@@ -154,8 +154,8 @@ impl Camera {
         2.0 * depth * HALF_OPENING / height
     }
 
-    /// Where a point of the world is in a picture of this size, pixels; none if it is behind the
-    /// eye.
+    /// Projects a point of the world into a picture of this size, pixels; `None` if it is behind
+    /// the eye.
     pub fn project(&self, point: DVec3, width: f64, height: f64) -> Option<Projected> {
         let [right, up, back] = self.axes();
         let p = point - self.eye();

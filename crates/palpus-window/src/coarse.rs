@@ -19,7 +19,7 @@ const ROUNDS: usize = 6;
 /// The most cells along the longest side.
 const MOST_CELLS: f64 = 2048.0;
 
-/// What of a solid is left in one cell, on one side.
+/// The corners of a solid that fall into one cell, on one side.
 struct Corner {
     sum: DVec3,
     normal: DVec3,

@@ -6,7 +6,7 @@
 //! * an edge is the *arc* of a great circle between the normals of its two faces;
 //! * a vertex is the *region* between the arcs of its edges.
 //!
-//! The piece is the hull of a patch of the mesh, and what the hull added is nobody's surface.
+//! The piece is the hull of a patch of the mesh; faces that only the hull has are no surface.
 //! Directions that the piece *owns*, those that the mesh has there ([`palpus::body::OwnNormals`]),
 //! are coloured: of a vertex, those along which no neighbour on the mesh is higher; of an edge, the
 //! arc up to the neighbour's true normal, which may end before the hull's does; of faces, those of
@@ -46,14 +46,14 @@ const OWN_ARC: f64 = 0.0072;
 const FACE_POINT: f64 = 0.021;
 const RIM_POINT: f64 = 0.011;
 const BORROWED_POINT: f64 = 0.015;
-/// Of a point that shows something else within.
+/// Share of a point's radius that shows another colour within.
 const HOLLOW: f64 = 0.5;
 /// How dark the sphere gets where it is seen along.
 const SLANT_SHADE: f64 = 0.42;
 /// By how much neighbouring regions differ in light.
 const REGION_STEPS: [f64; 4] = [0.0, 0.16, -0.13, 0.07];
 
-/// The colours of what is owned and what is not.
+/// Colours of owned and other regions.
 #[derive(Clone, Copy, Debug)]
 struct Palette {
     own_region: Rgb,
@@ -104,14 +104,14 @@ pub struct PieceOf<'a> {
     pub body: &'a Body,
     /// Index of the piece.
     pub piece: u32,
-    /// What the body is called.
+    /// Name of the body.
     pub name: &'a str,
-    /// What a length of 1 is called.
+    /// Unit of length.
     pub unit: Unit,
 }
 
-/// The piece, its place in the body, and both halves of its Gauss map, seen along the line of sight
-/// of `from`. `piece` must be one of the body's.
+/// Draws the piece, its place in the body, and both halves of its Gauss map, seen along the line of
+/// sight of `from`. `piece` must be one of the body's.
 pub fn paint_gauss(shown: &PieceOf<'_>, from: &Camera, style: &Style, width: usize, height: usize) -> Picture {
     let &PieceOf { body, piece, name, unit } = shown;
     let numbers = PieceNumbers::of(body, piece);
@@ -189,7 +189,7 @@ const WITHIN_SQUARE: f64 = 0.96;
 /// The part of the page for the piece itself.
 const LEFT: f64 = 0.27;
 
-/// What the page says of the piece.
+/// Text about the piece below the picture.
 fn caption(numbers: &PieceNumbers, unit: Unit) -> [String; 2] {
     let PieceNumbers { faces, original_faces, virtual_faces, rims, vertices, edges, arcs, volume, owned, .. } = numbers;
     let rims = if *rims > 0 { format!(", {rims} of no width") } else { String::new() };
@@ -219,7 +219,7 @@ pub fn before_own_faces(body: &Body, piece: u32) -> Camera {
     camera
 }
 
-/// Where a half of the sphere is drawn, pixels.
+/// Place of a half of the sphere, pixels.
 #[derive(Clone, Copy, Debug)]
 struct Disc {
     x: f64,
@@ -228,7 +228,8 @@ struct Disc {
 }
 
 impl Disc {
-    /// Where a direction is, if it is on the seen half; `axes` are right, up, towards the viewer.
+    /// Place of a direction, if it is on the visible half; `axes` are right, up, towards the
+    /// viewer.
     fn place(&self, axes: &[DVec3; 3], direction: DVec3) -> Option<(f64, f64)> {
         let [right, up, back] = axes;
         (back.dot(direction) >= 0.0)
@@ -282,7 +283,7 @@ fn draw_regions(picture: &mut Picture, own: &OwnNormals<'_>, axes: &[DVec3; 3], 
 fn region_light(own: &OwnNormals<'_>, vertex: u32, direction: DVec3, palette: &Palette) -> DVec3 {
     let owned = own.vertex_owns(vertex, direction);
     let colour = linear(if owned { palette.own_region } else { palette.other_region });
-    // Regions of what is not owned are told apart by their arcs.
+    // Regions that are not owned differ by their arcs only.
     let step = if owned { REGION_STEPS[vertex as usize % REGION_STEPS.len()] } else { 0.0 };
     colour * (1.0 + step)
 }
@@ -349,7 +350,7 @@ fn draw_points(picture: &mut Picture, own: &OwnNormals<'_>, axes: &[DVec3; 3], d
     };
     let polytope = own.polytope();
     let mut faces: Vec<u32> = (0..polytope.face_count() as u32).collect();
-    // What is owned stands above.
+    // Owned faces are drawn on top.
     faces.sort_by_key(|f| own.own_face(*f).is_some());
     for f in faces {
         let normal = polytope.plane(f).normal;

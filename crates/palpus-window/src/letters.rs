@@ -23,7 +23,7 @@ const HALO_STRENGTH: f64 = 0.7;
 const GAP: f64 = 1.7;
 const SPACE: f64 = 2.0;
 
-/// What any letter that is not in the font looks like.
+/// Bitmap of a letter that the font does not have.
 const UNKNOWN: &str = "02 08 48 42 02";
 
 /// The strokes of a letter.
@@ -151,7 +151,7 @@ pub(crate) fn width(text: &str, size: f64) -> f64 {
     text.chars().map(advance).sum::<f64>() * size / CAPITAL
 }
 
-/// Where a text stands and how it looks.
+/// Place and style of a text.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Setting {
     /// Pixels from the left edge to the first letter.
@@ -161,7 +161,7 @@ pub(crate) struct Setting {
     /// Pixels that large letters are high.
     pub(crate) size: f64,
     pub(crate) colour: Rgb,
-    /// What is round the letters, so that they are read on anything.
+    /// Colour around the letters, so that they can be read on anything.
     pub(crate) halo: Rgb,
 }
 

@@ -1,7 +1,7 @@
-//! What palpus shows.
+//! Pictures, the window and the plots of palpus.
 //!
-//! A [`Scene`] says what is to be seen: bodies, and a [`Moment`] of contacts and forces. A
-//! [`Camera`] says from where, a [`Style`] how. [`paint`] makes a [`Picture`] of them without a
+//! A [`Scene`] holds the bodies, and a [`Moment`] of contacts and forces. A [`Camera`] and a
+//! [`Style`] say from where and how it is shown. [`paint`] makes a [`Picture`] of them without a
 //! display, a graphics library or a system package, the same to the bit on every run;
 //! [`Picture::write_png`] keeps it.
 //!
@@ -70,6 +70,6 @@ pub use solid::Solid;
 pub use style::{Style, Theme};
 #[cfg(feature = "gui")]
 pub use window::{
-    Cap, ComparedTick, FileKind, Loading, Numbers, Painted, Part, Preset, Replayed, ReplayedTick, Run, SeenTick,
-    Viewed, Wanted, WindowError, has_display, open, show_recording, view,
+    Cap, ComparedTick, FileKind, Loading, MeshFile, Numbers, Painted, Preset, Replayed, ReplayedTick, Run, SeenTick,
+    Start, Viewed, Wanted, WindowError, has_display, open, show_recording, view,
 };

@@ -1,8 +1,8 @@
-//! What is drawn of a moment: dots, and arrows as small solids, always of the same thickness in the
+//! The marks of a moment: dots, and arrows as small solids, always of the same thickness in the
 //! picture.
 //!
-//! A size in pixels is that in a picture of [`NOMINAL_HEIGHT`]; whoever draws says how long it is
-//! in metres at a point.
+//! A size in pixels is that in a picture of [`NOMINAL_HEIGHT`]; the renderer says how long it is in
+//! metres at a point.
 
 use glam::DVec3;
 
@@ -29,7 +29,7 @@ const LEAST_TURN: f64 = 0.35;
 /// own would make much of.
 const NO_TURN: f64 = 0.004;
 
-/// Of patches: the radius for no and for the largest force, and of the halo; how much both cover.
+/// Patches: the radius for no and for the largest force, and of the halo; opacity of both.
 const PATCH_RADII: (f64, f64) = (9.0, 17.0);
 const HALO_RADIUS: f64 = 34.0;
 const PATCH_COVER: f64 = 0.75;
@@ -40,7 +40,7 @@ const SIDES: usize = 14;
 /// The head of an arrow: its length and its radius in radii of the shaft.
 const HEAD_LENGTH: f64 = 6.0;
 const HEAD_RADIUS: f64 = 2.6;
-/// Of a turning arrow, rad: what the arrow goes round, and in how many straight parts.
+/// A turning arrow: its angle, rad, and its number of straight parts.
 const TURN: f64 = 1.5 * std::f64::consts::PI;
 const TURN_PARTS: usize = 30;
 
@@ -57,7 +57,7 @@ pub(crate) struct Dot {
     pub(crate) colour: Rgb,
 }
 
-/// Where bodies press on each other: a soft disc that lies on the surface.
+/// Pressure between bodies: a soft disc that lies on the surface.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Patch {
     /// World.
@@ -119,8 +119,8 @@ pub(crate) struct Marks {
 }
 
 impl Marks {
-    /// Of the scene's moment, if it has one. `metres` says how long so many pixels are at a point
-    /// of the world.
+    /// Makes the marks of the scene's moment, if it has one. `metres` gives the length of so many
+    /// pixels at a point of the world.
     pub(crate) fn of(scene: &Scene, style: &Style, metres: &impl Fn(DVec3, f64) -> f64) -> Self {
         let mut marks = Self::default();
         let Some(moment) = &scene.moment else { return marks };
@@ -289,7 +289,7 @@ pub(crate) fn ball(center: DVec3, radius: f64) -> Triangles {
     triangles
 }
 
-/// Of a ball.
+/// Triangles of a ball.
 #[cfg(feature = "gui")]
 const BALL_RINGS: usize = 5;
 #[cfg(feature = "gui")]

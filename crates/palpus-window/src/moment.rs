@@ -1,4 +1,4 @@
-//! What one tick has to show, in the environment's frame.
+//! The visible part of one tick, in the environment's frame.
 //!
 //! All lists are as long as they will ever get when the moment is made, so that [`Moment::fill`]
 //! may stand in the servo thread; of more, the first are kept.
@@ -21,7 +21,7 @@ pub struct ShownContact {
 /// A cluster as an arrow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShownCluster {
-    /// Where it pushes.
+    /// Point at which it pushes.
     pub point: DVec3,
     /// N, on the probe.
     pub force: DVec3,
@@ -29,12 +29,12 @@ pub struct ShownCluster {
     pub separation: f64,
 }
 
-/// Where friction holds.
+/// Point at which friction holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShownAnchor {
     /// The point of the probe that is held.
     pub held: DVec3,
-    /// Where it is held.
+    /// Anchor of the friction.
     pub anchor: DVec3,
     /// It is being dragged.
     pub sliding: bool,
@@ -45,24 +45,23 @@ pub struct ShownAnchor {
 pub struct Moment {
     /// s since the run began.
     pub time: f64,
-    /// Where the device holds the probe.
+    /// Pose of the probe at the device.
     pub device: Pose,
-    /// Where the contacts were looked for: the proxy's pose with a coupling, else the device's.
+    /// Pose at which contacts were looked for: the proxy's with a coupling, else the device's.
     pub tool: Pose,
-    /// Where the bodies are that are neither the tool nor the environment: other tools, then the
-    /// objects.
+    /// Poses of the bodies other than tool and environment: other tools, then the objects.
     pub others: Vec<Pose>,
     /// The grip on the proxy.
     pub grip: DVec3,
     /// About the grip, as commanded.
     pub wrench: Wrench,
-    /// Of all contacts, also those for which there is no room.
+    /// Number of all contacts, also of those without room here.
     pub contact_count: usize,
     /// Dots.
     pub contacts: Vec<ShownContact>,
     /// Arrows.
     pub clusters: Vec<ShownCluster>,
-    /// Where friction holds.
+    /// Points at which friction holds.
     pub anchors: Vec<ShownAnchor>,
 }
 
@@ -115,7 +114,7 @@ impl Moment {
         self.show(tick, &known);
     }
 
-    /// Appends what the contacts of the tick do, but for those that are `known`.
+    /// Appends the contacts of the tick, except those that are `known`.
     fn show(&mut self, tick: &Tick, known: &Range<usize>) {
         let contacts = tick.contacts.iter().enumerate().filter(|(k, _)| !known.contains(k));
         append(&mut self.contacts, contacts, |(_, contact)| ShownContact {

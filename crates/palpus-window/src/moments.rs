@@ -1,5 +1,5 @@
-//! What the ticks of a run have to show, as far as there is room: a recording that is run again on
-//! one thread fills it, a window that goes to and fro in it reads.
+//! The visible parts of a run's ticks, as far as there is room. A recording that is run again on
+//! one thread fills it; a window that goes to and fro in it reads.
 //!
 //! All ticks are kept while they fit; then every second one is dropped, and again, so that what is
 //! kept stays evenly spaced however long the run is.
@@ -31,7 +31,7 @@ struct Store {
 pub struct Progress {
     /// Ticks that were run again.
     pub ticks: usize,
-    /// Of these, those whose wrench is not the recorded one to the bit.
+    /// Number of those whose wrench differs from the recorded one in any bit.
     pub differing: usize,
     /// The first of them.
     pub first_difference: Option<usize>,
@@ -46,7 +46,7 @@ impl Moments {
         Self { most_bytes, store: Mutex::new(store) }
     }
 
-    /// Adds the next tick: what it has to show, and whether its wrench is the recorded one.
+    /// Adds the next tick, and whether its wrench is the recorded one.
     pub fn push(&self, moment: &Moment, same: bool) {
         let Ok(mut store) = self.store.lock() else { return };
         let tick = store.progress.ticks;

@@ -112,13 +112,13 @@ pub fn paint(scene: &Scene, camera: &Camera, style: &Style, width: usize, height
     picture
 }
 
-/// What every stroke needs.
+/// Inputs of every stroke.
 struct Brush {
     lens: Lens,
     colours: Colours,
     /// Samples of a nominal pixel.
     samples: f64,
-    /// Where bodies are seen through; in samples.
+    /// Probes around which bodies are transparent; in samples.
     xrays: Vec<XRay>,
 }
 
@@ -132,7 +132,7 @@ enum Cover {
     AroundProbes(Part),
 }
 
-/// What is drawn of a body that is glass around probes.
+/// The translucent part of a body around probes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Part {
     Solid,
@@ -232,7 +232,7 @@ impl Brush {
         Marks::of(scene, style, &|point, pixels| self.lens.metres(point, pixels * self.samples))
     }
 
-    /// Where bodies press, over what is there.
+    /// Draws the pressure between bodies over the picture.
     fn patches(&self, light: &mut [[f32; 3]], opaque: &Layer, patches: &[Patch]) {
         for patch in patches {
             let (radius, colour) = (patch.radius * self.samples, linear(patch.colour).as_vec3().to_array());
@@ -343,8 +343,8 @@ fn pixels(light: &[[f32; 3]], width: usize, height: usize) -> Picture {
             for row in y * FINENESS..(y + 1) * FINENESS {
                 for column in x * FINENESS..(x + 1) * FINENESS {
                     let [r, g, b] = light[row * width * FINENESS + column];
-                    // What is brighter than white is white before it is mixed, so that edges of
-                    // gloss stay smooth.
+                    // Light brighter than white counts as white before it is mixed, so that
+                    // edges of gloss stay smooth.
                     sum += DVec3::new(f64::from(r), f64::from(g), f64::from(b)).min(DVec3::ONE);
                 }
             }
@@ -396,7 +396,7 @@ fn words(picture: &mut Picture, scene: &Scene, camera: &Camera, style: &Style, s
 /// About how long the scale is, pixels.
 const SCALE_LENGTH: f64 = 130.0;
 
-/// What is there to be explained.
+/// Entries of the legend for the marks in the picture.
 fn legend(moment: &Moment, style: &Style, colours: &Colours) -> Vec<(Rgb, &'static str)> {
     let contacts = |overlap: bool| style.contacts && moment.contacts.iter().any(|c| (c.separation < 0.0) == overlap);
     let anchors = |sliding: bool| style.anchors && moment.anchors.iter().any(|a| a.sliding == sliding);
@@ -427,6 +427,7 @@ pub(crate) fn round_length(most: f64, unit: Unit) -> (f64, String) {
     let digit = [5, 2, 1].into_iter().find(|d| f64::from(*d) * 10f64.powi(decade) <= most).unwrap_or(1);
     let length = f64::from(digit) * 10f64.powi(decade);
     let name = match unit {
+        Unit::Model if length == 1.0 => "1 unit".to_owned(),
         Unit::Model if decade >= 0 => format!("{length:.0} units"),
         Unit::Model => format!("{length:.*} units", -decade as usize),
         Unit::Metre if decade >= 0 => format!("{length:.0} m"),
@@ -449,6 +450,7 @@ mod tests {
         assert_eq!(name(3.0, Unit::Metre), "2 m");
         assert_eq!(name(0.03, Unit::Model), "0.02 units");
         assert_eq!(name(70.0, Unit::Model), "50 units");
+        assert_eq!(name(1.2, Unit::Model), "1 unit");
         for most in [1e-5, 3.3e-3, 0.2, 1.0, 47.0] {
             let (length, _) = round_length(most, Unit::Metre);
             assert!(length <= most * (1.0 + 1e-9) && length > 0.39 * most, "{most} {length}");

@@ -6,14 +6,14 @@ use palpus::body::{Body, Polytope, Provenance};
 
 use crate::solid::Solid;
 
-/// What there is to count of a piece.
+/// Counts of a piece.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PieceNumbers {
     /// Faces with a width.
     pub faces: usize,
-    /// Of these, those that are wholly or for the larger part the mesh's.
+    /// Number of faces that are wholly or for the larger part the mesh's.
     pub original_faces: usize,
-    /// Of these, those that only the hull has.
+    /// Number of faces that only the hull has.
     pub virtual_faces: usize,
     /// Faces of no width along the sides of a plate.
     pub rims: usize,
@@ -37,7 +37,7 @@ pub struct PieceNumbers {
 const DIRECTIONS: usize = 4096;
 
 impl PieceNumbers {
-    /// Of piece `k` of a body; `k` must be one.
+    /// Counts piece `k` of a body, which must exist.
     pub fn of(body: &Body, k: u32) -> Self {
         let polytope = &body.polytopes()[k as usize];
         let own = body.own_normals(k);

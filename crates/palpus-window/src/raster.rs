@@ -1,7 +1,7 @@
 //! Triangles into a layer of light and depth.
 //!
-//! 1. Corners are taken into the view's frame; what is nearer than the eye's nearest distance is
-//!    cut away.
+//! 1. Corners are taken into the view's frame; parts nearer than the eye's nearest distance are cut
+//!    away.
 //! 2. Row by row, the samples within the triangle are found by the signs of three edge functions; a
 //!    sample on an edge belongs to both sides, and the depths decide.
 //! 3. A sample keeps the nearest fragment. Nearness, the inverse of depth, is linear over the
@@ -22,7 +22,7 @@ pub(crate) struct Fragment {
     pub(crate) to_eye: DVec3,
     /// Samples to the nearest side of the triangle.
     pub(crate) side: f64,
-    /// Where the sample is, in samples from the upper left corner.
+    /// Place of the sample, in samples from the upper left corner.
     pub(crate) at: DVec2,
     /// m from the eye, along the line of sight through the middle.
     pub(crate) depth: f64,
@@ -43,7 +43,7 @@ pub(crate) enum Facing {
     Back,
 }
 
-/// Light, with how much of what is behind it is covered, in parts of 1.
+/// Light, and the share of the background that it covers.
 pub(crate) type Light = [f32; 4];
 
 /// The world as the eye has it, in samples.
@@ -62,8 +62,8 @@ impl Lens {
         Self { camera: *camera, eye: camera.eye(), axes, width: width as f64, height: height as f64 }
     }
 
-    /// Where the line of sight through a sample (from the upper left corner) meets the plane
-    /// through `point` (world) across `normal`; `None` if it does not.
+    /// Intersects the line of sight through a sample (from the upper left corner) with the plane
+    /// through `point` (world) across `normal`; `None` if there is none.
     pub(crate) fn on_plane(&self, at: DVec2, point: DVec3, normal: DVec3) -> Option<DVec3> {
         let metres = self.camera.metres_per_pixel(1.0, self.height);
         let [right, up, back] = self.axes;
@@ -95,7 +95,7 @@ pub(crate) struct Layer {
     /// 1/m: the inverse of the depth; 0 where nothing is.
     pub(crate) nearness: Vec<f32>,
     pub(crate) light: Vec<Light>,
-    /// What was drawn there; 0 for nothing.
+    /// Name of the body drawn there; 0 for nothing.
     pub(crate) name: Vec<u16>,
 }
 
@@ -185,7 +185,7 @@ impl Layer {
     }
 
     /// Draws a round dot of `radius` samples about a point of the world, `nearer` metres before it;
-    /// `light` is told how far from its middle it is, in radii.
+    /// `light` gets the distance from its middle, in radii.
     pub(crate) fn dot(
         &mut self,
         lens: &Lens,
@@ -257,8 +257,8 @@ impl Layer {
     }
 }
 
-/// Where nearness falls by this part within a sample, something ends: half a percent of the
-/// distance to the eye.
+/// A fall of nearness by this share within a sample is an outline: half a percent of the distance
+/// to the eye.
 const OUTLINE_FALL: f32 = 0.005;
 
 /// A triangle in samples.
@@ -273,7 +273,7 @@ impl Flat {
     fn new(lens: &Lens, corners: &[Corner; 3]) -> Option<Self> {
         let mut flat = Self { x: [0.0; 3], y: [0.0; 3], nearness: [0.0; 3], area: 0.0 };
         for (k, corner) in corners.iter().enumerate() {
-            // What was cut lies on the limit, up to round-off.
+            // The cut corner lies on the limit, up to round-off.
             let ahead = DVec3 { z: corner.point.z.min(-lens.camera.nearest()), ..corner.point };
             let at = lens.camera.project_view(ahead, lens.width, lens.height)?;
             (flat.x[k], flat.y[k], flat.nearness[k]) = (at.x, at.y, 1.0 / at.depth);
@@ -287,7 +287,7 @@ impl Flat {
         self.area < 0.0
     }
 
-    /// Of the triangle of two corners and a point.
+    /// Twice the area of the triangle of two corners and a point.
     fn twice_area(&self, i: usize, j: usize, x: f64, y: f64) -> f64 {
         (self.x[j] - self.x[i]) * (y - self.y[i]) - (self.y[j] - self.y[i]) * (x - self.x[i])
     }
@@ -327,7 +327,8 @@ fn span(values: impl Iterator<Item = f64>, end: usize) -> std::ops::Range<usize>
     ((low - 1.0).floor() as usize).min(end)..((high + 1.0).ceil() as usize).min(end)
 }
 
-/// What of a triangle is farther than z = `limit`, view's frame: three or four corners.
+/// Cuts a triangle at z = `limit`, view's frame; returns the three or four corners of the farther
+/// part.
 fn cut_nearest(corners: &[Corner; 3], limit: f64) -> Vec<Corner> {
     let mut cut = Vec::with_capacity(4);
     for k in 0..3 {

@@ -1,4 +1,4 @@
-//! What is to be seen.
+//! The visible scene.
 
 use std::sync::Arc;
 
@@ -19,20 +19,20 @@ pub struct Look {
     pub pieces: bool,
     /// The triangles' sides are drawn.
     pub wireframe: bool,
-    /// What is behind it is seen through it.
+    /// Bodies behind it are seen through it.
     pub translucent: bool,
-    /// The same, but only around a probe that it hides.
+    /// It is translucent only around a probe that it hides.
     pub xray: bool,
 }
 
 /// A body in its place.
 #[derive(Clone, Debug)]
 pub struct ShownBody {
-    /// What it is in the scene.
+    /// The body's role in the scene.
     pub part: BodyPart,
     /// Its triangles.
     pub solid: Arc<Solid>,
-    /// Of the body in the world.
+    /// Pose of the body in the world.
     pub pose: Pose,
     /// Its colour, where pieces have none.
     pub colour: Rgb,
@@ -48,17 +48,17 @@ pub struct Scene {
     pub bodies: Vec<ShownBody>,
     /// Contacts and forces, if any.
     pub moment: Option<Moment>,
-    /// Of the moment's frame, the environment's, in the world.
+    /// Pose of the moment's frame, the environment's, in the world.
     pub moment_pose: Pose,
     /// The largest force of an arrow: N for the longest. The engine's limit.
     pub force_scale: f64,
     /// N·m, of the longest turning arrow.
     pub torque_scale: f64,
-    /// What it is, above everything.
+    /// Title, above everything.
     pub title: String,
-    /// What else there is to say, below.
+    /// Caption, below.
     pub caption: String,
-    /// What a length of 1 is called.
+    /// Unit of length.
     pub unit: Unit,
 }
 
@@ -78,7 +78,7 @@ impl Default for Scene {
     }
 }
 
-/// What a length of 1 is called.
+/// Units of length.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Unit {
     /// Metres.
@@ -88,23 +88,23 @@ pub enum Unit {
     Model,
 }
 
-/// What a body is in a scene.
+/// Role of a body in a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BodyPart {
-    /// What a hand holds.
+    /// The probe in the first hand.
     Probe,
-    /// What is touched, and what of it is seen by itself.
+    /// The environment, with its parts that are drawn by themselves.
     Environment,
-    /// What another hand holds, by its number from 2 on.
+    /// The probe in another hand, by its number from 2 on.
     OtherProbe(usize),
-    /// A body that nobody holds, by its number from 1 on, and that moves.
+    /// A moving body that no hand holds, by its number from 1 on.
     Object(usize),
     /// The same, and it never moves.
     FixedObject(usize),
 }
 
 impl BodyPart {
-    /// What it is called.
+    /// Name of the role.
     pub fn name(self) -> String {
         match self {
             Self::Probe => "probe".to_owned(),
@@ -125,7 +125,7 @@ impl BodyPart {
     }
 }
 
-/// Of so many bodies a person is asked how they are drawn; the list of more would fill the window.
+/// The window lists how bodies are drawn for at most this many; a longer list would fill it.
 #[cfg(feature = "gui")]
 pub(crate) const LISTED: usize = 4;
 
@@ -133,7 +133,7 @@ pub(crate) const LISTED: usize = 4;
 const APART: f64 = 2e-3;
 
 impl Scene {
-    /// Puts what moves where it is at `moment`; what is no pose leaves its body where it was.
+    /// Moves bodies to their poses at `moment`; an invalid pose leaves its body in place.
     #[cfg(feature = "gui")]
     pub(crate) fn pose_probes(&mut self, moment: &Moment) {
         let moment_pose = self.moment_pose;
@@ -161,8 +161,7 @@ impl Scene {
         held.filter_map(|body| XRay::around(&body.solid, &body.pose, camera, size, nominal)).collect()
     }
 
-    /// True if the device holds the probe elsewhere than where the proxy is, so that it is to be
-    /// seen.
+    /// True if the device holds the probe away from the proxy, so that both are drawn.
     pub(crate) fn is_device_apart(&self, moment: &Moment, probe: &ShownBody) -> bool {
         let (low, high) = probe.solid.bounds();
         let apart = |p: DVec3| (moment.device.point(p) - moment.tool.point(p)).length();

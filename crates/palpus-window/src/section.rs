@@ -20,7 +20,8 @@ use palpus::algebra::{Pose, Workers, map_in_order, quantile};
 use palpus::body::{Body, BodyError};
 use palpus::detect::{ContactQuery, QuerySettings};
 
-/// Of the probe, relative to the body's size: so much a felt depth may be off near an edge.
+/// Size of the probing point, relative to the body's size: near an edge a felt depth may be wrong
+/// by as much.
 pub const POINT: f64 = 1e-5;
 /// How far a section reaches beyond the body's box, relative to its size.
 const MARGIN: f64 = 0.08;
@@ -65,7 +66,7 @@ impl Axis {
 pub struct SectionPlane {
     /// Which.
     pub axis: Axis,
-    /// Where on it, m.
+    /// Offset of the plane along its normal, m.
     pub offset: f64,
 }
 
@@ -118,14 +119,14 @@ impl SectionPlane {
     }
 }
 
-/// What a point feels.
+/// Result for a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Felt {
     /// To the nearest point of the mesh, m.
     pub distance: f64,
     /// Within a closed mesh; false for an open one.
     pub inside: bool,
-    /// Of the deepest contact, m; zero without contact.
+    /// Depth of the deepest contact, m; zero without contact.
     pub depth: f64,
 }
 
@@ -173,8 +174,7 @@ impl Feeler {
 const TURNED: [[f64; 3]; 3] =
     [[6.0 / 7.0, 3.0 / 7.0, 2.0 / 7.0], [-3.0 / 7.0, 2.0 / 7.0, 6.0 / 7.0], [2.0 / 7.0, -6.0 / 7.0, 3.0 / 7.0]];
 
-/// What is felt on a plane. Samples stand in rows from the lower left corner, [`Section::cell`]
-/// apart.
+/// Depths on a plane. Samples stand in rows from the lower left corner, [`Section::cell`] apart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Section {
     /// Where.
@@ -194,8 +194,8 @@ pub struct Section {
 }
 
 impl Section {
-    /// Feels the body on a grid with at most `finest` samples along its longer side, with the hands
-    /// of `workers`. The answer is the same whoever they are.
+    /// Feels the body on a grid with at most `finest` samples along its longer side, on `workers`.
+    /// The answer does not depend on them.
     ///
     /// # Errors
     /// See [`Feeler::new`].
@@ -228,17 +228,17 @@ impl Section {
         Self { plane, low, cell, columns, rows, closed: body.mesh().is_closed(), samples: Vec::new() }
     }
 
-    /// What is felt in a row.
+    /// Feels a row.
     pub fn feel_row(&self, row: usize, feeler: &mut Feeler) -> Vec<Felt> {
         (0..self.columns).map(|column| feeler.feel(self.point(column, row))).collect()
     }
 
-    /// Where a sample is.
+    /// Place of a sample.
     pub fn point(&self, column: usize, row: usize) -> DVec3 {
         self.plane.point(self.low[0] + column as f64 * self.cell, self.low[1] + row as f64 * self.cell)
     }
 
-    /// What is felt there; none where nothing was felt yet.
+    /// Result at a sample; `None` where it was not computed yet.
     pub fn at(&self, column: usize, row: usize) -> Option<&Felt> {
         self.samples.get(row * self.columns + column)
     }
@@ -266,7 +266,7 @@ impl Section {
 pub struct SectionNumbers {
     /// Samples within the mesh.
     pub inside: usize,
-    /// Of these, those without contact.
+    /// Number of those without contact.
     pub unseen: usize,
     /// The largest felt depth, m.
     pub deepest_felt: f64,

@@ -16,7 +16,7 @@ use crate::scene::Unit;
 use crate::section::{Felt, Section};
 use crate::style::{Theme, encoded, linear};
 
-/// What a panel shows.
+/// Quantity that a panel shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shown {
     /// The depth that the pieces give.
@@ -61,20 +61,20 @@ pub(crate) const UNSEEN: Rgb = [228, 20, 140];
 pub(crate) const LESS: Rgb = [33, 92, 190];
 pub(crate) const MORE: Rgb = [200, 40, 30];
 
-/// A section and what it is of.
+/// A section and its body.
 #[derive(Clone, Copy, Debug)]
 pub struct SectionOf<'a> {
-    /// What was felt.
+    /// The section.
     pub section: &'a Section,
-    /// Of which body.
+    /// The body.
     pub body: &'a Body,
-    /// What the body is called.
+    /// Name of the body.
     pub name: &'a str,
-    /// What a length of 1 is called.
+    /// Unit of length.
     pub unit: Unit,
 }
 
-/// What colours and lines of depth are for, in the body's lengths.
+/// Scale of colours and of lines of depth, in the body's lengths.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Range {
     /// Has the last colour.
@@ -122,7 +122,7 @@ pub(crate) fn outside_step(section: &Section, unit: Unit) -> f64 {
     contour_step(farthest.map(|felt| felt.distance).fold(0.0, f64::max), unit)
 }
 
-/// What kind of place a sample is.
+/// Kind of place of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Deep,
@@ -139,7 +139,7 @@ fn kind(felt: &Felt, closed: bool, which: Shown) -> Kind {
     }
 }
 
-/// What a sample is coloured by; outside always the distance.
+/// Value that colours a sample; outside always the distance.
 fn value(felt: &Felt, kind: Kind, which: Shown) -> f64 {
     match (kind, which) {
         (Kind::Outside, _) | (_, Shown::True) => felt.distance,
@@ -241,7 +241,7 @@ pub(crate) fn outside_colour(theme: Theme, part: f64) -> Rgb {
     encoded(linear(near).lerp(linear(far), (3.0 * part).clamp(0.0, 1.0)))
 }
 
-/// What is missing, as a part of the deepest: a fifth of it has the full colour.
+/// Colour of a missing depth, by its share of the deepest; a fifth has the full colour.
 fn missing_colour(theme: Theme, part: f64) -> Rgb {
     let none = match theme {
         Theme::Light => [246, 246, 246],
@@ -251,11 +251,11 @@ fn missing_colour(theme: Theme, part: f64) -> Rgb {
     encoded(linear(none).lerp(linear(full), (part.abs() / FULLY_MISSING).min(1.0)))
 }
 
-/// Of the deepest.
+/// Share of the deepest that has the full colour.
 const FULLY_MISSING: f64 = 0.2;
 
-/// Where values between samples pass a multiple of the step: marching squares over cells whose
-/// corners are all of one kind.
+/// Contour lines at the multiples of the step, by marching squares over cells whose corners are
+/// all of one kind.
 fn contours(section: &Section, which: Shown, wanted: Kind, step: f64) -> Vec<[[f64; 2]; 2]> {
     let mut lines = Vec::new();
     let corner = |column: usize, row: usize| {

@@ -104,8 +104,8 @@ pub(crate) fn length_name(length: f64, unit: Unit) -> String {
     }
 }
 
-/// Where `count` panels stand, `head` pixels left free above each: in as many columns as let them
-/// be largest.
+/// Arranges `count` panels, with `head` pixels above each, in the number of columns that makes them
+/// largest.
 fn arranged(area: &Area, count: usize, section: &Section, head: f64, gap: f64) -> Vec<Area> {
     let (wide, tall) = (section.columns as f64, section.rows as f64);
     let size = |across: usize| {

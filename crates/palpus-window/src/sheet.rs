@@ -10,7 +10,7 @@ use crate::style::{Colours, Style};
 const MARGIN: f64 = 22.0;
 const TITLE_SIZE: f64 = 19.0;
 pub(crate) const WORD_SIZE: f64 = 13.0;
-/// What title and caption take above, and the legend below.
+/// Heights of title and caption above, and of the legend below.
 const HEAD: f64 = 98.0;
 const LINE: f64 = 1.7 * WORD_SIZE;
 const FOOT: f64 = 46.0;
@@ -70,7 +70,7 @@ impl Sheet {
         sheet
     }
 
-    /// What is free between words above and below.
+    /// The free area between the texts above and below.
     pub(crate) fn area(&self) -> Area {
         let (head, foot) = if self.words { (HEAD * self.scale, FOOT * self.scale) } else { (0.0, 0.0) };
         let (width, height) = (self.picture.width() as f64, self.picture.height() as f64);
@@ -91,7 +91,7 @@ impl Sheet {
         self.write(text, x - half, y, size, colour);
     }
 
-    /// What colours mean, below everything; a hollow mark is a ring.
+    /// Writes the legend below everything; a hollow mark is a ring.
     pub(crate) fn legend(&mut self, rows: &[(Rgb, bool, &str)]) {
         if !self.words {
             return;

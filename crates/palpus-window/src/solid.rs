@@ -72,8 +72,8 @@ impl Solid {
         self
     }
 
-    /// Where a ray first meets a triangle, from either side: how far along `direction`, and that
-    /// triangle's piece.
+    /// Finds the first triangle on a ray, from either side: the distance along `direction`,
+    /// and that triangle's piece.
     #[cfg(feature = "gui")]
     pub(crate) fn first_met(&self, origin: DVec3, direction: DVec3) -> Option<(f64, u32)> {
         let met = self.triangles.iter().zip(&self.pieces).filter_map(|(triangle, piece)| {

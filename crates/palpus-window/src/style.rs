@@ -18,7 +18,7 @@ pub struct Style {
     pub clusters_as_contacts: bool,
     /// The wrench at the grip as an arrow and a turning arrow.
     pub wrench: bool,
-    /// Where friction holds.
+    /// Draws the points at which friction holds.
     pub anchors: bool,
     /// Numbers, the meaning of colours, and a scale.
     pub words: bool,
@@ -38,7 +38,7 @@ impl Default for Style {
     }
 }
 
-/// What everything stands on.
+/// Ground below everything.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Theme {
     /// Dark on light, for paper.
@@ -66,19 +66,19 @@ pub(crate) struct Colours {
     pub(crate) torque: Rgb,
     pub(crate) anchor: Rgb,
     pub(crate) sliding: Rgb,
-    /// Of what is compared with what is felt.
+    /// Colour of the compared curve.
     #[cfg(feature = "gui")]
     pub(crate) compared: Rgb,
-    /// Of the patches of contact: where they press lightly, and hard.
+    /// Colours of the patches of contact: for light and for hard pressure.
     pub(crate) light: Rgb,
     pub(crate) heavy: Rgb,
-    /// Of the ground's shadow, and how much the darkest covers.
+    /// Colour of the ground's shadow, and its largest opacity.
     pub(crate) shadow: Rgb,
     pub(crate) shade: f64,
-    /// Of the world's axes.
+    /// Colours of the world's axes.
     #[cfg(feature = "gui")]
     pub(crate) axes: [Rgb; 3],
-    /// Of pieces: how much of their colour stays, and how light they are.
+    /// Colours of pieces: how much of them remains, and how light they are.
     pub(crate) piece_lightness: f64,
 }
 

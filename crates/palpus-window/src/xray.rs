@@ -1,8 +1,8 @@
-//! Where a body is seen through: around a probe that it hides.
+//! Transparency of bodies around a probe that they hide.
 //!
 //! The probe is a capsule in the picture, about its longest axis. A body is glass where it is
-//! nearer to the eye than the capsule and covers it, and solid beyond a soft edge. So it is seen
-//! what is touched, and the body keeps its shape.
+//! nearer to the eye than the capsule and covers it, and solid beyond a soft edge. So the touched
+//! place is visible, and the body keeps its shape.
 
 use glam::{DVec2, DVec3};
 use palpus::algebra::Pose;
@@ -29,8 +29,8 @@ pub(crate) struct XRay {
 }
 
 impl XRay {
-    /// Around a probe at `pose` (world), in a picture of so many pixels of which `nominal` make one
-    /// of a nominal picture; `None` if it is not ahead of the eye.
+    /// Makes the region around a probe at `pose` (world), in a picture of so many pixels of which
+    /// `nominal` make one of a nominal picture; `None` if it is not ahead of the eye.
     pub(crate) fn around(
         solid: &Solid,
         pose: &Pose,
@@ -58,6 +58,14 @@ impl XRay {
     /// True near the edge beyond which a body is solid.
     pub(crate) fn is_edge(&self, pixel: DVec2) -> bool {
         ((pixel - self.nearest(pixel).truncate()).length() - SOFT * self.radius).abs() < EDGE
+    }
+
+    /// Corners of the rectangle outside of which a body is solid, pixels.
+    #[cfg(feature = "gui")]
+    pub(crate) fn bounds(&self) -> [DVec2; 2] {
+        let [one, other] = self.ends.map(DVec3::truncate);
+        let beside = DVec2::splat(SOFT * self.radius);
+        [one.min(other) - beside, one.max(other) + beside]
     }
 
     /// The point of the capsule's axis that is nearest in the picture.
@@ -99,5 +107,9 @@ mod tests {
         assert_eq!(xray.solidity(middle + DVec2::new(300.0, 0.0), depth - 1.0), 1.0, "beside it");
         let end = xray.ends[1].truncate();
         assert_eq!(xray.solidity(end, depth - 1.0), 0.0, "along all of it");
+        #[cfg(feature = "gui")]
+        for corner in xray.bounds() {
+            assert_eq!(xray.solidity(corner, depth - 1.0), 1.0, "solid at the corners of its bounds");
+        }
     }
 }

@@ -1,4 +1,4 @@
-//! Pictures show what there is, where it is, and the same on every run.
+//! Pictures show the scene at the right places, and are the same on every run.
 
 use std::sync::Arc;
 
@@ -61,7 +61,7 @@ fn taken(scene: &Scene, view: View, style: &Style) -> Picture {
     paint(scene, &framed(scene, view), style, WIDTH, HEIGHT)
 }
 
-/// Where two pictures differ, columns and rows.
+/// Columns and rows in which two pictures differ.
 fn differences(one: &Picture, other: &Picture) -> Vec<(usize, usize)> {
     let all = (0..HEIGHT).flat_map(|y| (0..WIDTH).map(move |x| (x, y)));
     all.filter(|&(x, y)| one.pixel(x, y) != other.pixel(x, y)).collect()
@@ -88,7 +88,7 @@ fn dots_are_where_the_contacts_are_and_nowhere_else() {
             for place in &places {
                 let [red, green, blue] = with.pixel(place.x as usize, place.y as usize).map(i32::from);
                 let [r, g, b] = without.pixel(place.x as usize, place.y as usize).map(i32::from);
-                // What is hidden is paler, but turns the colour all the same.
+                // A hidden arrow is paler, but turns the colour all the same.
                 let (to_red, to_green) = (red - r - (green - g), green - g - (red - r));
                 let turned = if overlapping { to_red } else { to_green };
                 assert!(turned > 15, "{view:?}: no dot at {place:?}: {red} {green} {blue} over {r} {g} {b}");
@@ -225,7 +225,7 @@ fn the_gauss_map_is_coloured_where_directions_are_owned_and_grey_elsewhere() {
         let picture = paint_gauss_half(&body, piece, &camera, Theme::Light, size);
         assert_eq!(picture, paint_gauss_half(&body, piece, &camera, Theme::Light, size));
         let [right, up, back] = camera.axes();
-        // Of directions that are owned and that are not: how many, and how many have the colour.
+        // For owned and other directions: how many, and how many have the colour.
         let (mut seen, mut right_colour) = ([0, 0], [0, 0]);
         for (x, y) in (0..size).step_by(3).flat_map(|y| (0..size).step_by(3).map(move |x| (x, y))) {
             let (u, v) = ((x as f64 + 0.5 - middle) / (0.96 * middle), (middle - y as f64 - 0.5) / (0.96 * middle));
@@ -278,8 +278,7 @@ fn a_section_is_coloured_by_depth_inside_and_pale_outside() {
             let wanted = depth_colour(part);
             colour.iter().zip(wanted).map(|(a, b)| (i32::from(*a) - i32::from(b)).abs()).max().unwrap_or(0) < 16
         };
-        // Half way in along the long arm the nearest face is 0.3 away; contour lines stand
-        // elsewhere.
+        // At the middle of the long arm the nearest face is 0.3 away; contour lines are elsewhere.
         assert!(near(at(1.57, 0.27), 0.54), "{which:?}: {:?}", at(1.57, 0.27));
         assert!(near(at(1.57, 0.07), 0.14), "{which:?}: {:?}", at(1.57, 0.07));
         let [r, g, b] = at(1.8, 1.8);

@@ -2,7 +2,8 @@
 //! triangle meshes.
 //!
 //! ```sh
-//! cargo add palpus palpus-io palpus-device    # the engine; mesh and scene files; devices, the loop and the safety chain
+//! # The engine; mesh and scene files; devices, the loop and the safety chain.
+//! cargo add palpus palpus-io palpus-device
 //! ```
 //!
 //! # Contacts of two meshes
@@ -16,10 +17,12 @@
 //!
 //! // Usually read from a file: `palpus_io::read_mesh`.
 //! let corners = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]].map(DVec3::from_array);
-//! let soup = PolygonSoup::from_triangles(corners.to_vec(), &[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]);
+//! let triangles = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+//! let soup = PolygonSoup::from_triangles(corners.to_vec(), &triangles);
 //! let body = Arc::new(Body::from_soup(&soup, &BodySettings::default(), &mut |_| ())?);
 //!
-//! let mut query = ContactQuery::new(body.clone(), body, QuerySettings { tolerance: 0.01, ..QuerySettings::default() });
+//! let settings = QuerySettings { tolerance: 0.01, ..QuerySettings::default() };
+//! let mut query = ContactQuery::new(body.clone(), body, settings);
 //! let contacts = query.contacts(&Pose::from_translation(DVec3::new(0.0, 0.0, 0.995)));
 //! let deepest = contacts.iter().min_by(|x, y| x.separation.total_cmp(&y.separation)).unwrap();
 //! println!("{} m apart along {}, at {}", deepest.separation, deepest.normal, deepest.point_b);
@@ -38,7 +41,8 @@
 //! use palpus::{Body, Limits, NoClock, Object, Pose, ProbeState, Settings, World, glam::DVec3};
 //!
 //! let block = |side: f64| {
-//!     let corners = [-0.5, 0.5].map(|x| [-0.5, 0.5].map(|y| [-0.5, 0.5].map(|z| DVec3::new(x, y, z) * side)));
+//!     let ends = [-0.5 * side, 0.5 * side];
+//!     let corners = ends.map(|x| ends.map(|y| ends.map(|z| DVec3::new(x, y, z))));
 //!     Body::from_convex(corners.as_flattened().as_flattened()).map(Arc::new)
 //! };
 //! // A device that gives 8.5 N and 0.19 N·m, at 1 kHz; contacts are looked for within 0.2 mm.
@@ -70,7 +74,7 @@
 //!
 //! # The rooms
 //!
-//! What a program needs is at the top of the crate. Everything else is in rooms, which in
+//! A program's usual types are at the top of the crate. Everything else is in rooms, which in
 //! alphabetical order follow the paper's sections and may import only rooms that sort before them:
 //!
 //! `algebra` → `body` → `collision` → `depth` → `detect` → `force` → `render`

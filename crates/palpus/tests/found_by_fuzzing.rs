@@ -60,8 +60,8 @@ fn a_limit_of_next_to_nothing_is_kept() {
     }
 }
 
-/// Where tolerances and states may be anything, bodies may be in contact at distances whose squares
-/// are no numbers.
+/// With extreme tolerances and states, bodies may be in contact at distances whose squares
+/// overflow.
 #[test]
 fn contacts_at_absurd_distances_are_finite_or_left_out() {
     for exponent in (20..308).step_by(4) {

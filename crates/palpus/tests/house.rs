@@ -5,9 +5,8 @@
 //!    circles. Tests are not looked at.
 //! 3. A crate imports only those that the drawing in ARCHITECTURE.md has an arrow to.
 //!
-//! What a file needs are the paths in it: of `use` in all its forms, and in the code. A `pub use`
-//! needs nothing, it shows where something is; a path that ends there leads on to where it is
-//! defined.
+//! A file needs the paths in it: of `use` in all its forms, and in the code. A `pub use` needs
+//! nothing, it shows where something is; a path that ends there leads on to where it is defined.
 
 mod house {
     pub(crate) mod circles;
@@ -61,7 +60,8 @@ const ARROWS: [(&str, Drawn); 11] = [
     ("palpus-window", [&["palpus", "palpus-device"], &[]]),
 ];
 
-/// What a crate needs without an arrow. What the product needs, its tests may need too.
+/// Returns the crates that a crate needs without an arrow. Its tests may need all that the product
+/// needs.
 fn not_drawn(name: &str, needed: &[Vec<String>; 2], drawn: &Drawn) -> Vec<String> {
     let [product, tests] = drawn;
     let is_missing = |known: &[&str], to: &str| !known.contains(&to);
@@ -92,7 +92,7 @@ fn against_the_order(modules: &Modules, rooms: &[&str]) -> Vec<String> {
 }
 
 /// Within one folder, which of its members needs which. A file and the folder of its name are one
-/// member, told in several files.
+/// member, in several files.
 fn needs(modules: &Modules, folder: &[String]) -> Needs {
     let mut needs = Needs::new();
     let member = |path: &[String]| path.starts_with(folder).then(|| path.get(folder.len()).cloned()).flatten();
@@ -151,7 +151,7 @@ fn crates_import_along_the_arrows_of_the_drawing() {
         wrong.extend(not_drawn(name, needed, drawn));
     }
     assert!(wrong.is_empty(), "against the drawing of the crates in ARCHITECTURE.md:\n{}", wrong.join("\n"));
-    assert_eq!(found.len(), ARROWS.len(), "the drawing has a crate that is not there");
+    assert_eq!(found.len(), ARROWS.len(), "the drawing has an unknown crate");
 }
 
 /// A crate of the rooms `body` and `depth` with the given text in `body/first.rs`,

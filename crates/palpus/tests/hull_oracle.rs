@@ -65,8 +65,8 @@ fn volumes_areas_and_corners_are_those_of_qhull() {
             assert_eq!(polytope.vertex(v as u32), fixture.points[k as usize], "{name}");
         }
         let (volume, area) = measure(&polytope);
-        // What merging may shave off is the merge distance over the surface; Qhull's own rounding
-        // is much less.
+        // Merging may shave off the merge distance over the surface; Qhull's own rounding is much
+        // less.
         let volume_slack = 2.0 * fixture.coplanar * fixture.area;
         let volume_slack = if fixture.solid { volume_slack } else { f64::INFINITY };
         assert!((volume - fixture.volume).abs() <= volume_slack, "{name}: volume {volume} and {}", fixture.volume);

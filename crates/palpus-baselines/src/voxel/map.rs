@@ -26,8 +26,8 @@ pub(super) enum Kind {
 pub(super) struct Voxmap {
     grid: Grid,
     kinds: Vec<Kind>,
-    /// Of voxels behind the force field the nearest one of the field, of those of the field
-    /// themselves; otherwise none.
+    /// For voxels behind the force field the nearest one of the field, for those of the field
+    /// themselves; otherwise a mark.
     field: Vec<u32>,
 }
 

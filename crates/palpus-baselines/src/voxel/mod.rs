@@ -22,7 +22,7 @@
 //!    of the force model: [`Coupled`](crate::Coupled) has it. Without, this method is direct as the
 //!    others are.
 //!
-//! What had to be chosen, since the full text was not at hand:
+//! Our choices, since the full text was not at hand:
 //!
 //! * K is a tenth of the settings' k: a contact of ten points or more then is as stiff as one
 //!   contact of the other methods, and a tip of one point is softer. With [`VoxelSettings::full`] 1

@@ -50,6 +50,34 @@ pub(crate) enum BenchCommand {
         #[arg(long, value_name = "SEED", requires = "sweep", value_parser = seed)]
         seed: Option<u64>,
     },
+    /// Compares engines on the same recorded motions: truth, steps, energy, pop-throughs and
+    /// time, of palpus's methods, the baselines, and any engine that answers in CSV.
+    #[command(
+        after_help = "Examples:\n  palpus bench open --out open --scenes-only\n  palpus bench open --out open --engine coal=my-answers\n\ndocs/open-benchmark.md says how an engine takes part."
+    )]
+    Open {
+        /// The folder for the files.
+        #[arg(long, value_name = "DIR", default_value = "palpus-out/open")]
+        out: PathBuf,
+        /// Only this scene.
+        #[arg(long, value_name = "NAME")]
+        scene: Option<String>,
+        /// Measures parts with a known play too: the folder of their models, itself or the
+        /// folders in it. Models that are not there are left out.
+        #[arg(long, value_name = "DIR")]
+        models: Option<PathBuf>,
+        /// Another engine: its name and the folder of its answers, one SCENE.csv for each
+        /// scene that it answered. May be given several times.
+        #[arg(long = "engine", value_name = "NAME=DIR", value_parser = engine)]
+        engines: Vec<(String, PathBuf)>,
+        /// Writes scenes and motions only, for engines to answer.
+        #[arg(long)]
+        scenes_only: bool,
+        /// Uses at most so many seconds of each motion. Answers of other engines must be of the
+        /// same length.
+        #[arg(long, value_name = "S", value_parser = seconds)]
+        seconds: Option<f64>,
+    },
     /// Times the engine step against the number of triangles and of contacts, and on real pairs;
     /// plots, CSV, JSON and text.
     #[command(
@@ -80,10 +108,10 @@ pub(crate) enum BenchCommand {
         after_help = "Example:\n  palpus bench conformal --models models --out conformal\n\nTimes are processor time of one thread. docs/conformal.md says what the columns mean."
     )]
     Conformal {
-        /// Where the files go.
+        /// Folder for the files.
         #[arg(long, value_name = "DIR", default_value = "palpus-out/conformal")]
         out: PathBuf,
-        /// A folder with the real meshes; cases whose meshes are not there are left out.
+        /// Folder with the real meshes; cases whose meshes are missing are left out.
         #[arg(long, value_name = "DIR")]
         models: Option<PathBuf>,
         /// Ticks per case.
@@ -128,4 +156,19 @@ fn seed(text: &str) -> Result<u64, std::num::ParseIntError> {
 fn ticks(text: &str) -> Result<usize, String> {
     let ticks: usize = text.parse().map_err(|_| format!("{text} is no number of ticks"))?;
     if ticks < 2 { Err("at least 2 ticks are needed".to_owned()) } else { Ok(ticks) }
+}
+
+/// Reads the name and the folder of an engine.
+fn engine(text: &str) -> Result<(String, PathBuf), String> {
+    let usable = |name: &str| !name.is_empty() && !name.contains([',', '|', '\n']);
+    match text.split_once('=') {
+        Some((name, folder)) if usable(name) && !folder.is_empty() => Ok((name.to_owned(), PathBuf::from(folder))),
+        _ => Err(format!("{text} is not NAME=DIR, as in coal=my-answers")),
+    }
+}
+
+/// Reads a length of time, s.
+fn seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok().filter(|seconds: &f64| seconds.is_finite() && *seconds > 0.0);
+    seconds.ok_or_else(|| format!("{text} is not a number of seconds above 0"))
 }

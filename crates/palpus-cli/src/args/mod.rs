@@ -35,7 +35,7 @@ pub(crate) use run::{ExportArguments, RunArguments};
     after_help = "Example:\n  palpus query spoon.obj cup.obj --poses poses.csv --out contacts.csv"
 )]
 pub(crate) struct Arguments {
-    /// What to do.
+    /// The command.
     #[command(subcommand)]
     pub(crate) command: Option<Command>,
     /// Does not use the user's cache folder for prepared bodies.
@@ -105,7 +105,7 @@ impl Command {
     }
 }
 
-/// Where man pages go.
+/// Folder for the man pages.
 #[derive(Debug, clap::Args)]
 pub(crate) struct ManArguments {
     /// A folder for the man pages of all commands.

@@ -19,7 +19,7 @@ pub(crate) struct QueryArguments {
     /// Poses of A in B's frame (CSV); `-` reads standard input.
     #[arg(long, value_name = "F.csv")]
     pub(crate) poses: PathBuf,
-    /// Where the results go (CSV) [default: standard output, as for `-`].
+    /// File for the results (CSV) [default: standard output, as for `-`].
     #[arg(long, value_name = "R.csv")]
     pub(crate) out: Option<PathBuf>,
     /// Prints one JSON document with the same results.

@@ -52,8 +52,8 @@ pub(crate) struct RunArguments {
     /// The second simulated hand: the same as a second --hand.
     #[arg(long, value_name = "PRESET")]
     pub(crate) second_hand: Option<String>,
-    /// Whether the tool is tied to the hand by a virtual coupling, or moved by the device directly
-    /// as in the paper [default: the scene's, or coupled].
+    /// Ties the tool to the hand by a virtual coupling, or lets the device move it directly as in
+    /// the paper [default: the scene's, or coupled].
     #[arg(long, value_enum, value_name = "MODE")]
     pub(crate) rendering: Option<Rendering>,
     /// How contacts share stiffness: smoothly by direction, or in linked clusters as in the paper
@@ -64,8 +64,7 @@ pub(crate) struct RunArguments {
     /// millimetre at peak force.
     #[arg(long)]
     pub(crate) passive: bool,
-    /// Opens no window. Without a display, and with --fast, --json or --screenshot, there is none
-    /// either.
+    /// Opens no window. The same holds without a display, and with --fast, --json or --screenshot.
     #[arg(long)]
     pub(crate) headless: bool,
     /// Runs in simulated time, as fast as possible, instead of real time.
@@ -101,10 +100,14 @@ pub(crate) struct RunArguments {
     /// Ends the run at the first fault instead of engaging again.
     #[arg(long)]
     pub(crate) stop_on_fault: bool,
-    /// What enables the force again after three faults in ten seconds: a person (a button of the
-    /// device, G in the window, or r and Enter in the terminal), or the program itself, for tests.
+    /// Enables the force again after three faults in ten seconds: a person (a button of the device,
+    /// G in the window, or r and Enter in the terminal), or the program itself, for tests.
     #[arg(long, value_enum, value_name = "WHO", default_value_t = Rearming::Person)]
     pub(crate) rearm: Rearming,
+    /// The device leads a probe that begins inside the part out gently before it renders contacts.
+    /// The simulated hand lets itself be led.
+    #[arg(long)]
+    pub(crate) lead_out: bool,
     /// Gives force only while a button of the device, or G in the window, is held. Always on for
     /// devices with buttons.
     #[arg(long)]
@@ -147,7 +150,7 @@ fn limit(text: &str) -> Result<f64, String> {
     limit.ok_or_else(|| "a limit is a positive number, such as 2.5".to_owned())
 }
 
-/// Who gives the force back after three faults in ten seconds.
+/// Decides when the force comes back after three faults in ten seconds.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum Rearming {
     /// A person.

@@ -29,6 +29,16 @@ pub(crate) fn bench(command: &BenchCommand) -> anyhow::Result<ExitCode> {
             sweep: *sweep,
             seed: *seed,
         }),
+        BenchCommand::Open { out, scene, models, engines, scenes_only, seconds } => {
+            feel::open_benchmark(&feel::OpenAsked {
+                out,
+                scene: scene.as_deref(),
+                models: models.as_deref(),
+                engines,
+                scenes_only: *scenes_only,
+                seconds: seconds.unwrap_or(f64::INFINITY),
+            })
+        }
         BenchCommand::Scale { out, models, ticks, passes, only } => {
             let effort = scale::Effort { ticks: *ticks, passes: *passes };
             scale::scale(out, models.as_deref(), effort, only.as_deref())

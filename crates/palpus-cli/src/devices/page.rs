@@ -44,7 +44,7 @@ fn opening(findings: &[Finding]) -> String {
     .to_owned()
 }
 
-/// Says what is needed to use a device, and then what was looked for.
+/// Lists the requirements of a device, and the places that were searched.
 fn missing(lines: &mut Vec<String>, backend: &str, (looked_for, why): (&str, &str), mend: &str) {
     if is_command(mend) {
         // On a line of its own, to be copied.
@@ -86,7 +86,9 @@ fn found(lines: &mut Vec<String>, device: &str, spec: &DeviceSpec, rate_hz: f64,
 fn limits(spec: &DeviceSpec) -> String {
     let one = |max: f64, continuous: Option<f64>, unit: &str| match (max > 0.0, continuous) {
         (false, _) => None,
-        (true, Some(continuous)) if continuous < max => Some(format!("{max} {unit} ({continuous} {unit} for ever)")),
+        (true, Some(continuous)) if continuous < max => {
+            Some(format!("{max} {unit} ({continuous} {unit} continuously)"))
+        }
         (true, _) => Some(format!("{max} {unit}")),
     };
     let force = one(spec.force_max, spec.force_continuous, "N").unwrap_or_else(|| "no force".to_owned());
@@ -114,7 +116,7 @@ fn axes(spec: &DeviceSpec) -> String {
 fn safety(spec: &DeviceSpec, rate_hz: f64) -> String {
     let limits = SafetyLimits::of(spec, rate_hz);
     let motion = format!(
-        "believed up to {:.1} m/s and {:.0} rad/s; a state older than {:.0} ms is none",
+        "plausible up to {:.1} m/s and {:.0} rad/s; a state older than {:.0} ms is ignored",
         limits.speed,
         limits.turn,
         limits.stale * 1e3
@@ -128,7 +130,7 @@ fn safety(spec: &DeviceSpec, rate_hz: f64) -> String {
         String::new()
     };
     format!(
-        "at most {:.1} N, {:.0} N/s{torque}; {:.1} N for ever; held for {:.0} ms at most; {motion}",
+        "at most {:.1} N, {:.0} N/s{torque}; {:.1} N continuously; held for {:.0} ms at most; {motion}",
         limits.force_peak,
         limits.force_slew,
         limits.force_continuous,
@@ -242,9 +244,13 @@ mod tests {
         let spec = palpus_device::known_device("Touch X").unwrap();
         let finding = Finding::found("openhaptics", "openhaptics", spec, 1000.0, "");
         let page = page(std::slice::from_ref(&finding)).join("\n");
-        for part in
-            ["palpus run --device openhaptics", "7.9 N (1.75 N for ever)", "no torque", "160 × 120 × 120 mm", "1000 Hz"]
-        {
+        for part in [
+            "palpus run --device openhaptics",
+            "7.9 N (1.75 N continuously)",
+            "no torque",
+            "160 × 120 × 120 mm",
+            "1000 Hz",
+        ] {
             assert!(page.contains(part), "{part} is not in:\n{page}");
         }
         let document = document(&[finding]);

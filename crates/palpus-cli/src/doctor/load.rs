@@ -54,7 +54,7 @@ impl Load {
         format!("others kept {others_cores:.1} of {cores} cores busy{}{stolen}{average}", self.busiest_in_words())
     }
 
-    /// Lists the programs in brackets, the busiest first; empty if there is none.
+    /// Lists the programs in brackets, the busiest first; empty without programs.
     pub(crate) fn busiest_in_words(&self) -> String {
         let each: Vec<String> = self.busiest.iter().map(|p| format!("{} {:.1}", p.name, p.cores)).collect();
         if each.is_empty() { String::new() } else { format!(" ({})", each.join(", ")) }

@@ -15,8 +15,8 @@ use crate::engine::{Answer, Detail, Engine};
 use crate::run::joined;
 use crate::stage::{self, Stage};
 
-/// Of a period: what step and lateness may take together. The rest is the device's reads and
-/// writes.
+/// Share of a period that step and lateness may take together. The rest is for the device's reads
+/// and writes.
 pub(super) const PERIOD_SHARE: f64 = 0.8;
 
 /// Times of the steps of a scene, µs.
@@ -28,8 +28,8 @@ pub(super) struct SceneTimes {
     pub(super) p99_us: f64,
     pub(super) p999_us: f64,
     pub(super) max_us: f64,
-    /// Of all ticks, those whose work was bounded, so that some contacts were carried from the tick
-    /// before.
+    /// Share of the ticks whose work was bounded, so that some contacts were extrapolated from the
+    /// tick before.
     pub(super) bounded_share: f64,
     /// Share of the ticks that wrote their wrench more than a period late.
     pub(super) overrun_share: f64,

@@ -8,7 +8,7 @@ use super::scene::{PERIOD_SHARE, SceneTimes};
 use super::timer::Timer;
 use super::{ClaimLine, RATE_HZ};
 
-/// Whether the machine can hold the loop.
+/// The verdict: how well the machine can hold the loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Fitness {

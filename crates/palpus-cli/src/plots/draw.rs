@@ -126,7 +126,7 @@ fn legend_rows(series: &[Series]) -> Vec<Vec<(usize, f64)>> {
     rows
 }
 
-/// Whether a panel is the first or the last of its figure.
+/// Position of a panel in its figure: first, last.
 #[derive(Clone, Copy)]
 struct Ends {
     first: bool,

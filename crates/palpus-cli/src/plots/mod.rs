@@ -1,7 +1,7 @@
 //! Plots as SVG: stacked panels over a common horizontal axis, with the penetrating intervals
 //! shaded.
 //!
-//! 1. *What is plotted* is said by values: a [`Figure`] of [`Panel`]s of [`Series`] ([`mod@self`]).
+//! 1. *Values say what is plotted*: a [`Figure`] of [`Panel`]s of [`Series`] ([`mod@self`]).
 //! 2. *Ticks* at round numbers, or at 1, 2 and 5 times powers of ten ([`axis`]).
 //! 3. *Drawing* ([`draw`]): long curves are thinned to the least and the largest value of each bin,
 //!    so that no peak is lost and a figure stays small. Colours are light by themselves and dark

@@ -193,9 +193,8 @@ impl Writing {
         self.told.trouble()
     }
 
-    /// Writes what is still in the queue; answers what there is to say of the recording, a line
-    /// each. A recording that could not be written is no reason to lose what else there is to say
-    /// of a run.
+    /// Writes the rest of the queue, and returns notes about the recording, one a line. A
+    /// recording that could not be written is reported there and does not end the run's summary.
     pub(crate) fn finish(self) -> Vec<String> {
         let written = self.thread.finish();
         let path = self.path.display();

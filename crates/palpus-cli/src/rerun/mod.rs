@@ -20,6 +20,7 @@ use self::one::{check_rows, crease_angle, elapsed, has_stepped, stage_of, state,
 use self::places::Places;
 use crate::divergence::{Comparison, Report};
 use crate::engine::{Answer, Engine};
+use crate::lead_out::LeadOut;
 use crate::stage::{self, Stage};
 use crate::{safety, tools};
 
@@ -57,6 +58,9 @@ impl<'a> Rerun<'a> {
         let mut engine = Engine::new(&stage, &settings)?;
         if let Some(angle) = recordings.iter().find_map(|recording| crease_angle(recording)) {
             engine = engine.with_surfaces(angle);
+        }
+        for (tool, recording) in recordings.iter().enumerate() {
+            engine.lead_out(tool, LeadOut::of_recording(&recording.header.scene.more));
         }
         Ok((stage, Self { which, named, others, engine }))
     }
@@ -96,8 +100,8 @@ impl<'a> Rerun<'a> {
         self.engine.keep(tick);
     }
 
-    /// What the kept ticks that came have to show, in the order in which they were asked for;
-    /// `period` is a tick's, s.
+    /// Returns the kept ticks for display, in the order in which they were asked for; `period` is a
+    /// tick's, s.
     pub(crate) fn kept(&mut self, period: f64) -> Vec<Moment> {
         self.engine.kept(period)
     }
@@ -120,8 +124,8 @@ impl<'a> Rerun<'a> {
     }
 }
 
-/// Of which tool `recording` is, which was read from `path`, and the recordings of the others,
-/// which lie beside it.
+/// Returns the number of the tool of `recording`, which was read from `path`, and the recordings of
+/// the other tools, which lie beside it.
 fn read_others(recording: &Recording, path: &Path) -> anyhow::Result<(usize, Vec<Recording>)> {
     let Some((which, names)) = tools::named_by(recording) else { return Ok((0, Vec::new())) };
     let mut others = Vec::new();

@@ -1,5 +1,5 @@
-//! What a recording has for a replay: its scene, whether all its ticks are there, and what each row
-//! says.
+//! Input of a replay from a recording: its scene, whether all its ticks are there, and the
+//! content of each row.
 
 use std::num::NonZeroU64;
 use std::path::Path;
@@ -53,10 +53,10 @@ pub(crate) fn state(row: &RecordRow) -> DeviceState {
     }
 }
 
-/// What the chain was told, as recorded: faults, which the device, the clock and the step's own
-/// trouble decide. All else it finds again.
+/// Input of the safety chain as recorded: faults that depend on the device, the clock and the step.
+/// The chain computes all else again.
 pub(crate) fn told(row: &RecordRow) -> Cuts {
-    Cuts::from_bits(row.faults).and(Cuts::TOLD)
+    Cuts::from_bits(row.faults).and(Cuts::INPUTS)
 }
 
 /// False if the step panicked, or the loop only damped the grip. Recordings of older formats have

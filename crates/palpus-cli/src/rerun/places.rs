@@ -1,5 +1,5 @@
-//! Where a recorded scene is found again: its file inside the recording, its meshes by what is in
-//! them.
+//! Finds the files of a recorded scene again: the scene file inside the recording, its meshes by
+//! their content.
 //!
 //! A mesh is the recorded one if its content has the recorded hash, whatever it is called and
 //! wherever it lies. Looked at are, in this order:

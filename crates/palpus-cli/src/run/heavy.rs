@@ -1,9 +1,9 @@
 //! Finds out before a run whether its pair of bodies is heavy for this machine.
 //!
-//! A short rehearsal: the engine follows the scripted hand's way in a small part of its time, with
+//! A short rehearsal: the engine follows the scripted hand's path in a small part of its time, with
 //! its work bounded as in the run, and now and then the hand rests. A pair is heavy if most
-//! contacts are carried even then, and more than once: where two bodies meet first, everything has
-//! to be looked at for the first time.
+//! contacts are extrapolated even then, and more than once: at the first contact of two bodies
+//! every pair has to be measured for the first time.
 
 use palpus::algebra::Twist;
 use palpus_device::DeviceState;

@@ -3,20 +3,20 @@
 use std::io::{IsTerminal, stdin};
 use std::sync::Arc;
 
-use palpus_device::Reins;
+use palpus_device::RunControl;
 
 /// Lets a person give a latched device its force back, by `r` and Enter.
-pub(super) fn take(reins: Arc<Reins>) {
+pub(super) fn take(control: Arc<RunControl>) {
     if !stdin().is_terminal() {
         return;
     }
-    // This thread is never joined: it may block in a read for ever.
+    // This thread is never joined: it may block in a read until the program ends.
     std::thread::spawn(move || {
         if !is_left_alone() {
             return;
         }
         let lines = stdin().lines().map_while(Result::ok);
-        lines.filter(|line| line.trim() == "r").for_each(|_| reins.rearm());
+        lines.filter(|line| line.trim() == "r").for_each(|_| control.rearm());
     });
 }
 

@@ -20,6 +20,8 @@ pub(crate) struct Live {
     pub(crate) query_ns: u64,
     pub(crate) force_ns: u64,
     pub(crate) contacts: u32,
+    /// There was a contact in some tick.
+    pub(crate) touched: bool,
     pub(crate) clusters: u32,
     pub(crate) separation: f64,
     pub(crate) force: f64,
@@ -35,7 +37,9 @@ pub(crate) struct Live {
     pub(crate) way_out: Option<WayOut>,
     /// The same of the first tick.
     pub(crate) start: Option<WayOut>,
-    /// What was computed of the start before the run, as long as the device began there.
+    /// The device leads the probe out of the part, or has done so.
+    pub(crate) led: bool,
+    /// Result of the computation at the start, as long as the device began inside.
     pub(super) inside: Option<InsideStart>,
 }
 
@@ -49,6 +53,7 @@ impl Live {
             query_ns: 0,
             force_ns: 0,
             contacts: 0,
+            touched: false,
             clusters: 0,
             separation: f64::INFINITY,
             force: 0.0,
@@ -61,6 +66,7 @@ impl Live {
             phase: Phase::default(),
             way_out: None,
             start: None,
+            led: false,
             inside,
         }
     }
@@ -68,7 +74,18 @@ impl Live {
     /// Message for a probe that starts inside the part.
     pub(crate) fn start_in_words(&self) -> Option<String> {
         let start = self.start.filter(|start| start.depth > 0.0)?;
-        Some(format!("the probe overlaps the part by {:.1} mm: {} to enable force", start.depth * 1e3, start.words()))
+        let depth = start.depth * 1e3;
+        Some(if self.led {
+            format!(
+                "the probe overlaps the part by {depth:.1} mm: the device leads it out, so let it {}",
+                start.words()
+            )
+        } else {
+            format!(
+                "the probe overlaps the part by {depth:.1} mm: {} to enable force, or use --lead-out",
+                start.words()
+            )
+        })
     }
 
     /// After one tick more; without a `detail`, one whose step gave no answer.
@@ -87,7 +104,7 @@ impl Live {
             phase: tick.phase,
             ..*self
         };
-        let Some(Detail { tick: engine, way_out, .. }) = detail else { return now };
+        let Some(Detail { tick: engine, way_out, leading, .. }) = detail else { return now };
         let grip = tick.state.pose.translation;
         let inside = self.inside.filter(|inside| tick.index > 0 || inside.is_at(grip));
         let left = inside.and_then(|inside| inside.left(grip));
@@ -97,9 +114,13 @@ impl Live {
             query_ns: engine.times.query + engine.times.depth,
             force_ns: engine.times.force,
             contacts: engine.contacts,
+            touched: self.touched || engine.contacts > 0,
             clusters: engine.clusters,
             separation: engine.separation,
-            way_out: left.or(*way_out).filter(|_| tick.phase == Phase::Waiting || (contained && left.is_some())),
+            way_out: left
+                .or(*way_out)
+                .filter(|_| tick.phase == Phase::Waiting || *leading || (contained && left.is_some())),
+            led: self.led || *leading,
             start: if tick.index == 0 { inside.map(|inside| inside.out).or(*way_out) } else { self.start },
             ..now
         }
@@ -116,7 +137,7 @@ const LIVE_PERIOD: Duration = Duration::from_millis(100);
 /// elsewhere. Stops it at `end`. `said_heavy`: that the pair is heavy was said before.
 pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instant>, said_heavy: bool) {
     let shown = output::watched();
-    keys::take(session.reins());
+    keys::take(session.control());
     let (mut told, mut told_heavy) = (false, said_heavy);
     let mut last = session.live().ticks;
     while !session.is_over() {

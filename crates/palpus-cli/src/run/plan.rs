@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use anyhow::{anyhow, bail};
+use glam::DVec3;
 use palpus::render::{Clustering, Settings};
 use palpus_device::{
     AfterFault, DEVICE_BUTTONS, DeviceSpec, DeviceState, Engagement, FaultyDevice, Guide, Guided, HOLD_KEY,
@@ -14,6 +15,7 @@ use palpus_io::{RecordRow, RecordingHeader, read_recording};
 use super::{DEFAULT_SECONDS, heavy, replayed};
 use crate::args::RunArguments;
 use crate::engine::Engine;
+use crate::lead_out::LeadOut;
 use crate::rerun::one::{check_poses, state};
 use crate::stage::Stage;
 use crate::tools::ToolArguments;
@@ -35,6 +37,8 @@ pub(crate) struct Plan {
     pub(crate) script: Script,
     /// Set if the probe begins inside the part.
     pub(super) inside: Option<InsideStart>,
+    /// Set if the device is to lead the probe out of there.
+    pub(super) lead: Option<LeadOut>,
     /// Header of a recording from the beginning.
     pub(crate) header: RecordingHeader,
     pub(super) engagement: Engagement,
@@ -43,7 +47,7 @@ pub(crate) struct Plan {
 
 impl Plan {
     /// A run on `stage`, which is called `name`, of the tool for which this was `typed`.
-    /// `in_window`: until it is stopped, where nobody said how long, and with keys.
+    /// `in_window`: the run has keys, and without a duration it lasts until it is stopped.
     pub(super) fn new(
         arguments: &RunArguments,
         typed: &ToolArguments<'_>,
@@ -59,7 +63,9 @@ impl Plan {
         }
         let rate_hz = stage.rate_hz(arguments.rate);
         let script = faults::script(typed.faults, rate_hz, arguments.fast)?;
-        let Opened { device, guide, notes } = open(arguments, typed, &stage, rate_hz)?;
+        let inside = InsideStart::of(&stage);
+        let end = inside.filter(|_| arguments.lead_out).map(|inside| inside.end());
+        let Opened { device, guide, notes } = open(arguments, typed, &stage, rate_hz, end)?;
         let spec = lowered(device.spec(), arguments);
         let device = FaultyDevice::new(device, &script).claiming(spec);
         let settings = stage.settings_for(device.spec(), rate_hz);
@@ -88,7 +94,11 @@ impl Plan {
         safety::recorded(&limits, engagement, &options.safety, &mut header.scene.more);
         devices::recorded(&notes, &mut header.scene.more);
         replayed::record_spec(device.spec(), &mut header.scene.more);
-        let (name, inside) = (name.to_owned(), InsideStart::of(&stage));
+        let lead = inside.filter(|_| arguments.lead_out).map(|inside| LeadOut::new(&inside, &limits));
+        if let Some(lead) = &lead {
+            lead.record(&mut header.scene.more);
+        }
+        let name = name.to_owned();
         Ok(Self {
             name,
             stage,
@@ -100,6 +110,7 @@ impl Plan {
             guide,
             script,
             inside,
+            lead,
             header,
             engagement,
             notes,
@@ -116,8 +127,8 @@ impl Plan {
         self.options.timing == Timing::RealTime
     }
 
-    /// An engine for the tools of its stage for which there are `settings`. `steerable`: with all
-    /// that changes of settings may need later on.
+    /// Makes an engine for the tools of its stage that have `settings`. `steerable`: with memory
+    /// for all later changes of settings.
     pub(super) fn engine(&self, settings: &[Settings], steerable: bool) -> anyhow::Result<Engine> {
         let mut engine = Engine::new(&self.stage, settings)?;
         if self.keeps_time() {
@@ -126,8 +137,8 @@ impl Plan {
         Ok(if steerable { engine.with_surfaces(self.stage.crease_angle()) } else { engine })
     }
 
-    /// Says what is about to run; `headless` is why there is no window. True if it said that the
-    /// pair is heavy.
+    /// Describes the run before it starts; `headless` is why there is no window. True if it
+    /// noted that the pair is heavy.
     pub(crate) fn announce(&self, arguments: &RunArguments, headless: Option<&str>) -> anyhow::Result<bool> {
         let (stage, spec) = (&self.stage, self.spec());
         let size = |body: &palpus::body::Body| (body.mesh().triangles().len(), body.pieces().len());
@@ -188,11 +199,13 @@ struct Opened {
     notes: Vec<String>,
 }
 
+/// `led_to`: the simulated hand holds nothing before this plane, a point and a normal, world.
 fn open(
     arguments: &RunArguments,
     &ToolArguments { device: named, hand, .. }: &ToolArguments<'_>,
     stage: &Stage,
     rate_hz: f64,
+    led_to: Option<[DVec3; 2]>,
 ) -> anyhow::Result<Opened> {
     let mut notes = Vec::new();
     if let Some(file) = named.strip_prefix("replay:") {
@@ -210,7 +223,7 @@ fn open(
     let hand = stage.hand(hand)?;
     let settings = SimulationSettings { rate_hz, hand, ..SimulationSettings::default() };
     let (publisher, guide) = latest(Guide::Script);
-    let intent = Guided::new(stage.intent(), guide);
+    let intent = Guided::new(stage.intent(), guide).yielding(led_to);
     let device = Box::new(SimulatedDevice::new(settings, intent)?);
     // With zero hand stiffness the target has no effect, so guidance is off.
     Ok(Opened { device, guide: Some(publisher).filter(|_| hand.stiffness > 0.0), notes })

@@ -15,8 +15,8 @@ pub(crate) struct Ready {
 }
 
 impl Ready {
-    /// A run on `stage`, which is called `name`. `in_window`: until it is stopped, where nobody
-    /// said how long, and with all that changes of settings may need later on.
+    /// Prepares a run on `stage`, called `name`. `in_window`: without a duration it lasts until it
+    /// is stopped, with memory for all later changes of settings.
     pub(crate) fn new(arguments: &RunArguments, name: &str, stage: Stage, in_window: bool) -> anyhow::Result<Self> {
         let typed = ToolArguments::of(arguments, stage.tools().count())?;
         // Hands that work together have paths of their own lengths, which would drift apart.
@@ -26,7 +26,8 @@ impl Ready {
         let plan = |(stage, typed)| Plan::new(arguments, &typed, name, stage, in_window);
         let plans: Vec<Plan> = stages.zip(typed).map(plan).collect::<anyhow::Result<_>>()?;
         let settings: Vec<_> = plans.iter().map(|plan| plan.settings).collect();
-        let engine = plans[0].engine(&settings, in_window)?;
+        let mut engine = plans[0].engine(&settings, in_window)?;
+        plans.iter().enumerate().for_each(|(which, plan)| engine.lead_out(which, plan.lead.clone()));
         Ok(Self { plans, engine })
     }
 
@@ -40,8 +41,8 @@ impl Ready {
         self.plans.iter().try_for_each(|plan| safety::print(plan.spec(), &plan.limits, json))
     }
 
-    /// Says what is about to run; `headless` is why there is no window. True if it said that the
-    /// pair is heavy.
+    /// Describes the run before it starts; `headless` is why there is no window. True if it
+    /// noted that the pair is heavy.
     pub(crate) fn announce(&self, arguments: &RunArguments, headless: Option<&str>) -> anyhow::Result<bool> {
         let mut heavy = false;
         for (k, plan) in self.plans.iter().enumerate() {

@@ -26,7 +26,7 @@ pub(super) struct Seat {
     asked: Publisher<Settings>,
     pub(super) guide: Option<Publisher<Guide>>,
     pub(super) live: Newest<Live>,
-    /// Every tick, for whoever watches this device.
+    /// Every tick, for observers of this device.
     pub(super) watched: Option<rtrb::Consumer<WatchedTick>>,
     pub(super) recordings: Recordings,
     faults: Option<FaultLog>,
@@ -74,7 +74,7 @@ impl Seat {
         let (watching, watched) = is_watched.then(watched::queue).unzip();
         let working = Working {
             device,
-            gatherer: Gatherer::new()?,
+            gatherer: Gatherer::new(settings.grip_a)?,
             log: Log { rows, in_force: settings, orders, over },
             live: (publisher, Live::new(rate_hz, inside)),
             faults: watch,
@@ -85,8 +85,8 @@ impl Seat {
         Ok(Taken { seat, working, newest, stage })
     }
 
-    /// `wanted` as it can be here: what the engine's memory, the device and the grip decide stays
-    /// what it is, and the tool's skin is never wider than the tolerance.
+    /// Returns `wanted` as far as it is possible here. The engine's memory, the device and the grip
+    /// stay as they are, and the tool's skin is at most the tolerance.
     pub(super) fn fit(&self, wanted: &Settings) -> Settings {
         let Settings { capacity, time_budget, limits, grip_a, .. } = self.settings;
         let mut settings = Settings { capacity, time_budget, limits, grip_a, ..*wanted };
@@ -125,8 +125,7 @@ impl Seat {
     }
 }
 
-/// The settings of a scene on a device in one of both ways, as they are without being told
-/// otherwise.
+/// Returns the settings of a scene on a device in one of both modes, without overrides.
 pub(super) fn preset(stage: &Stage, spec: &DeviceSpec, rate_hz: f64, mode: CouplingMode) -> Settings {
     let clustering = match mode {
         CouplingMode::Coupled => Clustering::Smooth,

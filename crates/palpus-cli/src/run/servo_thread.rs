@@ -67,8 +67,8 @@ pub(crate) fn joined<T>(result: thread::Result<T>) -> anyhow::Result<T> {
 }
 
 impl ServoThread {
-    /// The loop, from its first tick to its last; before the first, `granted` is told what the
-    /// system grants.
+    /// Runs the loop from its first tick to its last. Before the first tick it sends the real-time
+    /// rights that the system grants to `granted`.
     pub(super) fn turn(self, granted: &mpsc::Sender<Option<RealTimeClaims>>) -> Turned {
         let Self { mut servo, working, mut engine, script, claims, stop } = self;
         // The receiver exists until it has got this message.

@@ -1,6 +1,6 @@
 //! A running session: the servo thread and its controls.
 //!
-//! Whoever has the session sets the newest settings, guides the simulated hand, pauses and steps,
+//! The owner of a session sets the newest settings, guides the simulated hand, pauses and steps,
 //! begins and ends recordings, reads the newest numbers, and ends the run. None of it makes the
 //! servo thread wait.
 //!
@@ -9,8 +9,8 @@
 //! remember at that tick is not in it. They could be made to forget it all; but then friction would
 //! let go, the tool be put where the device is, even behind a wall, and the force fall away and
 //! ramp up again, and all that because somebody wanted to record what he felt. So such a recording
-//! keeps the numbers of its ticks, from which `palpus replay` sees what it is and says so. Who
-//! wants to replay lets the run be recorded from its beginning, as it is if nobody says otherwise.
+//! keeps the numbers of its ticks, by which `palpus replay` recognises it and says so. For a
+//! replay, record the run from its beginning, as is the default.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -19,7 +19,7 @@ use std::sync::mpsc;
 use std::thread::JoinHandle;
 
 use palpus::render::{Settings, SettingsError};
-use palpus_device::{DeviceSpec, Guide, RealTimeClaims, RealTimeOptions, Reins, Servo, leave_core};
+use palpus_device::{DeviceSpec, Guide, RealTimeClaims, RealTimeOptions, RunControl, Servo, leave_core};
 use palpus_io::scene::CouplingMode;
 
 use super::seat::{EndedSeat, Seat, preset};
@@ -30,6 +30,7 @@ use crate::engine::Engine;
 use crate::recording::{self, Keep};
 use crate::safety;
 use crate::stage::Stage;
+use crate::untouched::Untouched;
 
 /// s for which a key counts as held after each message: several frames of a window.
 const HOLD_TIME: f64 = 0.3;
@@ -41,7 +42,7 @@ pub(crate) struct Session {
     rate_hz: f64,
     /// The first is the one that the window shows and steers.
     seats: Vec<Seat>,
-    reins: Arc<Reins>,
+    control: Arc<RunControl>,
     claims: Option<RealTimeClaims>,
     thread: JoinHandle<Turned>,
 }
@@ -80,8 +81,8 @@ pub(crate) struct Ended {
 }
 
 impl Session {
-    /// Starts the loop on a thread of its own. It ends when its duration is over, when it is told
-    /// to, or with `stop`.
+    /// Starts the loop on a thread of its own. It ends after its duration, on request, or with
+    /// `stop`.
     pub(crate) fn start(ready: Ready, beginning: &Beginning<'_>, stop: &Arc<AtomicBool>) -> anyhow::Result<Self> {
         let Beginning { record, claims, paused, keep, .. } = *beginning;
         let Ready { plans, mut engine } = ready;
@@ -100,13 +101,13 @@ impl Session {
             stages.push(taken.stage);
         }
         let stage = stages.swap_remove(0);
-        let reins = servo.reins();
-        reins.pause(paused);
+        let control = servo.control();
+        control.pause(paused);
         let work = ServoThread { servo, working, engine, script, claims, stop: Arc::clone(stop) };
         let (granted, grants) = mpsc::channel();
         let thread = std::thread::Builder::new().name("servo".to_owned()).spawn(move || work.turn(&granted))?;
         let claims = grants.recv().ok().flatten();
-        Ok(Self { name, stage, rate_hz, seats, reins, claims, thread })
+        Ok(Self { name, stage, rate_hz, seats, control, claims, thread })
     }
 
     /// Says what the system granted.
@@ -123,8 +124,8 @@ impl Session {
     }
 
     /// Pauses it, takes it on by single ticks, brings keys.
-    pub(crate) fn reins(&self) -> Arc<Reins> {
-        Arc::clone(&self.reins)
+    pub(crate) fn control(&self) -> Arc<RunControl> {
+        Arc::clone(&self.control)
     }
 
     /// The loop has ended.
@@ -136,6 +137,7 @@ impl Session {
     pub(crate) fn wait(self) -> anyhow::Result<Ended> {
         let Turned { worked, engine } = joined(self.thread.join())?;
         let settings = self.seats[0].settings;
+        let scripted = self.seats[0].guide.is_some();
         let (mut seats, mut notes) = (Vec::new(), Vec::new());
         for (seat, worked) in self.seats.into_iter().zip(worked) {
             let (ended, more) = seat.end(worked, self.claims.as_ref(), self.rate_hz);
@@ -143,6 +145,11 @@ impl Session {
             notes.extend(more);
         }
         let Self { name, stage, rate_hz, .. } = self;
+        let first: &mut EndedSeat = &mut seats[0];
+        if first.summary.is_untouched() {
+            let why = Untouched::of(&stage).reason(scripted, first.summary.duration_s);
+            first.summary.no_contact = Some(why);
+        }
         Ok(Ended { name, stage, rate_hz, settings, seats, engine, notes })
     }
 }
@@ -160,11 +167,11 @@ impl Session {
 
     /// Ends the loop before its next tick, and returns the results.
     pub(crate) fn end(self) -> anyhow::Result<Ended> {
-        self.reins.end();
+        self.control.end();
         self.wait()
     }
 
-    /// The first device's ticks that nobody has taken yet, oldest first, if it is watched.
+    /// Returns the first device's new ticks, oldest first, if it is watched.
     pub(crate) fn watched(&mut self) -> impl Iterator<Item = WatchedTick> + '_ {
         self.seats[0].watched.iter_mut().flat_map(|queue| std::iter::from_fn(|| queue.pop().ok()))
     }
@@ -189,10 +196,10 @@ impl Session {
         &self.seats[0].settings
     }
 
-    /// Sets them. What the engine's memory, the device and the grip decide stays what it is:
-    /// capacity, time budget, limits, grip and the crease angle of shading; the tool's skin is
-    /// never wider than the tolerance. Other devices' tools get the same but for their coupling,
-    /// which is there or not as the first one's is, and as their own devices need it.
+    /// Changes the settings. Capacity, time budget, limits, grip and the crease angle of shading
+    /// stay as they are, since the engine's memory, the device and the grip decide them. The tool's
+    /// skin is at most the tolerance. Other devices' tools get the same settings except for the
+    /// coupling: it is on or off as the first one's, with the values for their own devices.
     pub(crate) fn set_settings(&mut self, settings: &Settings) -> Result<(), SettingsError> {
         let fit = |(k, seat): (usize, &Seat)| if k == 0 { seat.fit(settings) } else { seat.fit_of_other(settings) };
         let fit: Vec<Settings> = self.seats.iter().enumerate().map(fit).collect();
@@ -228,11 +235,11 @@ impl Session {
         }
     }
 
-    /// A person at the window holds the key for force, or does not. To be told again and again
-    /// while it is held.
+    /// Sets whether a person at the window holds the key for force. Call it again and again while
+    /// the key is held.
     pub(crate) fn hold(&self, held: bool) {
         let ticks = if held { (HOLD_TIME * self.rate_hz) as u64 } else { 0 };
-        self.reins.hold(ticks);
+        self.control.hold(ticks);
     }
 
     /// The file that is being recorded to: the first device's.

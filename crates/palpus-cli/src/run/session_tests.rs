@@ -55,7 +55,7 @@ const PATIENCE: Duration = Duration::from_secs(60);
 /// Takes the session on to the end of so many ticks.
 fn run_to(session: &mut Session, ticks: u64) {
     let made = session.live().ticks;
-    session.reins().step(ticks - made);
+    session.control().step(ticks - made);
     let begin = Instant::now();
     while session.live().ticks < ticks {
         assert!(begin.elapsed() < PATIENCE, "the loop does not go on");

@@ -1,5 +1,5 @@
-//! Every tick of the first device for whoever watches: through a queue of which the servo thread
-//! never waits. A watcher that is too slow misses ticks.
+//! Every tick of the first device for observers, through a queue; the servo thread never waits for
+//! it. An observer that is too slow misses ticks.
 
 use palpus::algebra::Wrench;
 use palpus_device::{DeviceState, ServoTick};
@@ -19,7 +19,7 @@ pub(crate) struct WatchedTick {
     pub(crate) state: DeviceState,
     /// Wrench that was written, world.
     pub(crate) wrench: Wrench,
-    /// Of the engine; 0 in ticks without an answer.
+    /// Time of the engine's query, ns; 0 in ticks without an answer.
     pub(crate) query_ns: u64,
     pub(crate) force_ns: u64,
     pub(crate) contacts: u32,

@@ -4,7 +4,7 @@
 //! 1. The bare timer is measured, as `palpus doctor` does: what this machine does to any loop.
 //! 2. The scene's loop runs in real time with everything that `palpus run` has: simulated device,
 //!    safety chain, watchdog, priority. The hand ([`scene`]) wanders about the scene, in and out of
-//!    contact, for ever, the same for the same seed.
+//!    contact, without end; the same seed gives the same motion.
 //! 3. The servo thread keeps an account ([`tally`]) in memory that is there from the start, and
 //!    hands it over once in an interval, a minute in a long run. This thread looks at the machine
 //!    meanwhile ([`machine`]): memory, frequency, other load.
@@ -128,7 +128,7 @@ impl Run {
         stop: &AtomicBool,
     ) -> anyhow::Result<(Vec<RunStatistics>, Option<RealTimeClaims>)> {
         // The wall's time ends it, not the number of ticks: a loop that is late makes fewer of
-        // them. Nobody is there to press a key after three faults.
+        // them. No person can press a key after three faults.
         let safety = SafetyOptions { rearm: Rearm::Automatic, ..SafetyOptions::default() };
         let mut servo = Servo::new(ServoOptions { rate_hz: self.rate_hz, safety, ..ServoOptions::default() })?;
         let count = ground.hands.len();

@@ -16,8 +16,8 @@ use crate::args::{SoakArguments, file_policy};
 use crate::bench::find_model;
 use crate::stage::{self, Stage};
 
-/// How far the hand strays from its path along each axis, in contact tolerances; usually a quarter
-/// of it.
+/// How far the hand strays from its path along each axis, in contact tolerances; usually only a
+/// quarter of this.
 const STRAY_TOLERANCES: f64 = 12.0;
 /// And how far it turns, rad.
 const STRAY_TURN: f64 = 0.25;

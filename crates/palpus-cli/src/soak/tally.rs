@@ -1,5 +1,5 @@
-//! The account of the servo thread: intervals of fixed size, handed over through an exchange that
-//! nobody waits for.
+//! The account of the servo thread: intervals of fixed size, handed over through an exchange
+//! without waiting.
 
 use std::time::{Duration, Instant};
 

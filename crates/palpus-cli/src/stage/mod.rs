@@ -37,8 +37,8 @@ pub(crate) struct Stage {
     pub(crate) settings: Settings,
     /// Coupling that the scene asks for.
     pub(crate) coupling: SceneCoupling,
-    /// Where the simulated hand intends the probe (the frame of its mesh), in the world. The hand
-    /// itself holds the grip: see [`Stage::intent`].
+    /// The intended motion of the probe (the frame of its mesh), in the world. The hand itself
+    /// holds the grip: see [`Stage::intent`].
     pub(crate) path: HandPath,
     /// A path that ends is gone back, and again.
     pub(crate) to_and_fro: bool,
@@ -119,8 +119,8 @@ impl Stage {
         probe.with_origin(self.settings.grip_a)
     }
 
-    /// Returns what the simulated hand intends: the grip's pose, world, by the time in seconds, so
-    /// that the probe follows [`Stage::path`].
+    /// Returns the intent of the simulated hand: the grip's pose, world, by the time in seconds,
+    /// for which the probe follows [`Stage::path`].
     pub(crate) fn intent(&self) -> impl Fn(f64) -> Pose + Send + use<> {
         let (path, grip_a) = (self.path.clone(), self.settings.grip_a);
         let again = self.to_and_fro && !path.is_cyclic();
@@ -132,7 +132,7 @@ impl Stage {
         scripted(&self.path, self.settings.grip_a, time)
     }
 
-    /// What a recording says of a run of it on the device that is called so; safety chain and
+    /// Returns the header for a recording of a run on the device with this name; safety chain and
     /// device add to it.
     pub(crate) fn header(&self, settings: Settings, device: &str, rate_hz: f64) -> RecordingHeader {
         RecordingHeader {

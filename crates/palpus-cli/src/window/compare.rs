@@ -65,7 +65,7 @@ impl Comparison {
         }
     }
 
-    /// What it has computed since the last call, and what the newest of it has to show.
+    /// Passes the ticks since the last call to `each`, and returns the newest for display.
     pub(super) fn take(&mut self, each: &mut dyn FnMut(ComparedTick)) -> &Moment {
         self.answers.try_iter().flatten().for_each(each);
         self.moments.get()

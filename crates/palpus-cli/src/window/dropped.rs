@@ -1,14 +1,15 @@
-//! A mesh that was dropped on the window: a scene of it and of one of the two bodies that are
-//! there.
+//! Meshes that were opened in the window: a scene of two new ones, or of one and one of the present
+//! bodies.
 //!
 //! The scene is a folder of its own beside the recordings: both meshes and a scene file. So it is
 //! prepared, recorded, replayed and edited like any other.
 //!
-//! 1. The dropped mesh is read and moved so that the middle of its box is its origin: meshes out of
+//! 1. An opened mesh is read and moved so that the middle of its box is its origin: meshes out of
 //!    CAD lie anywhere, and the hand holds a probe at its origin.
-//! 2. The other body is written as it was read, so that it is not prepared again.
+//! 2. A body that stays is written as it was read, so that it is not prepared again.
 //! 3. The probe starts above the environment, at a distance from it; without a path of its own, the
-//!    hand feels its way from there.
+//!    hand feels its way from there. Of two new meshes the program chooses the start, as of a scene
+//!    file without one.
 
 use std::fs::{self, File};
 use std::io::BufWriter;
@@ -22,7 +23,7 @@ use palpus::render::Settings;
 use palpus_io::record::SceneSource;
 use palpus_io::scene::FilePolicy;
 use palpus_io::{read_scene, write_obj_groups};
-use palpus_window::{FileKind, Part};
+use palpus_window::{FileKind, MeshFile};
 
 use crate::stage::Stage;
 use crate::{bodies, files, gaps};
@@ -34,6 +35,13 @@ pub(super) struct Present {
     probe: Pose,
     environment: Pose,
     settings: Settings,
+}
+
+/// One of the two bodies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Part {
+    Probe,
+    Environment,
 }
 
 /// Polygons, and m of their unit.
@@ -68,31 +76,35 @@ impl Present {
         }
     }
 
-    /// Makes a scene in which the mesh `file` is `part`, in a new folder below `folder`; answers
-    /// its scene file.
-    pub(super) fn with(&self, file: &Path, part: Part, metres_per_unit: f64, folder: &Path) -> anyhow::Result<PathBuf> {
-        if !(metres_per_unit > 0.0 && metres_per_unit.is_finite()) {
-            bail!("{metres_per_unit} m is no unit");
-        }
-        let mut soup = bodies::read_mesh(file)?;
-        let [low, high] = bounds(soup.vertices.iter().copied()).context("there is nothing in it")?;
-        soup.vertices.iter_mut().for_each(|vertex| *vertex -= 0.5 * (low + high));
-        let dropped = Shape { soup, metres_per_unit };
-        let (probe, environment, standing) = match part {
-            Part::Probe => (dropped, self.other(Part::Environment)?, self.environment),
-            Part::Environment => (self.other(Part::Probe)?, dropped, Pose::IDENTITY),
+    /// Makes a scene in which these meshes are the probe and the environment, in a new folder below
+    /// `folder`; a body without a new mesh stays as it is. Returns the scene file.
+    pub(super) fn with(
+        &self,
+        probe: Option<&MeshFile>,
+        environment: Option<&MeshFile>,
+        folder: &Path,
+    ) -> anyhow::Result<PathBuf> {
+        let new = [probe, environment];
+        let shape = |part: Part| match new[part as usize] {
+            Some(file) => Shape::read(file),
+            None => self.other(part),
         };
-        let rotation = if part == Part::Probe { glam::DQuat::IDENTITY } else { self.probe.rotation };
-        let start = Pose { rotation, translation: above(&probe, &environment, &standing) };
-        let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let folder = files::free(&folder.join(name));
+        let (held, touched) = (shape(Part::Probe)?, shape(Part::Environment)?);
+        let standing = if environment.is_some() { Pose::IDENTITY } else { self.environment };
+        let rotation = if probe.is_some() { glam::DQuat::IDENTITY } else { self.probe.rotation };
+        let start = Pose { rotation, translation: above(&held, &touched, &standing) };
+        // The old settings need not suit two new bodies.
+        let kept = (probe.is_none() || environment.is_none()).then_some(([start, standing], &self.settings));
+        let stems: Vec<String> = new.into_iter().flatten().map(MeshFile::stem).collect();
+        let folder = files::free(&folder.join(stems.join("-")));
         let problem = || format!("{} could not be made", folder.display());
         fs::create_dir_all(&folder).with_context(problem)?;
-        probe.write(&folder.join("probe.obj")).with_context(problem)?;
-        environment.write(&folder.join("environment.obj")).with_context(problem)?;
+        held.write(&folder.join("probe.obj")).with_context(problem)?;
+        touched.write(&folder.join("environment.obj")).with_context(problem)?;
         let scene = folder.join("scene.toml");
-        let units = [probe.metres_per_unit, environment.metres_per_unit];
-        fs::write(&scene, text(file, units, [start, standing], &self.settings)).with_context(problem)?;
+        let smallest = held.size().min(touched.size());
+        let text = text(&new, [held.metres_per_unit, touched.metres_per_unit], kept, smallest);
+        fs::write(&scene, text).with_context(problem)?;
         Ok(scene)
     }
 
@@ -114,6 +126,23 @@ impl Present {
 }
 
 impl Shape {
+    /// Step 1.
+    fn read(opened: &MeshFile) -> anyhow::Result<Self> {
+        let MeshFile { file, metres_per_unit } = opened;
+        if !(*metres_per_unit > 0.0 && metres_per_unit.is_finite()) {
+            bail!("{metres_per_unit} m is no unit");
+        }
+        let mut soup = bodies::read_mesh(file)?;
+        let [low, high] = bounds(soup.vertices.iter().copied()).context("there is nothing in it")?;
+        soup.vertices.iter_mut().for_each(|vertex| *vertex -= 0.5 * (low + high));
+        Ok(Self { soup, metres_per_unit: *metres_per_unit })
+    }
+
+    /// Diagonal of its box, m.
+    fn size(&self) -> f64 {
+        bounds(self.points()).map_or(0.0, |[low, high]| low.distance(high))
+    }
+
     fn write(&self, path: &Path) -> std::io::Result<()> {
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         write_obj_groups(BufWriter::new(File::create(path)?), [(name, self.soup.clone())])
@@ -135,27 +164,38 @@ fn bounds(points: impl Iterator<Item = DVec3>) -> Option<[DVec3; 2]> {
     points.map(|point| [point; 2]).reduce(|[low, high], [point, _]| [low.min(point), high.max(point)])
 }
 
-fn text(file: &Path, units: [f64; 2], poses: [Pose; 2], settings: &Settings) -> String {
+/// The scene file. `kept`: poses of both bodies, and settings that stay; `smallest` is the size of
+/// the smaller body, m.
+fn text(new: &[Option<&MeshFile>; 2], units: [f64; 2], kept: Option<([Pose; 2], &Settings)>, smallest: f64) -> String {
+    let names = new.iter().flatten().map(|opened| opened.file.to_string_lossy());
     // One line, whatever a file is called.
-    let name: String = file.to_string_lossy().chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
-    let body = |part: &str, unit: f64, pose: &Pose| {
-        let ([x, y, z], q) = (pose.translation.to_array(), pose.rotation.normalize());
-        format!(
-            "[{part}]\nmesh = \"{part}.obj\"\nunit = {unit:?}\nposition = [{x:?}, {y:?}, {z:?}]\norientation = [{:?}, {:?}, {:?}, {:?}]\n\n",
-            q.x, q.y, q.z, q.w
-        )
+    let names = names.collect::<Vec<_>>().join(" and ");
+    let names: String = names.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    let body = |k: usize, part: &str| {
+        let place = kept.map_or(String::new(), |(poses, _)| {
+            let ([x, y, z], q) = (poses[k].translation.to_array(), poses[k].rotation.normalize());
+            format!("position = [{x:?}, {y:?}, {z:?}]\norientation = [{:?}, {:?}, {:?}, {:?}]\n", q.x, q.y, q.z, q.w)
+        });
+        format!("[{part}]\nmesh = \"{part}.obj\"\nunit = {:?}\n{place}\n", units[k])
     };
-    let friction = settings.friction.map_or(String::new(), |friction| {
-        let (at_rest, sliding) = (friction.static_coefficient, friction.dynamic_coefficient);
-        format!("friction = {{ static = {at_rest:?}, dynamic = {sliding:?} }}\n")
+    let contact = kept.map_or(String::new(), |(_, settings)| {
+        let friction = settings.friction.map_or(String::new(), |friction| {
+            let (at_rest, sliding) = (friction.static_coefficient, friction.dynamic_coefficient);
+            format!("friction = {{ static = {at_rest:?}, dynamic = {sliding:?} }}\n")
+        });
+        // Fine enough for the new body too.
+        let finer = (gaps::TOLERANCE_SHARE * smallest / settings.contact_tolerance).min(1.0);
+        format!(
+            "[contact]\ntolerance = {:?}\ncluster_radius = {:?}\n{friction}shading = {}\n",
+            finer * settings.contact_tolerance,
+            finer * settings.cluster_radius,
+            settings.shading.is_some()
+        )
     });
     format!(
-        "# Made when {name} was dropped on the window.\nunit = \"m\"\n\n{}{}[contact]\ntolerance = {:?}\ncluster_radius = {:?}\n{friction}shading = {}\n",
-        body("probe", units[0], &poses[0]),
-        body("environment", units[1], &poses[1]),
-        settings.contact_tolerance,
-        settings.cluster_radius,
-        settings.shading.is_some(),
+        "# Made when {names} was opened in the window.\nunit = \"m\"\n\n{}{}{contact}",
+        body(0, "probe"),
+        body(1, "environment")
     )
 }
 
@@ -184,8 +224,10 @@ mod tests {
 
         let before = stage::prepare("pen-sphere", FilePolicy::Inside).expect("a built-in scene");
         let present = Present::of(&before);
+        let opened = MeshFile { file: file.clone(), metres_per_unit: 1e-3 };
         for part in [Part::Probe, Part::Environment] {
-            let scene_file = present.with(&file, part, 1e-3, &folder).expect("a scene");
+            let as_part = |which| (part == which).then_some(&opened);
+            let scene_file = present.with(as_part(Part::Probe), as_part(Part::Environment), &folder).expect("a scene");
             assert_eq!(kind(&scene_file), Ok(FileKind::Scene));
             let stage =
                 stage::prepare(&scene_file.display().to_string(), FilePolicy::Inside).expect("it can be prepared");
@@ -206,7 +248,13 @@ mod tests {
         assert!(folder.join("a cube").is_dir() && folder.join("a cube-2").is_dir(), "nothing is overwritten");
         let nothing = folder.join("nothing.obj");
         assert!(kind(&nothing).expect_err("it is not there").contains("nothing.obj"));
-        assert!(present.with(&file, Part::Probe, 0.0, &folder).is_err());
+        assert!(present.with(Some(&MeshFile { metres_per_unit: 0.0, ..opened.clone() }), None, &folder).is_err());
+        // Both at once: a start is chosen, and the hand comes to touch.
+        let both = present.with(Some(&opened), Some(&opened), &folder).expect("a scene");
+        let stage = stage::prepare(&both.display().to_string(), FilePolicy::Inside).expect("it can be prepared");
+        assert!((stage.probe.mass().volume - stage.environment.mass().volume).abs() < 1e-15);
+        assert!((stage.settings.contact_tolerance - 0.2e-3 * 3f64.sqrt()).abs() < 1e-9);
+        assert!(!stage.notes.is_empty() && stage.path.duration() <= 4.0);
         assert!(scene("pen-sphere").is_some());
         let _ = fs::remove_dir_all(&folder);
     }

@@ -48,7 +48,8 @@ impl<T: Send + 'static> Loader<T> {
         self.told.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// What came of it, once, when it is done; what is done with it then is told as the same work.
+    /// Returns the result once, when it is ready; the steps that follow are reported as the same
+    /// work.
     pub(super) fn take(&mut self) -> Option<anyhow::Result<T>> {
         let thread = self.thread.take_if(|thread| thread.is_finished())?;
         let failed = |_| anyhow!("it could not be prepared; please report this");

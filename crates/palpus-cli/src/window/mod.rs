@@ -12,6 +12,10 @@ mod dropped;
 #[cfg(feature = "window")]
 mod loading;
 #[cfg(feature = "window")]
+mod recent;
+#[cfg(feature = "window")]
+mod saved;
+#[cfg(feature = "window")]
 mod settings_text;
 #[cfg(feature = "window")]
 mod steered;
@@ -41,6 +45,7 @@ mod here {
     use palpus_device::{Newest, latest_of};
     use palpus_window::{Look, Moment, Scene, Theme, has_display, open};
 
+    use super::recent::Recent;
     use super::steered::Steered;
     use crate::args::RunArguments;
     use crate::run::{self, Beginning, Ended, Plan, Ready, Session};
@@ -50,12 +55,12 @@ mod here {
         (!has_display()).then_some("no display")
     }
 
-    /// Runs what is `ready`, and whatever follows it, in a window until that is closed; in the
-    /// terminal if none can be opened.
+    /// Runs `ready`, and further runs, in a window until it is closed; in the terminal if no window
+    /// can be opened.
     pub(crate) fn run(arguments: &RunArguments, ready: Ready, stop: &Arc<AtomicBool>) -> anyhow::Result<Vec<Ended>> {
         let (session, scene, moments) = begin(ready, &run::beginning(arguments), stop)?;
         session.tell_claims();
-        let mut steered = Steered::new(arguments, session, stop);
+        let mut steered = Steered::new(arguments, session, Recent::of_user(), stop);
         match open(scene, moments, &mut steered) {
             Ok(()) => steered.end(),
             Err(why) => match steered.into_session() {
@@ -65,9 +70,8 @@ mod here {
         }
     }
 
-    /// Starts a session that can be seen: what there is to see, and what changes of it. The calling
-    /// thread, which is the one that draws, then keeps off the loop's core, and with it the threads
-    /// that a graphics library without a graphics card starts.
+    /// Starts a session with a display. The calling thread draws; afterwards it keeps off the
+    /// loop's core. The threads that a graphics library without a graphics card starts do the same.
     pub(super) fn begin(
         mut ready: Ready,
         beginning: &Beginning<'_>,

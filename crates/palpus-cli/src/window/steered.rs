@@ -8,6 +8,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
 use anyhow::anyhow;
@@ -16,19 +17,24 @@ use palpus_device::{DeviceSpec, Guide, HapticDevice, Newest, SpaceMouse, SpaceMo
 use palpus_io::record::SceneSource;
 use palpus_io::scene::FilePolicy;
 use palpus_window::{
-    Cap, ComparedTick, FileKind, Loading, Moment, Numbers, Painted, Preset, Run, Scene, SeenTick, Wanted,
+    Cap, ComparedTick, FileKind, Loading, Moment, Numbers, Painted, Preset, Run, Scene, SeenTick, Start, Wanted,
 };
 
 use super::compare::Comparison;
 use super::dropped::{self, Present};
 use super::here::begin;
 use super::loading::{Loader, Tell, one_line};
-use super::settings_text;
+use super::recent::Recent;
+use super::{saved, settings_text};
 use crate::args::{RunArguments, file_policy};
 use crate::bodies::Teller;
 use crate::output;
 use crate::run::{self, Beginning, Ended, Live, Ready, Session, WatchedTick};
 use crate::stage::{self, Stage};
+use crate::untouched::Untouched;
+
+/// s: the least time before a missing contact is reported; the path is followed once first.
+const SOON_TOUCHES: f64 = 5.0;
 
 /// A run that the window steers.
 pub(super) struct Steered<'a> {
@@ -46,6 +52,13 @@ pub(super) struct Steered<'a> {
     live: Live,
     /// The same by other settings.
     comparison: Option<Comparison>,
+    /// Why there was no contact, being found out.
+    untouched: Option<Receiver<String>>,
+    recent: Recent,
+    /// The run begins where the window chose, and so does the next one.
+    is_moved: [bool; 2],
+    /// Files that are being loaded: recent ones once that went well.
+    opened: Vec<PathBuf>,
     cap: Caps,
 }
 
@@ -58,7 +71,12 @@ enum Next {
 }
 
 impl<'a> Steered<'a> {
-    pub(super) fn new(arguments: &'a RunArguments, mut session: Session, stop: &'a Arc<AtomicBool>) -> Self {
+    pub(super) fn new(
+        arguments: &'a RunArguments,
+        mut session: Session,
+        recent: Recent,
+        stop: &'a Arc<AtomicBool>,
+    ) -> Self {
         Self {
             arguments,
             stop,
@@ -69,6 +87,10 @@ impl<'a> Steered<'a> {
             settings: *session.settings(),
             live: session.live(),
             comparison: None,
+            untouched: None,
+            recent,
+            is_moved: [false; 2],
+            opened: Vec::new(),
             cap: Caps::default(),
             session: Some(session),
         }
@@ -108,7 +130,23 @@ impl<'a> Steered<'a> {
         let (session, scene, moments) = begin(ready, &beginning, self.stop)?;
         (self.spec, self.settings) = (session.spec().clone(), *session.settings());
         self.session = Some(session);
+        self.untouched = None;
+        self.is_moved[0] = self.is_moved[1];
         self.next = Some((scene, moments));
+        Ok(())
+    }
+
+    /// Prepares what is wanted, while the present run goes on.
+    fn begin_loading(&mut self, wanted: Wanted, start: Option<Start>) -> Result<(), String> {
+        let session = self.session.as_ref().ok_or("the run is over")?;
+        let (present, arguments) = (Present::of(session.stage()), self.arguments.clone());
+        let words = match &wanted {
+            Wanted::Scene(name) => format!("preparing {name}"),
+            Wanted::SceneFile(file) => format!("reading {}", file.display()),
+            Wanted::Meshes { .. } => "reading meshes".to_owned(),
+        };
+        self.loader.begin(&words, move |tell| prepared(&wanted, start.as_ref(), &present, &arguments, tell))?;
+        self.is_moved[1] = start.is_some_and(|start| start.probe.is_some());
         Ok(())
     }
 
@@ -118,17 +156,26 @@ impl<'a> Steered<'a> {
 }
 
 /// Prepares what is wanted, on a thread of its own.
-fn prepared(wanted: &Wanted, present: &Present, arguments: &RunArguments, tell: Tell<'_>) -> anyhow::Result<Next> {
+fn prepared(
+    wanted: &Wanted,
+    start: Option<&Start>,
+    present: &Present,
+    arguments: &RunArguments,
+    tell: Tell<'_>,
+) -> anyhow::Result<Next> {
     let (name, policy) = match wanted {
         Wanted::Scene(name) => (name.clone(), FilePolicy::Inside),
         Wanted::SceneFile(file) => (file.display().to_string(), file_policy(arguments.allow_outside)),
-        Wanted::Mesh { file, part, metres_per_unit } => {
-            let below = arguments.record.parent().unwrap_or(Path::new("")).join("scenes");
-            (present.with(file, *part, *metres_per_unit, &below)?.display().to_string(), FilePolicy::Inside)
+        Wanted::Meshes { probe, environment } => {
+            let scene = present.with(probe.as_ref(), environment.as_ref(), &scenes_folder(arguments))?;
+            (scene.display().to_string(), FilePolicy::Inside)
         }
     };
     let calls = |body: &str, done: f64| tell(&format!("preparing {body}"), Some(done));
-    let stage = stage::prepare_telling(&name, policy, &Teller::Calls(&calls))?;
+    let mut stage = stage::prepare_telling(&name, policy, &Teller::Calls(&calls))?;
+    if let Some(start) = start {
+        saved::begin_at(&mut stage, start)?;
+    }
     tell("making ready", None);
     let is_hardware = |device: &String| device != "sim" && !device.starts_with("replay:");
     let mut devices = arguments.device.iter().chain(&arguments.second_device);
@@ -136,6 +183,11 @@ fn prepared(wanted: &Wanted, present: &Present, arguments: &RunArguments, tell: 
         return Ok(Next::Stage(name, Box::new(stage)));
     }
     Ready::new(arguments, &name, stage, true).map(|ready| Next::Run(Box::new(ready)))
+}
+
+/// Folder for scenes that are made in the window: beside the recordings.
+fn scenes_folder(arguments: &RunArguments) -> PathBuf {
+    arguments.record.parent().unwrap_or(Path::new("")).join("scenes")
 }
 
 impl Run for Steered<'_> {
@@ -244,6 +296,24 @@ impl Run for Steered<'_> {
         self.live.way_out.map(|out| out.words())
     }
 
+    fn untouched(&mut self) -> Option<String> {
+        if let Some(told) = &self.untouched {
+            return told.try_recv().ok();
+        }
+        let seconds = self.live.time;
+        let session = self.session.as_ref().filter(|_| !self.live.touched)?;
+        if seconds < SOON_TOUCHES.max(session.stage().path.duration()) {
+            return None;
+        }
+        let untouched = Untouched::of(session.stage());
+        let (tell, told) = channel();
+        // Many queries on large meshes take longer than a frame.
+        let work = move || tell.send(untouched.reason(true, seconds));
+        let begun = session.can_guide() && std::thread::Builder::new().spawn(work).is_ok();
+        self.untouched = begun.then_some(told);
+        None
+    }
+
     fn cap(&mut self) -> Cap {
         if !self.can_guide() {
             return Cap::None;
@@ -252,17 +322,17 @@ impl Run for Steered<'_> {
     }
 
     fn pause(&mut self, paused: bool) -> Result<(), String> {
-        self.session()?.reins().pause(paused);
+        self.session()?.control().pause(paused);
         Ok(())
     }
 
     fn is_paused(&self) -> bool {
-        self.session.as_ref().is_some_and(|session| session.reins().is_paused())
+        self.session.as_ref().is_some_and(|session| session.control().is_paused())
     }
 
     fn step(&mut self, ticks: u64) {
         if let Some(session) = &self.session {
-            session.reins().step(ticks);
+            session.control().step(ticks);
         }
     }
 
@@ -294,26 +364,46 @@ impl Run for Steered<'_> {
     }
 
     fn load(&mut self, wanted: Wanted) -> Result<(), String> {
-        let session = self.session.as_ref().ok_or("the run is over")?;
-        let (present, arguments) = (Present::of(session.stage()), self.arguments.clone());
-        let words = match &wanted {
-            Wanted::Scene(name) => format!("preparing {name}"),
-            Wanted::SceneFile(file) | Wanted::Mesh { file, .. } => format!("reading {}", file.display()),
+        let opened = match &wanted {
+            Wanted::Scene(_) => Vec::new(),
+            Wanted::SceneFile(file) => vec![file.clone()],
+            Wanted::Meshes { probe, environment } => {
+                environment.iter().chain(probe).map(|opened| opened.file.clone()).collect()
+            }
         };
-        self.loader.begin(&words, move |tell| prepared(&wanted, &present, &arguments, tell))
+        self.begin_loading(wanted, None)?;
+        self.opened = opened;
+        Ok(())
     }
 
-    fn restart(&mut self) -> Result<(), String> {
+    fn restart(&mut self, at: Option<Start>) -> Result<(), String> {
         let session = self.session.as_ref().ok_or("the run is over")?;
-        self.load(match &session.stage().recorded.source {
+        let wanted = match &session.stage().recorded.source {
             SceneSource::BuiltIn(name) => Wanted::Scene(name.clone()),
             SceneSource::File(path) => Wanted::SceneFile(PathBuf::from(path)),
-        })
+        };
+        self.begin_loading(wanted, at)
+    }
+
+    fn save(&mut self) -> Result<PathBuf, String> {
+        let session = self.session.as_ref().ok_or("the run is over")?;
+        let saved = saved::save(session.stage(), session.settings(), self.is_moved[0], &scenes_folder(self.arguments));
+        let file = saved.map_err(|error| one_line(&error))?;
+        self.recent.add(&file);
+        Ok(file)
+    }
+
+    fn recent(&self) -> Vec<PathBuf> {
+        self.recent.files()
     }
 
     fn loading(&mut self) -> Loading {
         if let Some(result) = self.loader.take() {
             let result = result.and_then(|next| self.follow(next));
+            let opened = std::mem::take(&mut self.opened);
+            if result.is_ok() {
+                opened.iter().for_each(|file| self.recent.add(file));
+            }
             self.loader.end(result);
         }
         self.loader.told()

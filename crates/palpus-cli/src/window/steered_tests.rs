@@ -6,14 +6,16 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use clap::Parser;
+use glam::DVec3;
 use palpus::algebra::Pose;
 use palpus::render::Settings;
 use palpus_device::Guide;
 use palpus_io::read_recording;
 use palpus_io::scene::FilePolicy;
-use palpus_window::{Cap, Loading, Run, Wanted};
+use palpus_window::{Cap, Loading, MeshFile, Run, Start, Wanted};
 
 use super::here::begin;
+use super::recent::Recent;
 use super::steered::Steered;
 use crate::args::RunArguments;
 use crate::run::{self, Ready};
@@ -42,7 +44,8 @@ fn with_run(name: &str, test: impl FnOnce(Steered<'_>, &Path)) {
     let ready = Ready::new(&arguments, "pen-sphere", stage, true).expect("a plan and an engine");
     let (session, scene, _) = begin(ready, &run::beginning(&arguments), &stop).expect("a session");
     assert_eq!(scene.bodies.len(), 2);
-    test(Steered::new(&arguments, session, &stop), &folder);
+    let recent = Recent::kept_in(Some(folder.join("recent.txt")));
+    test(Steered::new(&arguments, session, recent, &stop), &folder);
     let _ = std::fs::remove_dir_all(&folder);
 }
 
@@ -80,12 +83,16 @@ fn a_run_is_steered_and_followed_by_another_scene_and_by_a_dropped_mesh() {
             f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
         let file = folder.join("cube.obj");
         std::fs::write(&file, cube).expect("a file");
-        let part = palpus_window::Part::Probe;
-        run.load(Wanted::Mesh { file, part, metres_per_unit: 0.01 }).expect("it begins");
+        let probe = Some(MeshFile { file, metres_per_unit: 0.01 });
+        run.load(Wanted::Meshes { probe, environment: None }).expect("it begins");
         until(&mut run, |run| run.loading() == Loading::Idle);
         until(&mut run, |run| run.numbers().ticks > 20);
         assert!(run.replaced().is_some() && run.record(false).is_ok() && run.recording().is_none());
         assert!(run.record(false).is_err(), "nothing is recorded any more");
+
+        let opened = run.recent();
+        assert_eq!(opened.len(), 1);
+        assert!(opened[0].ends_with("cube.obj"), "{opened:?}");
 
         let ended = run.end().expect("it ends");
         assert_eq!(ended.len(), 3);
@@ -95,5 +102,38 @@ fn a_run_is_steered_and_followed_by_another_scene_and_by_a_dropped_mesh() {
         }
         assert!(folder.join("scenes/cube/scene.toml").is_file());
         assert_eq!(read_recording(&folder.join("run.csv")).expect("a recording").changes.len(), 1);
+    });
+}
+
+#[test]
+fn the_scene_begins_anew_where_it_is_told_and_is_saved() {
+    with_run("anew", |mut run, folder| {
+        until(&mut run, |run| run.numbers().ticks > 20);
+        let start = Start {
+            probe: Some(Pose::from_translation(DVec3::new(0.01, 0.02, 0.3))),
+            grip_a: Some(DVec3::new(0.0, 0.0, 0.004)),
+        };
+        run.restart(Some(start)).expect("it begins");
+        until(&mut run, |run| run.loading() == Loading::Idle);
+        let (scene, _) = run.replaced().expect("the same scene");
+        assert_eq!(Some(scene.bodies[0].pose), start.probe);
+        assert_eq!(Some(run.settings().grip_a), start.grip_a);
+        let wanted = Settings { stiffness: 1234.0, ..run.settings() };
+        run.set_settings(&wanted).expect("it can be");
+        let file = run.save().expect("it is saved");
+        assert!(file.starts_with(folder.join("scenes")), "{}", file.display());
+        assert_eq!(run.recent(), std::slice::from_ref(&file));
+
+        // Back to the scene as it was, and to what was saved.
+        run.restart(None).expect("it begins");
+        until(&mut run, |run| run.loading() == Loading::Idle);
+        let (scene, _) = run.replaced().expect("the same scene");
+        assert!(Some(scene.bodies[0].pose) != start.probe && Some(run.settings().grip_a) != start.grip_a);
+        run.load(Wanted::SceneFile(file)).expect("it begins");
+        until(&mut run, |run| run.loading() == Loading::Idle);
+        let (scene, _) = run.replaced().expect("what was saved");
+        let probe = scene.bodies[0].pose.translation;
+        assert!((probe - DVec3::new(0.01, 0.02, 0.3)).length() < 1e-9, "{probe}");
+        assert!((run.settings().stiffness - 1234.0).abs() < 1e-6);
     });
 }

@@ -1,4 +1,4 @@
-//! Where a driver listens: a Unix socket or a UDP port of this machine.
+//! Address of a driver: a Unix socket or a UDP port of this machine.
 
 use std::fmt;
 use std::net::SocketAddr;

@@ -48,14 +48,14 @@ const VALID_FOR_US: u32 = 20_000;
 const PATIENCE_STATES: u64 = 100;
 /// Frames that no driver may act on.
 const HOSTILE_FRAMES: usize = 20_000;
-/// Of these between two states.
+/// Number of hostile frames between two states.
 const HOSTILE_AT_ONCE: usize = 20;
 
 /// Tests the driver at `address`, in about five seconds. The device is pushed with at most 0.5 N
 /// for some tenths of a second.
 ///
 /// # Errors
-/// Fails if nobody listens there. What a driver does wrong is no error but a [`Check`].
+/// Fails if no driver listens there. A driver's mistake is no error but a [`Check`].
 pub fn conformance(address: &BridgeAddress) -> Result<Vec<Check>, BridgeError> {
     let mut report = Report::default();
     let opened = Peer::open(address);
@@ -68,7 +68,7 @@ pub fn conformance(address: &BridgeAddress) -> Result<Vec<Check>, BridgeError> {
         }
     };
     report.add("answers a hello with a welcome", Ok(peer.description()));
-    // What comes next makes no sense without this; each step says what it needs.
+    // The later steps need this one; each step says what it requires.
     let steps: [Step; 9] = [
         ("states a device that can be used", usable),
         ("sends nothing before the first command", quiet_before),
@@ -161,11 +161,11 @@ fn rate(peer: &mut Peer) -> Result<String, String> {
 }
 
 fn echoes(peer: &mut Peer) -> Result<String, String> {
-    let told = peer.tell(Command::default())?;
-    let state = peer.state_where(|state| state.echo >= told)?;
+    let sent = peer.tell(Command::default())?;
+    let state = peer.state_where(|state| state.echo >= sent)?;
     match state {
         None => Err("`echo` has to be the sequence of the newest command that was accepted".to_owned()),
-        Some(state) if state.state.echo > told => Err("`echo` names a command that was not sent".to_owned()),
+        Some(state) if state.state.echo > sent => Err("`echo` names a command that was not sent".to_owned()),
         Some(state) if state.state.flags & READY == 0 => {
             Err("the READY flag is not set; switch the device on, calibrate it, and test again".to_owned())
         }
@@ -176,10 +176,10 @@ fn echoes(peer: &mut Peer) -> Result<String, String> {
 fn applies(peer: &mut Peer) -> Result<String, String> {
     let Some(wrench) = push(peer) else { return Ok(NO_FORCE.to_owned()) };
     let mut newest = peer.newest()?;
-    let told = peer.answer(&newest, wrench, VALID_FOR_US)?;
+    let sent = peer.answer(&newest, wrench, VALID_FOR_US)?;
     for _ in 0..PATIENCE_STATES {
         newest = peer.next_state()?;
-        if newest.state.echo >= told && applies_all_of(&newest.state, wrench) {
+        if newest.state.echo >= sent && applies_all_of(&newest.state, wrench) {
             return Ok(format!("{:.2} N along +Z", newest.state.applied.force.z));
         }
         peer.answer(&newest, wrench, VALID_FOR_US)?;
@@ -193,7 +193,7 @@ fn applies(peer: &mut Peer) -> Result<String, String> {
 /// Lets a wrench run out, and looks at each state by the device's clock.
 fn expires(peer: &mut Peer) -> Result<String, String> {
     let Some(wrench) = push(peer) else { return Ok(NO_FORCE.to_owned()) };
-    let (knows, told) = hold(peer, wrench)?;
+    let (knows, sent) = hold(peer, wrench)?;
     // A step of the driver may lie between the end and its next state.
     let periods = Duration::from_secs_f64(2.0 / peer.welcome.rate_hz).as_nanos() as u64;
     let end = knows.state.time_ns + u64::from(VALID_FOR_US) * 1000 + periods;
@@ -205,7 +205,7 @@ fn expires(peer: &mut Peer) -> Result<String, String> {
         if is_pushing(&state.state) {
             let late = (state.state.time_ns - end) / 1000;
             return Err(format!(
-                "{late} µs after `time_ns + valid_for_us` of command {told} the applied wrench is not zero"
+                "{late} µs after `time_ns + valid_for_us` of command {sent} the applied wrench is not zero"
             ));
         }
         if state.state.flags & WITHHELD == 0 {
@@ -223,13 +223,13 @@ fn stays_at_zero(peer: &mut Peer) -> Result<String, String> {
         .state_where(|state| state.flags & WITHHELD != 0)?
         .ok_or("the WITHHELD flag is not set when a wrench is not valid any more")?;
     // It says that it knows an old state, and claims the newest time.
-    let told = peer.tell(Command {
+    let sent = peer.tell(Command {
         echo: knows.sequence,
         time_ns: expired.state.time_ns,
         wrench,
         valid_for_us: VALID_FOR_US,
     })?;
-    never_pushes(peer, told, "it does not know (`echo`) a state after the end: stay at zero")?;
+    never_pushes(peer, sent, "it does not know (`echo`) a state after the end: stay at zero")?;
     resume(peer)
 }
 
@@ -238,9 +238,9 @@ fn refuses_stale(peer: &mut Peer) -> Result<String, String> {
     let old = peer.newest()?;
     let age = u64::from(VALID_FOR_US) * 1000;
     let newest = peer.state_where(|state| state.time_ns > old.state.time_ns + 2 * age)?.ok_or("states do not go on")?;
-    let told =
+    let sent =
         peer.tell(Command { echo: newest.sequence, time_ns: old.state.time_ns, wrench, valid_for_us: VALID_FOR_US })?;
-    never_pushes(peer, told, "its `time_ns + valid_for_us` had passed when it came: stay at zero")?;
+    never_pushes(peer, sent, "its `time_ns + valid_for_us` had passed when it came: stay at zero")?;
     resume(peer)
 }
 
@@ -248,9 +248,9 @@ fn ignores_hostile(peer: &mut Peer) -> Result<String, String> {
     let wrench = push(peer).unwrap_or_default();
     let mut hostile = Hostile::new(peer.session(), wrench);
     let mut newest = peer.newest()?;
-    let mut told = peer.answer(&newest, Wrench::ZERO, VALID_FOR_US)?;
+    let mut sent = peer.answer(&newest, Wrench::ZERO, VALID_FOR_US)?;
     for k in 0..HOSTILE_FRAMES {
-        peer.send_bytes(hostile.next(&newest, told))?;
+        peer.send_bytes(hostile.next(&newest, sent))?;
         if k % HOSTILE_AT_ONCE != 0 {
             continue;
         }
@@ -258,14 +258,20 @@ fn ignores_hostile(peer: &mut Peer) -> Result<String, String> {
         if is_pushing(&newest.state) {
             return Err(format!("a force was applied after {}", hostile.last()));
         }
-        if newest.state.echo > told {
+        if newest.state.echo > sent {
             return Err(format!("`echo` became {} after {}", newest.state.echo, hostile.last()));
         }
-        told = peer.answer(&newest, Wrench::ZERO, VALID_FOR_US)?;
+        sent = peer.answer(&newest, Wrench::ZERO, VALID_FOR_US)?;
     }
-    let state = peer.state_where(|state| state.echo >= told)?;
-    state.ok_or_else(|| format!("no command was accepted any more after {}", hostile.last()))?;
-    Ok(format!("{HOSTILE_FRAMES} frames"))
+    // A tester that was late knows an old state only, and its command may have expired on the way.
+    for _ in 0..PATIENCE_STATES {
+        let newest = peer.newest()?;
+        peer.answer(&newest, Wrench::ZERO, VALID_FOR_US)?;
+        if peer.next_state()?.state.echo >= sent {
+            return Ok(format!("{HOSTILE_FRAMES} frames"));
+        }
+    }
+    Err(format!("no command was accepted any more after {}", hostile.last()))
 }
 
 fn reopens(mut peer: Peer, address: &BridgeAddress) -> Result<String, String> {
@@ -291,25 +297,25 @@ fn reopens(mut peer: Peer, address: &BridgeAddress) -> Result<String, String> {
 fn hold(peer: &mut Peer, wrench: Wrench) -> Result<(Numbered, u64), String> {
     for _ in 0..PATIENCE_STATES {
         let newest = peer.newest()?;
-        let told = peer.answer(&newest, wrench, VALID_FOR_US)?;
+        let sent = peer.answer(&newest, wrench, VALID_FOR_US)?;
         let state = peer.next_state()?;
         if applies_all_of(&state.state, wrench) {
-            return Ok((newest, told));
+            return Ok((newest, sent));
         }
     }
     Err("a valid wrench was not applied, so its end cannot be seen".to_owned())
 }
 
-/// Fails with `why` if any of the states up to the echo of command `told`, or the twenty after it,
-/// has a wrench applied.
-fn never_pushes(peer: &mut Peer, told: u64, why: &str) -> Result<(), String> {
+/// Fails with `why` if a wrench is applied in any of the states up to the echo of command `sent`,
+/// or in the twenty after it.
+fn never_pushes(peer: &mut Peer, sent: u64, why: &str) -> Result<(), String> {
     let mut after = 0;
     for _ in 0..PATIENCE_STATES + 20 {
         let state = peer.next_state()?.state;
         if is_pushing(&state) {
             return Err(format!("a wrench was applied although {why}"));
         }
-        after += u32::from(state.echo >= told);
+        after += u32::from(state.echo >= sent);
         if after > 20 {
             break;
         }
@@ -317,7 +323,7 @@ fn never_pushes(peer: &mut Peer, told: u64, why: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// Takes the driver back to where it pushes when told.
+/// Takes the driver back to the state in which it pushes on command.
 fn resume(peer: &mut Peer) -> Result<String, String> {
     for _ in 0..PATIENCE_STATES {
         let newest = peer.newest()?;

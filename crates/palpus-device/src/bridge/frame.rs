@@ -23,9 +23,9 @@ pub const LONGEST: usize = 208;
 pub const MOST_VALID_FOR_US: u32 = 100_000;
 /// Buttons that a device may have: the loop's keys have the other bits.
 pub const MOST_BUTTONS: u8 = 30;
-/// State flag: the device is powered, calibrated and gives the force that it is told.
+/// State flag: the device is powered, calibrated and gives the commanded force.
 pub const READY: u32 = 1;
-/// State flag: the device gives no force now, whatever it is told.
+/// State flag: the device gives no force now, whatever the command.
 pub const WITHHELD: u32 = 2;
 
 const HEADER: usize = 32;
@@ -83,7 +83,7 @@ pub struct Welcome {
 pub struct Command {
     /// Sequence of the newest state that the wrench knows; 0 before the first.
     pub echo: u64,
-    /// That state's time by the device's clock, ns.
+    /// Time of the state by the device's clock, ns.
     pub time_ns: u64,
     /// About the grip's origin, in the device's axes (N, N·m).
     pub wrench: Wrench,
@@ -110,7 +110,7 @@ pub struct State {
     pub flags: u32,
 }
 
-/// Why bytes are no frame.
+/// Reason why bytes are not a valid frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Refusal {
     /// The first bytes are not [`MAGIC`].

@@ -17,7 +17,7 @@ use crate::realtime::{RealTimeOptions, claim};
 /// Without a state for this long, the device is lost.
 const LOST_TIME: Duration = Duration::from_millis(250);
 
-/// N: a force that nobody told is felt from here on.
+/// N: a force without a command is felt from here on.
 const UNASKED: f64 = 0.5;
 
 /// A state, its number, and when it arrived.
@@ -103,7 +103,7 @@ impl Shared {
         u64::try_from(self.opened.elapsed().as_nanos()).unwrap_or(u64::MAX)
     }
 
-    /// True if nobody has told the driver to push for so long that it cannot be an old wrench.
+    /// True if the last command to push is so long ago that it cannot explain an old wrench.
     fn is_at_rest(&self) -> bool {
         let since = self.now().saturating_sub(self.pushed.load(Ordering::Relaxed));
         Duration::from_nanos(since) > self.valid_for + LOST_TIME
@@ -142,7 +142,8 @@ impl Listener {
     /// Until the device is not needed any more, or lost.
     pub(super) fn run(mut self, priority: Option<u8>) {
         if priority.is_some() {
-            // Where it is not granted, the loop's own was not either, and says what mends it.
+            // If the priority is refused here, the loop's own was refused too, and its message
+            // names the remedy.
             claim(&RealTimeOptions { priority, lock_memory: false, pin: false });
         }
         // Said also if this thread should panic.
@@ -183,7 +184,7 @@ impl Listener {
                 self.states.publish(Sensed { sequence, state, arrived });
                 let force = state.applied.force.length();
                 if force > UNASKED && self.shared.is_at_rest() {
-                    return Err(format!("the driver pushes with {force:.1} N although it was told zero"));
+                    return Err(format!("the driver pushes with {force:.1} N although the command is zero"));
                 }
                 Ok(())
             }
@@ -210,7 +211,7 @@ pub(super) fn gone(error: &io::Error) -> String {
     }
 }
 
-/// Tells the loop that nobody receives any more.
+/// Signals the loop that the receiving thread has ended.
 struct Ended(Arc<Shared>);
 
 impl Drop for Ended {

@@ -13,9 +13,9 @@
 //!    palpus, and stays there until a command knows of it.
 //! 4. A state is `withheld` while the driver says so, while there is no newer one for 5 ms, and
 //!    after the thread has ended a wrench of a loop that was silent.
-//! 5. No state for a quarter of a second, a closed connection, a driver that says goodbye, or one
-//!    that pushes although it was told zero: the device is lost. It does not connect again by
-//!    itself: a force would come back unasked.
+//! 5. The device is lost if no state comes for a quarter of a second, the connection closes, the
+//!    driver says goodbye, or it pushes although it was commanded zero. It does not connect again
+//!    by itself: a force would come back unexpectedly.
 //!
 //! **Why a thread, when the loop could read the socket?** A session must stay alive before the loop
 //! begins and while it stalls, and states must not pile up meanwhile: then the first state that the
@@ -69,7 +69,7 @@ pub struct BridgeOptions {
     pub priority: Option<u8>,
 }
 
-/// Why there is no device behind the bridge.
+/// Reason why the bridge has no device.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BridgeError {
     /// The text is no address.
@@ -81,7 +81,7 @@ pub enum BridgeError {
     /// This system has no Unix sockets of packets.
     #[error("`{0}` is a path, and this system has no such sockets; use udp:127.0.0.1:PORT")]
     UdpOnly(String),
-    /// Nobody listens.
+    /// No driver listens at the address.
     #[error("no driver listens at {address} ({why}); start it first")]
     NoDriver {
         /// Where.
@@ -261,8 +261,8 @@ impl HapticDevice for BridgeDevice {
         self.alive()?;
         // The brake's order: the number first, then the flag.
         let sequence = self.shared.session.next();
-        // What was computed before the loop knows that its last wrench was ended would return at
-        // once.
+        // A wrench computed before the loop learned of the interruption would bring the old force
+        // back at once.
         let is_interrupted = self.shared.interruptions.load(Ordering::Acquire) != self.interruptions;
         let wrench = if is_interrupted || self.brake.is_applied() { Wrench::ZERO } else { *wrench };
         self.idle = self.shared.counts.idle.load(Ordering::Relaxed);

@@ -119,7 +119,7 @@ fn silent(address: &BridgeAddress, why: &str, refused: Option<Refusal>) -> Bridg
     BridgeError::NotUnderstood { address: address.to_string(), why }
 }
 
-/// A number that nobody can guess: the keys of this hasher are random.
+/// An unpredictable number: the keys of this hasher are random.
 pub(super) fn new_nonce() -> u64 {
     RandomState::new().build_hasher().finish()
 }

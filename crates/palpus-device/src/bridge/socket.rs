@@ -1,9 +1,9 @@
 //! A connection to a driver that carries whole frames, each of them or none of it.
 //!
 //! **Unix socket of packets (`SOCK_SEQPACKET`), not of datagrams.** It ends when either process
-//! ends, so each side knows at once; nobody else can send into it; the client needs no file of its
-//! own; and its queue is bounded by bytes (about 250 states), where Linux lets 10 datagrams wait,
-//! which is 2.5 ms of states at 4 kHz.
+//! ends, so each side knows at once; no other process can send into it; the client needs no file of
+//! its own; and its queue is bounded by bytes (about 250 states), where Linux lets 10 datagrams
+//! wait, which is 2.5 ms of states at 4 kHz.
 
 use std::io;
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
@@ -82,7 +82,7 @@ impl Socket {
         }
     }
 
-    /// Receives a frame into `buffer`; what does not fit is cut off.
+    /// Receives a frame into `buffer`; the part beyond its length is cut off.
     pub(super) fn receive(&self, buffer: &mut [u8]) -> io::Result<Heard> {
         let heard = match self {
             Self::Udp(socket) => socket.recv(buffer).map(Heard::Frame),

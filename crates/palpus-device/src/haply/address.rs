@@ -1,4 +1,4 @@
-//! Where the service listens.
+//! Address of the service.
 
 use std::net::{SocketAddr, ToSocketAddrs};
 
@@ -23,8 +23,8 @@ pub(super) struct Address {
 }
 
 impl Address {
-    /// Of `options`: a `ws://` URL without user or query, on this machine unless it is allowed to
-    /// be elsewhere.
+    /// Reads the address from `options`: a `ws://` URL without user or query, on this machine
+    /// unless other hosts are allowed.
     pub(super) fn of(options: &HaplyOptions) -> Result<Self, HaplyError> {
         let written = options.address.clone();
         let none = || HaplyError::Address(options.address.clone());

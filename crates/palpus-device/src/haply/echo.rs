@@ -29,7 +29,7 @@ const LOST_TIME: f64 = 0.25;
 /// The last commands, and since when the reports differ.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Echo {
-    told: [DVec3; BACK],
+    commanded: [DVec3; BACK],
     /// s: start of the reports that give a reason to withhold.
     differs: Option<f64>,
     /// s: start of the reports of a force that was not commanded.
@@ -53,9 +53,9 @@ pub(super) enum Given {
 
 impl Echo {
     /// Notes that `force` (N) is commanded.
-    pub(super) fn told(&mut self, force: DVec3) {
-        self.told.rotate_right(1);
-        self.told[0] = force;
+    pub(super) fn commanded(&mut self, force: DVec3) {
+        self.commanded.rotate_right(1);
+        self.commanded[0] = force;
     }
 
     /// Judges a report of `force` (N) at `time` (s).
@@ -66,7 +66,7 @@ impl Echo {
         if self.differs.is_some_and(|since| time - since > PATIENCE) {
             self.until = time + PAUSE;
         }
-        let idle = self.told.iter().all(|told| *told == DVec3::ZERO);
+        let idle = self.commanded.iter().all(|commanded| *commanded == DVec3::ZERO);
         self.unasked = (idle && force.length() > FELT).then(|| self.unasked.unwrap_or(time));
         given
     }
@@ -82,17 +82,18 @@ impl Echo {
     }
 
     fn compare(&self, force: DVec3) -> Given {
-        let near = |told: DVec3| force.distance(told) <= SLACK.0 + SLACK.1 * told.length();
-        if self.told.iter().any(|told| near(*told)) {
+        let near = |commanded: DVec3| force.distance(commanded) <= SLACK.0 + SLACK.1 * commanded.length();
+        if self.commanded.iter().any(|commanded| near(*commanded)) {
             return Given::AsTold;
         }
-        if force.length() <= SLACK.0 && self.told.iter().all(|told| told.length() >= FELT) {
+        if force.length() <= SLACK.0 && self.commanded.iter().all(|commanded| commanded.length() >= FELT) {
             return Given::Nothing;
         }
         // The point nearest to `force` between zero and the command.
-        let between =
-            |told: DVec3| told * (force.dot(told) / told.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-        if self.told.iter().any(|told| near(between(*told))) { Given::Weaker } else { Given::Other }
+        let between = |commanded: DVec3| {
+            commanded * (force.dot(commanded) / commanded.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
+        };
+        if self.commanded.iter().any(|commanded| near(between(*commanded))) { Given::Weaker } else { Given::Other }
     }
 }
 
@@ -102,12 +103,13 @@ mod tests {
 
     const TICK: f64 = 1e-3;
 
-    /// Told `told` and given `given` from 0 s on, for `ticks`.
-    fn after(told: DVec3, given: DVec3, ticks: usize) -> (Echo, Given) {
+    /// Returns the result of the command `commanded` with the force `given` from 0 s on, for
+    /// `ticks`.
+    fn after(commanded: DVec3, given: DVec3, ticks: usize) -> (Echo, Given) {
         let mut echo = Echo::default();
         let mut last = Given::AsTold;
         for k in 0..ticks {
-            echo.told(told);
+            echo.commanded(commanded);
             last = echo.hear(given, k as f64 * TICK);
         }
         (echo, last)
@@ -118,7 +120,7 @@ mod tests {
         let mut echo = Echo::default();
         for k in 0..1000 {
             let force = |k: i32| DVec3::X * f64::from(k.max(0) % 40) * 0.2;
-            echo.told(force(k));
+            echo.commanded(force(k));
             assert_eq!(echo.hear(force(k - 2), f64::from(k) * TICK), Given::AsTold, "message {k}");
         }
         assert!(!echo.withholds(1.0) && !echo.is_unasked(1.0));

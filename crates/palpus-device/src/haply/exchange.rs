@@ -3,14 +3,13 @@
 //! A turn: wait for a command of the loop, or for 5 ms; throw away what came unasked; send the
 //! force, or zero; wait for the state, at most 5 ms, and leave it for the loop.
 //!
-//! States are counted, and a command says which was the newest that its force knows. A force is
-//! sent if it is new, if no answer was lost after the state that it knows, and if that state is one
-//! of the last three. Everything else is sent as zero.
+//! States are counted, and a command says which was the newest state when its force was computed. A
+//! force is sent if it is new, if no answer was lost after that state, and if that state is one of
+//! the last three. Everything else is sent as zero.
 //!
 //! **Gaps.** If zero is sent in place of a force, the loop goes on from a force that the hand does
 //! not feel. Each such gap therefore has a number, and the loop's next state is withheld. A force
-//! that was computed before the loop read that state is not sent. After it, the loop starts from
-//! zero.
+//! computed before the loop read that state is not sent. After it, the loop starts from zero.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -37,7 +36,7 @@ pub(super) const IDLE_TIME: Duration = Duration::from_millis(5);
 const LOST_TIME: Duration = Duration::from_millis(250);
 /// States that a force may not know yet.
 const MOST_BEHIND: u64 = 2;
-/// Messages between two turns that nobody asked for: more are none of the service's.
+/// Most unrequested messages between two turns; a genuine service never sends more.
 const MOST_EXTRA: u64 = 64;
 
 /// A state, with the number of states and of gaps so far.
@@ -127,7 +126,8 @@ impl Exchange {
     /// Until the device is not needed any more, or lost.
     pub(super) fn run(mut self, priority: Option<u8>) {
         if priority.is_some() {
-            // Where it is not granted, the loop's own was not either, and says what mends it.
+            // If the priority is refused here, the loop's own was refused too, and its message
+            // names the remedy.
             claim(&RealTimeOptions { priority, lock_memory: false, pin: false });
         }
         // Said also if this thread should panic.
@@ -147,7 +147,7 @@ impl Exchange {
                 "palpus does not connect again by itself, since a force would come back unasked: start the run again";
             let _ = self.shared.lost.set(Cow::Owned(format!("{why}; {again}")));
         }
-        // A service that still listens is told to stop; one that does not has nobody to push.
+        // Tells a service that still listens to stop.
         let _ = self.wire.send(self.talk.force(DVec3::ZERO));
         self.wire.close();
     }
@@ -210,7 +210,7 @@ impl Exchange {
         self.drain()?;
         self.wire.send(self.talk.force(force)).map_err(closed)?;
         self.sent = force;
-        self.echo.told(force);
+        self.echo.commanded(force);
         let mut trouble = "it is silent".to_owned();
         let until = Instant::now() + ANSWER_TIME;
         match self.answer(until)? {
@@ -257,7 +257,7 @@ impl Exchange {
             }
             self.add(|counts| &counts.extra, 1);
         }
-        Err(format!("the Inverse Service sends more than {MOST_EXTRA} messages that nobody asked for"))
+        Err(format!("the Inverse Service sends more than {MOST_EXTRA} unrequested messages"))
     }
 
     /// The first message that comes by `until`.
@@ -293,7 +293,7 @@ fn closed(why: String) -> String {
     format!("the Inverse Service is gone: {why}")
 }
 
-/// Tells the loop that there is nobody to talk to the service any more.
+/// Signals the loop that the connection to the service has ended.
 struct Ended(Arc<Shared>);
 
 impl Drop for Ended {

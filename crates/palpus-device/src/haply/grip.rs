@@ -17,11 +17,11 @@ use palpus::algebra::rotation_between;
 
 /// s between the samples whose difference is the rate.
 const BASELINE: f64 = 15e-3;
-/// s for which a rate is believed without a newer sample.
+/// s for which a rate is used without a newer sample.
 const HORIZON: f64 = 25e-3;
 /// s: time constant of what comes out.
 const LAG: f64 = 8e-3;
-/// rad/s: no wrist turns faster (2000 °/s); what is beyond is a sensor that was reset.
+/// rad/s: no wrist turns faster (2000 °/s); a faster reading means that the sensor was reset.
 const FASTEST: f64 = 35.0;
 /// rad: a sample this far from the prediction is taken as it is, for the gate to judge: smoothing
 /// would hide a jump.

@@ -1,4 +1,4 @@
-//! What `palpus devices` says of Haply.
+//! Findings of `palpus devices` for Haply.
 
 use super::{HAPLY_ADDRESS, HaplyDevice, HaplyError, HaplyOptions};
 use crate::device::HapticDevice;
@@ -27,7 +27,7 @@ pub(super) fn look_at(options: &HaplyOptions) -> Finding {
         Err(error) => {
             let looked_for = format!("the Haply Inverse Service at {}", options.address);
             let why = match &error {
-                // Where has been said.
+                // The place was named above.
                 HaplyError::NoService { why, .. } => why.clone(),
                 other => other.to_string(),
             };

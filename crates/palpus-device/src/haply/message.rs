@@ -1,8 +1,8 @@
-//! What the service says, and what it is told.
+//! Messages to and from the service.
 //!
-//! A message is looked at for what is needed and no further: entries of other devices, fields of
-//! other versions and empty transforms (`{}`) are passed over. What is needed must be a finite
-//! number of the kind that it is; a number written as text is none. The exception is `device_type`,
+//! A message is searched for the needed fields and no further: entries of other devices, fields of
+//! other versions and empty transforms (`{}`) are passed over. A needed field must be a finite
+//! number of the right kind; a number written as text is refused. The exception is `device_type`,
 //! which services write either way.
 //!
 //! **Transforms.** Positions and forces are in the service's application space. With a scale
@@ -73,7 +73,7 @@ pub struct Grip {
     pub paired_with: Option<String>,
 }
 
-/// What there is.
+/// The devices of the service.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Inventory {
     /// In the order of the message.
@@ -93,7 +93,7 @@ pub struct Sample {
     pub rotation: Option<DQuat>,
     /// Buttons of the grip, likewise.
     pub buttons: Option<u32>,
-    /// Why the arm does not push now, whatever it is told.
+    /// Reason why the arm gives no force now, whatever the command.
     pub trouble: Option<&'static str>,
     /// Why the grip does not say how it is held.
     pub grip_trouble: Option<&'static str>,
@@ -104,7 +104,7 @@ pub struct Sample {
 /// The inventory that comes first.
 ///
 /// # Errors
-/// In words, when the text is none.
+/// Returns a description if the text is not valid.
 pub fn inventory(text: &str) -> Result<Inventory, String> {
     let root = parse(text)?;
     let mut inventory = Inventory::default();
@@ -242,8 +242,8 @@ fn kind_of(value: &Value) -> ArmKind {
     }
 }
 
-/// Why an arm cannot push. A status that is not told is no obstacle: the service then simply does
-/// not push.
+/// Returns the reason why an arm cannot push. A missing status is no obstacle: the service then
+/// simply does not push.
 fn trouble(entry: &Value) -> Option<&'static str> {
     let transform = &entry["state"]["transform"];
     says_no(

@@ -1,12 +1,12 @@
 //! Haply Inverse3, Inverse3x and Minverse with a VerseGrip: a client of the Inverse Service.
 //!
 //! The service is its maker's program on the user's machine; it speaks JSON over a WebSocket. On
-//! connecting it tells what there is; from then on it answers every message with exactly one state,
-//! so whoever sends sets the pace. What it never gets from palpus is a force that was not computed
-//! for it just now:
+//! connecting it lists its devices; from then on it answers every message with exactly one state,
+//! so the sender sets the pace. palpus sends it only forces that were computed for the newest
+//! states:
 //!
-//! 1. [`HaplyDevice::open`] connects (loopback only, unless told otherwise), asks for the service's
-//!    version, picks arm and grip, and goes once around with no force.
+//! 1. [`HaplyDevice::open`] connects (loopback only by default), asks for the service's version,
+//!    picks arm and grip, and goes once around with no force.
 //! 2. From then on a thread of its own talks to the service (`exchange`). The loop's write wakes
 //!    it; it sends that force, waits for the state and leaves it for the loop's next read. Neither
 //!    side waits for the other, and the loop does not allocate.
@@ -16,10 +16,10 @@
 //! 5. While the arm is not ready or has no power, while its grip is asleep or silent, and wherever
 //!    zero goes out in place of a force, the state is [withheld](DeviceState::withheld): the loop
 //!    knows, and returns from zero (`exchange`).
-//! 6. The force that the service says it gives is compared with what it was told (`echo`).
-//! 7. No state for a quarter of a second, a closed connection, or a device that is gone: the device
-//!    is lost, and says why. It does not connect again by itself: a force would come back that
-//!    nobody asked for.
+//! 6. The force that the service reports is compared with the command (`echo`).
+//! 7. The device is lost if no state comes for a quarter of a second, the connection closes, or the
+//!    device is gone; the error says why. It does not connect again by itself: a force would come
+//!    back unexpectedly.
 //!
 //! **Latency.** A state is sampled when the service answers the last tick's force, so it is one
 //! period old when the loop reads it; a client without a thread would read the same one. The thread
@@ -88,13 +88,13 @@ impl Default for HaplyOptions {
 /// Why there is no Haply device.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum HaplyError {
-    /// The address is none.
+    /// The address is invalid.
     #[error("`{0}` is no address of a service; write ws://localhost:10001")]
     Address(String),
     /// Only this machine may be asked.
     #[error("{0} is not on this machine; forces over a network come late, so it has to be asked for by its address")]
     NotHere(String),
-    /// Nobody answers.
+    /// No service answers.
     #[error("nothing answers at {address} ({why})")]
     NoService {
         /// Where.
@@ -136,7 +136,7 @@ pub struct HaplyDevice {
     commands: Publisher<Command>,
     /// Number of the last state that was read.
     known: u64,
-    /// The last interruption of the force that was told.
+    /// Number of the last interruption of the commanded force.
     gap: u64,
     /// Number of the last command.
     serial: u64,
@@ -147,7 +147,7 @@ pub struct HaplyDevice {
     thread: Option<JoinHandle<()>>,
 }
 
-/// What the loop and the thread see of each other beside states and commands.
+/// State shared by the loop and the thread besides device states and commands.
 #[derive(Default)]
 struct Shared {
     /// The device is not needed any more.
@@ -177,9 +177,9 @@ pub struct HaplyCounts {
     pub late: u64,
     /// Answers that were not understood.
     pub bad: u64,
-    /// States that nobody had asked for.
+    /// Unrequested states.
     pub extra: u64,
-    /// States that say another force than was told.
+    /// States that report another force than the command.
     pub otherwise: u64,
     /// Forces that were not sent because they were computed from too old a state, or because the
     /// device was not ready.
@@ -265,7 +265,7 @@ impl HapticDevice for HaplyDevice {
             ("answers too late", late),
             ("answers not understood", bad),
             ("states not asked for", extra),
-            ("forces given otherwise than told", otherwise),
+            ("forces other than the command", otherwise),
             ("forces withheld", withheld),
         ]
     }
@@ -298,8 +298,8 @@ impl HapticDevice for HaplyDevice {
         Some(self.brake.clone())
     }
 
-    /// The thread sends zero when the loop does not write, and the service lets the arm idle when
-    /// that does not send.
+    /// The thread sends zero when the loop does not write. If the thread stops, the service lets
+    /// the arm idle.
     fn own_watchdog(&mut self) -> Option<OwnWatchdog> {
         Some(OwnWatchdog { after: exchange::IDLE_TIME, has_bitten: self.counts().idle > self.idle })
     }

@@ -71,7 +71,7 @@ pub(super) fn open(options: &HaplyOptions) -> Result<Opened, HaplyError> {
     let scale = http::get(&address, "/settings/devices/force_scale").as_ref().and_then(http::number_of);
     if let Some(scale) = scale.filter(|scale| (scale - 1.0).abs() > SCALE_SLACK) {
         return Err(not_ready(format!(
-            "given {scale} times the forces that it is told: set `devices/force_scale` of the service to 1"
+            "given {scale} times the commanded forces: set `devices/force_scale` of the service to 1"
         )));
     }
     let pairing = http::get(&address, &format!("/inverse3/{}/config/paired_with", http::in_path(&arm.id)));

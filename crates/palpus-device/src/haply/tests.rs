@@ -19,8 +19,8 @@ fn wrench(force: DVec3) -> Wrench {
     Wrench { torque: DVec3::ZERO, force }
 }
 
-/// Drives `device` at about 500 Hz as a loop would, with forces of which no two are the same, for
-/// `ticks` or until it fails.
+/// Drives `device` at about 500 Hz as a loop would, with all forces different, for `ticks` or until
+/// it fails.
 fn drive(device: &mut HaplyDevice, ticks: u32) -> Result<(), DeviceError> {
     for _ in 0..ticks {
         device.read()?;

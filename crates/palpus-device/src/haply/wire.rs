@@ -80,7 +80,7 @@ impl Write for Line {
 pub(super) enum Heard {
     /// A message.
     Text(String),
-    /// Something that is none of the service's.
+    /// A message that is not from the service.
     Other(&'static str),
     /// Nothing in time.
     Nothing,
@@ -142,7 +142,7 @@ impl Wire {
 
 /// Why there is no connection.
 pub(super) enum Failed {
-    /// Nobody accepts.
+    /// No service accepts the connection.
     NoService(String),
     /// Somebody does.
     NotUnderstood(String),

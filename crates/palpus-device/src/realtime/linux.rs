@@ -16,7 +16,8 @@ use super::Claimed;
 const FIFO: ThreadSchedulePolicy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
 
 pub(super) fn claim_priority(priority: u8) -> Claimed {
-    // Who may not have that one may have a lower one; the one above it is the watchdog's.
+    // A process without the right to this priority may have a lower one; the one above it is the
+    // watchdog's.
     let allowed = getrlimit(Resource::Rtprio).current.and_then(|most| u8::try_from(most).ok()).unwrap_or(0);
     let lower = allowed.saturating_sub(1).min(priority);
     let refused = match set_priority(priority) {
@@ -48,8 +49,7 @@ fn set_priority(priority: u8) -> Result<(), String> {
 }
 
 pub(super) fn lock_memory() -> Claimed {
-    // Where there is a limit, locking what is yet to come would make later allocations fail instead
-    // of wait.
+    // Under a limit, locking future memory would make later allocations fail instead of wait.
     let limit = getrlimit(Resource::Memlock).current.filter(|_| !is_privileged());
     let flags = match limit {
         Some(_) => MlockAllFlags::CURRENT,
@@ -57,7 +57,7 @@ pub(super) fn lock_memory() -> Claimed {
     };
     match mlockall(flags) {
         Ok(()) if flags.contains(MlockAllFlags::FUTURE) => Claimed::Granted("all of it".to_owned()),
-        Ok(()) => Claimed::Granted("what there is now, not what is allocated later".to_owned()),
+        Ok(()) => Claimed::Granted("present memory only, no later allocations".to_owned()),
         Err(error) => Claimed::Refused {
             why: match limit {
                 Some(bytes) => format!("the limit is {} kB, less than the program has", bytes / 1024),
@@ -106,7 +106,7 @@ pub(super) fn pin() -> (Claimed, Option<usize>) {
         one.set(core);
         sched_setaffinity(None, &one)
     };
-    // The kernel leaves isolated cores out of what a process has, and grants them to who asks.
+    // The kernel leaves isolated cores out of a process's set, and grants them on request.
     let granted = in_turn(&isolated, is_allowed).into_iter().find(|&core| core < CpuSet::MAX_CPU && on(core).is_ok());
     if let Some(core) = granted {
         return (Claimed::Granted(format!("core {core}, isolated")), Some(core));
@@ -162,7 +162,7 @@ pub(super) fn outrank() -> Claimed {
     }
 }
 
-/// Of the loop that started it; `None` for an ordinary thread.
+/// Priority of the loop that started this thread; `None` for an ordinary thread.
 fn priority_of_this_thread() -> Option<u8> {
     let (policy, parameters) = thread_schedule_policy_param(thread_native_id()).ok()?;
     u8::try_from(parameters.sched_priority).ok().filter(|_| policy == FIFO)

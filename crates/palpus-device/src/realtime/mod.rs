@@ -1,4 +1,4 @@
-//! What an operating system has for a loop that must not be late.
+//! Rights of an operating system for a loop that must not be late.
 //!
 //! 1. **Priority**: the loop's thread runs before every ordinary one (`SCHED_FIFO`).
 //! 2. **Memory** that is locked: no page of the program is ever waited for.
@@ -9,8 +9,8 @@
 //! 4. **The watchdog**: its thread can be started, and runs before the loop's: a loop that never
 //!    sleeps would otherwise keep it from its core.
 //!
-//! Each is asked for by itself; what is not granted is said with its reason and the one line that
-//! mends it, and the loop runs without. Known on Linux; elsewhere nothing is claimed.
+//! Each is requested by itself. A refusal is reported with its reason and the one line that mends
+//! it, and the loop runs without. Known on Linux; elsewhere nothing is claimed.
 
 #[cfg(target_os = "linux")]
 mod linux;
@@ -98,7 +98,7 @@ pub fn claim(options: &RealTimeOptions) -> RealTimeClaims {
     let (core, pinned_to) = match options.pin {
         true if has_priority => system::pin(),
         true => {
-            let why = "without priority a pinned thread waits for whoever has its core".to_owned();
+            let why = "without priority a pinned thread waits for the thread that has its core".to_owned();
             (Claimed::Refused { why, mend: "get the priority first".to_owned() }, None)
         }
         false => (Claimed::NotAsked, None),
@@ -107,7 +107,7 @@ pub fn claim(options: &RealTimeOptions) -> RealTimeClaims {
     RealTimeClaims { priority, memory, core, watchdog, pinned_to }
 }
 
-/// Starts a thread as the watchdog's is started, from the loop's, and says what it is granted.
+/// Starts a thread from the loop's, as the watchdog's is started, and returns its rights.
 fn rehearse_watchdog() -> Claimed {
     let thread = std::thread::Builder::new().name("watchdog".to_owned()).spawn(outrank);
     rehearsed(thread.map(std::thread::JoinHandle::join))

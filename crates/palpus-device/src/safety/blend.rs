@@ -29,7 +29,7 @@ pub(super) struct Blend {
 #[derive(Clone, Copy, Debug, Default)]
 struct Offset {
     by: DVec3,
-    /// Of the new one when it was new.
+    /// Size of the difference when the new one began.
     size: f64,
 }
 

@@ -1,11 +1,11 @@
-//! What the safety chain took away, by name.
+//! Interventions of the safety chain, by name.
 
 /// A reason for which the device got another wrench than was computed, in the order of the chain;
-/// what is no part of it comes last.
+/// reasons from outside the chain come last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Cut {
-    /// The device's state held a number that is not finite, or a rotation that is none.
+    /// The device's state held a number that is not finite, or an invalid rotation.
     NonFiniteState,
     /// The computed wrench held a number that is not finite.
     NonFiniteWrench,
@@ -42,7 +42,7 @@ pub enum Cut {
     /// The wrench oscillates without the hand, and is attenuated. After the others because
     /// recordings name cuts by their place.
     LimitCycle,
-    /// The device itself gives no force, whatever it is told: see
+    /// The device itself gives no force, whatever the command: see
     /// [`DeviceState::withheld`](crate::DeviceState).
     Withheld,
     /// More than a tenth of the loop's ticks in a quarter of a second were late.
@@ -143,10 +143,9 @@ impl Cuts {
             | Cut::Overrun.bit()
             | Cut::Suspended.bit(),
     );
-    /// What the chain is told, and cannot find out from states and wrenches: faults, that the run
-    /// is paused, that the device withholds its force, that settings are new, that the run is about
-    /// to end.
-    pub const TOLD: Self =
+    /// Inputs of the chain that it cannot find in states and wrenches: faults, a paused run, a
+    /// device that withholds its force, new settings, a run that is about to end.
+    pub const INPUTS: Self =
         Self(Self::FAULTS.0 | Cut::Paused.bit() | Cut::Withheld.bit() | Cut::Settings.bit() | Cut::Ending.bit());
     /// Faults after which the state's velocity is unreliable.
     pub(super) const BLIND: Self = Self(
@@ -172,7 +171,7 @@ impl Cuts {
         self.0 & cut.bit() != 0
     }
 
-    /// True if there is none.
+    /// True if there is no cut.
     pub fn is_none(self) -> bool {
         self.0 == 0
     }

@@ -14,12 +14,12 @@
 //!    That is at most the part of the wrench that pushes along, plus a damper that the device
 //!    bears; and near rest, where the direction of a velocity is noise, it fades out.
 //!
-//! What is taken back acts later and is observed then like everything else, so nothing is booked
-//! twice.
+//! Energy that is taken back acts later and is observed then like everything else, so nothing is
+//! counted twice.
 //!
-//! Where a hand holds one of several tools, another one may push it, and the energy is that of
-//! another hand. So what contact between tools gave a tool is what its port may give on, as long as
-//! such contact gives no more than it takes ([`ContactAccount`]).
+//! If a hand holds one of several tools, another tool may push it, and the energy comes from
+//! another hand. So a tool's port may pass on the energy that contact between tools gave it, as
+//! long as such contact gives no more than it takes ([`ContactAccount`]).
 //!
 //! Deviations from HR02: the applied wrench and its delay in place of the commanded one; both
 //! bounds in step 3; the allowance, since sensed positions come in steps, each of which is worth
@@ -83,8 +83,8 @@ impl ContactAccount {
         Self { given: 0.0, allowance, credit: 0.5 * force * CREDIT_TRAVEL }
     }
 
-    /// Turns what contact gave each tool in this tick, J, by moving and by turning it, into as much
-    /// of it as the tool may pass on to its hand.
+    /// Replaces the work that contact gave each tool in this tick, J, by moving and by turning it,
+    /// by the part of it that the tool may pass on to its hand.
     pub fn pass(&mut self, works: &mut [[f64; 2]]) {
         let sum: f64 = works.as_flattened().iter().sum();
         if !sum.is_finite() {
@@ -281,7 +281,7 @@ mod tests {
 
     #[test]
     fn the_books_are_those_of_the_device() {
-        // With exact sensors and steady load, what was observed is what was done.
+        // With exact sensors and steady load, the observed work is the true work.
         let settings = SimulationSettings { encoder: Encoder::EXACT, ..SimulationSettings::default() };
         let mut device = SimulatedDevice::new(settings, |time: f64| Pose::from_translation(DVec3::X * (0.05 * time)))
             .expect("usual");

@@ -1,14 +1,14 @@
-//! Who may be pushed, and from when on.
+//! The engagement: when the device may push.
 //!
 //! ```text
 //!          asked            small wrench          ramped in
 //!   Idle ────────► Waiting ──────────────► Ramping ─────────► Engaged
 //!    ▲ ◄──────────────┴──── not asked ────────┴──────────────────┘
 //!    │                                                            any of them
-//!    │ nobody asks by himself                                        │ fault
+//!    │ until it is asked for                                         │ fault
 //!    └────────── Faulted ◄─────────────────────────────────────────┘
-//!                 │ (held until free of faults; Waiting at once when engagement is automatic; Stopped by policy;
-//!                 ▼  Latched at the third fault in ten seconds)
+//!                 │ (held until free of faults; Waiting at once when engagement is automatic;
+//!                 ▼  Stopped by policy; Latched at the third fault in ten seconds)
 //!              Latched ─── a button or key is pressed ──► Faulted
 //! ```
 //!
@@ -30,15 +30,15 @@ pub enum Engagement {
     DeadMan(u32),
 }
 
-/// The bit of [`DeviceState::buttons`](crate::DeviceState) of the program's own key that is held
-/// for force: see [`crate::Reins::hold`].
+/// The bit of [`DeviceState::buttons`](crate::DeviceState) for the program's own key for force,
+/// while it is held: see [`crate::RunControl::hold`].
 pub const HOLD_KEY: u32 = 1 << 31;
-/// That of the key that gives a latched device its force back: see [`crate::Reins::rearm`].
+/// The bit of the key that enables a latched device again: see [`crate::RunControl::rearm`].
 pub const REARM_KEY: u32 = 1 << 30;
 /// The bits that are a device's own.
 pub const DEVICE_BUTTONS: u32 = !(HOLD_KEY | REARM_KEY);
 
-/// What enables the force after three faults in ten seconds.
+/// Condition for enabling the force after three faults in ten seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Rearm {
     /// A person, by pressing a button of the device or a key.
@@ -51,7 +51,7 @@ pub enum Rearm {
 /// Phase of the engagement.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Phase {
-    /// Nobody has asked for forces.
+    /// Force was not requested yet.
     #[default]
     Idle,
     /// Asked for, but the computed wrench is too large to begin with.
@@ -111,7 +111,7 @@ pub(super) struct Event {
     pub(super) small: bool,
     /// A fault, and whether it ends the run.
     pub(super) fault: Option<AfterFault>,
-    /// Nobody may be pushed.
+    /// The run is paused: no force.
     pub(super) paused: bool,
     pub(super) dt: f64,
 }
@@ -155,8 +155,7 @@ impl Machine {
         self.latch.advance(event.dt);
         let rearmed = self.ask(event.buttons);
         if let Some(after) = event.fault {
-            // Whoever asked before the fault has to ask again, and a button that is held is no new
-            // wish.
+            // After a fault the person must ask again; a button that is still held does not count.
             self.asked = self.engagement == Engagement::Automatic;
             let latched = self.phase == Phase::Latched || !self.phase.is_faulted() && self.latch.count();
             let stopped = self.phase == Phase::Stopped || after == AfterFault::Stop;

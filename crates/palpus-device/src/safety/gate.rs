@@ -1,10 +1,9 @@
-//! The gate: which states of a device are believed.
+//! The gate: checks of a device's states.
 //!
-//! 1. A number that is not finite, or a rotation that is none: the last good state stands in, at
-//!    rest.
-//! 2. A pose that a hand could not have brought there since the last read: a jump. The next read is
-//!    compared with it, so that a device that was moved away, or re-zeroed, is believed again where
-//!    it now is.
+//! 1. A number that is not finite, or an invalid rotation: the last good state stands in, at rest.
+//! 2. A pose that a hand could not have brought about since the last read: a jump. The next read is
+//!    compared with the new pose, so that a device that was moved away, or re-zeroed, is accepted
+//!    again where it now is.
 //! 3. A velocity that no hand has.
 //! 4. A state that was sampled too long ago; or one that says that it moves while its pose does not
 //!    change by a bit.
@@ -31,13 +30,13 @@ pub struct Gate {
     turn: f64,
 }
 
-/// A state to go on with, and what was wrong with the one that was read.
+/// A state to go on with, and the faults of the one that was read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Admitted {
     /// As read if it is a state at all, else the last one that was, at rest; `None` while there has
     /// been none.
     pub state: Option<DeviceState>,
-    /// As it was read, believed or not.
+    /// The state as read, accepted or not.
     pub read: DeviceState,
     /// Faults of the state.
     pub cuts: Cuts,

@@ -1,8 +1,8 @@
 //! The budget between peak and continuous: I²t.
 //!
-//! Motors bear their peak for seconds and their continuous rating for ever; what heats them is the
-//! square of the current, which goes with the force. The temperature of a winding follows that
-//! square like a first-order low-pass with the thermal time constant τ:
+//! Motors bear their peak for seconds and their continuous rating without limit. They are heated by
+//! the square of the current, which is in proportion to the force. The temperature of a winding
+//! follows that square like a first-order low-pass with the thermal time constant τ:
 //!
 //! h' = (F² − h) / τ,  and h must stay at most F_continuous².
 //!
@@ -68,7 +68,7 @@ mod tests {
         }
         assert!((0.5..0.7).contains(&at_peak), "{at_peak} s at 8.5 N");
         assert!((last - 1.4).abs() < 0.02, "{last}");
-        // What is never above the rating is never cut.
+        // A force that is never above the rating is never cut.
         let mut steady = Heat::new(8.5, 1.4, 30.0);
         for _ in 0..120_000 {
             assert!(steady.cap() >= 1.2);

@@ -16,7 +16,7 @@ pub(super) struct Latch {
     rearm: Rearm,
     /// s since the start.
     now: f64,
-    /// The newest first; minus infinity where there was none.
+    /// Times of the faults, the newest first; minus infinity for none.
     faults: [f64; FAULTS],
 }
 

@@ -18,7 +18,7 @@
 //!    the wrench is small, as after a fault: a loaded spring that stiffens gives energy.
 //!
 //! A cycle is no fault, however strong: a fault drops the force in one tick and the tool with it,
-//! and what the gain leaves is as little as the damping that a fault leaves.
+//! and the reduced gain leaves as little force as the damping after a fault.
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Wrench, rotation_between};
@@ -36,11 +36,12 @@ const LONGEST_HALF: f64 = 0.06;
 const OWN_TRAVEL: f64 = 1e-3;
 /// rad, likewise.
 const OWN_TURN: f64 = 0.04;
-/// Of the two above: motion within it adds nothing to a path, so that an encoder between two of its
-/// steps (0.03 mm) goes nowhere.
+/// Share of both thresholds above: motion within it adds nothing to a path, so that an encoder
+/// between two of its steps (0.03 mm) goes nowhere.
 const PLAY: f64 = 0.05;
-/// Of swing times path: work in a cycle beyond which the grip is driven. A passive wall that acts
-/// 1.5 ms late has 0.04 at 10 Hz; a limit cycle has to pay for the hand's damping, 0.07 and more.
+/// Share of swing times path: work in a cycle beyond which the grip is driven. A passive wall that
+/// acts 1.5 ms late has 0.04 at 10 Hz; a limit cycle has to pay for the hand's damping, 0.07 and
+/// more.
 const DRIVEN: f64 = 0.05;
 /// In a row, up to two for each that is explained. An impact rings for two or three.
 const HALF_CYCLES: u32 = 8;
@@ -219,7 +220,7 @@ impl Axis {
     }
 }
 
-/// Whether the hand's own motion in the cycle between the two histories explains a `swing` of force
+/// True if the hand's own motion in the cycle between the two histories explains a `swing` of force
 /// (0) or torque (1).
 fn is_explained(kind: usize, swing: f64, from: &History, to: &History) -> bool {
     let moved = [0, 1].map(|k| to.place[k] - from.place[k]);

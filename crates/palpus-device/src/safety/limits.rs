@@ -7,11 +7,11 @@ use crate::acting::DELAY_MAX;
 use crate::device::{DeviceSpec, known_devices};
 
 /// N: more than any of the desktop devices gives; the largest arms sold for a hand are near it. A
-/// device that states more is not believed.
+/// larger stated value is reduced to this.
 const FORCE_BELIEVED: f64 = 40.0;
 /// N·m, likewise.
 const TORQUE_BELIEVED: f64 = 5.0;
-/// N, N·m, s: what a device states of itself below this is none. Far below what is felt; and
+/// N, N·m, s: a smaller value that a device states counts as 0. Far below what can be felt;
 /// squares of much smaller numbers vanish.
 const LEAST_BELIEVED: f64 = 1e-9;
 /// Continuous force over peak force when the maker does not state it. Stated pairs: Phantom Premium
@@ -36,7 +36,7 @@ const ANGLE_SLACK: f64 = 5e-3;
 /// s for which an orientation is held by grips whose sensors are slower than the loop (50 to 60 Hz
 /// have been seen on devices that do not drive the rotation).
 const ORIENTATION_HOLD: f64 = 20e-3;
-/// s: a state that is older cannot be answered with a force; a hand goes 5 mm in it at 0.5 m/s.
+/// Largest age of a state (s) that still gets a force; at 0.5 m/s the hand moves 5 mm in that time.
 const STALE_TIME: f64 = 10e-3;
 /// Periods that a state may be old, for slow loops.
 const STALE_PERIODS: f64 = 5.0;
@@ -78,9 +78,9 @@ pub struct SafetyLimits {
     pub force_peak: f64,
     /// Largest torque, N·m; 0 when the device has none.
     pub torque_peak: f64,
-    /// Force that the motors bear for ever, N.
+    /// Force that the motors bear continuously, N.
     pub force_continuous: f64,
-    /// Torque that the motors bear for ever, N·m.
+    /// Torque that the motors bear continuously, N·m.
     pub torque_continuous: f64,
     /// Thermal time constant of the motors, s.
     pub heating_time: f64,
@@ -88,7 +88,7 @@ pub struct SafetyLimits {
     pub force_slew: f64,
     /// Fastest change of the torque, N·m/s.
     pub torque_slew: f64,
-    /// Fastest motion of the grip that is believed, m/s.
+    /// Fastest plausible motion of the grip, m/s.
     pub speed: f64,
     /// Fastest rotation, rad/s.
     pub turn: f64,
@@ -143,9 +143,9 @@ pub struct LimitLine {
 impl SafetyLimits {
     /// For a device of this `spec` in a loop of `rate_hz`.
     ///
-    /// What a device states of itself is not taken on trust: peaks that are not numbers or negative
-    /// count as none, those of a device that [`known_devices`] knows by name as no larger than
-    /// known, and none as larger than any desktop device has.
+    /// Limits from the values that a device states, after checks. Peaks that are negative or not
+    /// numbers count as 0. Those of a device that [`known_devices`] lists are at most the listed
+    /// ones, and none is larger than that of any desktop device.
     pub fn of(spec: &DeviceSpec, rate_hz: f64) -> Self {
         let period = 1.0 / rate_hz;
         let known = known_devices().into_iter().find(|known| known.name == spec.name);

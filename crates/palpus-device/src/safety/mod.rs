@@ -5,21 +5,20 @@
 //!
 //! | stage | when it bites | what the device gets |
 //! |---|---|---|
-//! | 1 non-finite | a number in the state or the wrench is none | nothing; a fault |
-//! | 2 gate | the pose jumps, the grip is too fast, the state is frozen or its clock leaps | nothing; a fault |
-//! | 3 limit cycle | the wrench oscillates, from 10 Hz up, and the hand's motion does not explain it | a smaller share of force or torque |
-//! | 4 passivity | a port has given more energy than it took ([`EnergyAccount`]) | less along the motion, or damping |
+//! | 1 non-finite | a number in the state or the wrench is not finite | nothing; a fault |
+//! | 2 gate | a jump, too fast a grip, a frozen state, a leap of its clock | nothing; a fault |
+//! | 3 limit cycle | an oscillation from 10 Hz up that is not the hand's | less force or torque |
+//! | 4 passivity | a port gave more energy than it took | less along the motion, or damping |
 //! | 5 slew | the wrench changes by more than N/s, N·m/s | as much of the change as may be |
 //! | 6 saturation | it is beyond the device's peak | the same direction, shorter |
-//! | 7 heat | it was beyond the continuous rating for too long (I²t) | the same direction, shorter |
-//! | 8 engagement | nobody asked for forces, or the ramp is not over | nothing, or a share |
+//! | 7 heat | beyond the continuous rating for too long (I²t) | the same direction, shorter |
+//! | 8 engagement | no force was requested, or the ramp is not over | nothing, or a share |
 //! | 9 watchdog | the loop is late or dead | nothing; a fault |
 //!
-//! A fault takes the wrench away from the tick on in which it is seen. What remains is damping of
-//! the grip, at most a tenth of the peak, along the part of the stated velocity that the poses
-//! confirm, and none while the motion is among what cannot be believed; the force comes back only
-//! through the engagement ([`Phase`]), and after three faults in ten seconds only when a person
-//! asks for it.
+//! A fault takes the wrench away from the tick on in which it is seen. Damping of the grip remains,
+//! at most a tenth of the peak, along the part of the stated velocity that the poses confirm; there
+//! is no damping while the motion itself is implausible. The force comes back only through the
+//! engagement ([`Phase`]), and after three faults in ten seconds only when a person asks for it.
 //!
 //! The commanded wrench changes by no more than the slew limit from one message to the next,
 //! without exception: so the peak is gone within 2 ms after a fault.
@@ -28,15 +27,15 @@
 //! quarter of a second.
 //!
 //! For a device that withholds its force by itself ([`DeviceState::withheld`]) the commanded wrench
-//! falls to zero meanwhile; it then returns from zero within 50 ms, or through the engagement if
-//! that lasted for long.
+//! falls to zero meanwhile. It then returns from zero within 50 ms, or through the engagement after
+//! a long time.
 //!
 //! A wrench that no stage has a reason to touch comes out as it came in, to the bit.
 //!
-//! **Whose answer depends on what.** Stage 2 and 9 need the device and the clock ([`Gate`],
-//! [`Watch`]) and *tell* the chain what they found ([`Cuts::TOLD`]). Everything else
-//! ([`SafetyChain::shape`]) is a pure function of what it was given since it was made: a recording
-//! of states, cuts and wrenches can be computed again bit for bit.
+//! **Inputs of the stages.** Stages 2 and 9 need the device and the clock ([`Gate`], [`Watch`]) and
+//! report their findings to the chain ([`Cuts::INPUTS`]). All else ([`SafetyChain::shape`]) is a
+//! pure function of its inputs since it was made: a recording of states, cuts and wrenches can be
+//! computed again bit for bit.
 //!
 //! The thresholds are in [`SafetyLimits`], each a formula over what the device says of itself.
 //! Nothing here allocates after construction, waits, or panics.
@@ -78,7 +77,7 @@ pub use passivity::Passivity;
 pub use watchdog::Watch;
 pub(crate) use watchdog::watch_until_over;
 
-/// A step's length may be this much beyond the slew limit, relatively: rounding, not motion.
+/// Relative allowance for rounding on the slew limit.
 const SLEW_ROUNDING: f64 = 1e-9;
 
 /// Output of the chain.
@@ -90,8 +89,8 @@ pub struct Shaped {
     pub cuts: Cuts,
     /// Phase of the engagement.
     pub phase: Phase,
-    /// What the motors can give in the next tick, as far as their heat limits it; for the coupling
-    /// that the next wrench comes from.
+    /// Limits of the motors in the next tick, as far as their heat reduces them; input of the
+    /// coupling for the next wrench.
     pub available: Limits,
 }
 
@@ -114,7 +113,7 @@ pub struct SafetyChain {
     heat_torque: Heat,
     limit_cycle: LimitCycle,
     passivity: Option<Box<dyn Passivity>>,
-    /// What stages 3 to 7 made of the last wrench: where the slew limit counts from.
+    /// The last wrench after stages 3 to 7, from which the slew limit counts.
     shaped: Wrench,
     commanded: Wrench,
 }
@@ -172,17 +171,17 @@ impl SafetyChain {
         self.heat_force.used().max(self.heat_torque.used())
     }
 
-    /// Another tool gave this one's so much work in this tick, J: see [`Passivity::received`]. To
-    /// be told before [`Self::shape`].
+    /// Adds the work that another tool gave this one in this tick, J: see [`Passivity::received`].
+    /// Call it before [`Self::shape`].
     pub fn receive(&mut self, work: [f64; 2]) {
         if let Some(stage) = self.passivity.as_mut().filter(|_| self.machine.phase().is_on()) {
             stage.received(work);
         }
     }
 
-    /// What the device is to get in place of `computed`, when the grip is in `state` and the gate,
-    /// the clock and the step have `told` of faults. `elapsed`: s since the last call, for which
-    /// the last wrench was held; energy, heat and slew go by it.
+    /// Returns the wrench for the device in place of `computed`, when the grip is in `state` and
+    /// the gate, the clock and the step have reported faults (`told`). `elapsed`: s since the
+    /// last call, for which the last wrench was held; energy, heat and slew depend on it.
     pub fn shape(&mut self, state: &DeviceState, computed: &Wrench, told: Cuts, elapsed: f64) -> Shaped {
         self.elapsed = if elapsed >= 0.0 && elapsed.is_finite() { elapsed } else { self.period };
         self.heat_force.spend(self.commanded.force.length(), self.elapsed);
@@ -191,7 +190,7 @@ impl SafetyChain {
         // 1. Non-finite.
         cuts.note(Cut::NonFiniteWrench, !computed.is_finite());
         let mut wrench = if cuts.has(Cut::NonFiniteWrench) { Wrench::ZERO } else { *computed };
-        // 2 and 9. A fault, whoever found it.
+        // 2 and 9. Faults from any source.
         let withheld = cuts.has(Cut::Withheld);
         self.withholding.advance(withheld, self.step());
         self.machine.advance(&Event {
@@ -267,7 +266,7 @@ impl SafetyChain {
         if under_way { blended } else { *wrench }
     }
 
-    /// Stage 3. What is beyond the peak is no oscillation that could be felt.
+    /// Stage 3. Beyond the peak nothing is felt as an oscillation.
     fn attenuated(&mut self, wrench: &Wrench, state: &DeviceState, cuts: &mut Cuts) -> Wrench {
         let (attenuated, cut) = self.limit_cycle.attenuate(&self.within_peak(wrench), &state.pose, self.elapsed);
         cuts.note(Cut::LimitCycle, cut);
@@ -371,9 +370,9 @@ impl SafetyChain {
         saturate(self.within_peak(wrench), &self.heat_caps(), Saturation::Separate).wrench
     }
 
-    /// The time by which ramps and slew go on, s: what passed, but never more than a period, so
-    /// that two writes after each other differ by no more than the slew limit allows in a period,
-    /// however late the second one is.
+    /// The time for ramps and slew, s: the elapsed time, but at most a period, so that two
+    /// successive writes differ by no more than the slew limit allows in a period, however late the
+    /// second one is.
     fn step(&self) -> f64 {
         self.elapsed.min(self.period)
     }

@@ -3,8 +3,8 @@
 //! A device states a velocity, which may be wrong: a driver's filter after a jump, a sensor that is
 //! stuck, a number that the gate has just refused. Damping along a wrong velocity pushes. So the
 //! velocity used is the part of the stated one that the poses of the last ticks confirm: along
-//! their mean velocity, at most as fast as either. After a tick whose velocity cannot be believed
-//! it is zero until poses have confirmed it anew.
+//! their mean velocity, at most as fast as either. After a tick with an implausible velocity it is
+//! zero until poses have confirmed it anew.
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist, rotation_between};
@@ -21,8 +21,8 @@ pub(super) struct Motion {
 }
 
 impl Motion {
-    /// The grip is at `pose`, `elapsed` seconds (more than 0) after the last tick; `blind`: its
-    /// motion cannot be believed.
+    /// Takes the grip's `pose`, `elapsed` seconds (more than 0) after the last tick. `blind`: its
+    /// motion is implausible.
     pub(super) fn follow(&mut self, pose: &Pose, elapsed: f64, blind: bool) {
         if blind {
             *self = Self::default();

@@ -1,4 +1,4 @@
-//! What can be chosen of the safety chain.
+//! Options of the safety chain.
 
 use super::{AfterFault, DEVICE_BUTTONS, Engagement, HOLD_KEY, Rearm, SafetyLimits};
 use crate::device::DeviceSpec;

@@ -1,6 +1,6 @@
 //! The place of the passivity observer and controller in the chain: the fourth stage, after the
-//! gate and before the slew limit, where the wrench is still what the engine computed and the
-//! motion is believed.
+//! gate and before the slew limit. There the wrench is still the engine's and the motion has passed
+//! the gate.
 
 use palpus::algebra::Wrench;
 
@@ -16,11 +16,11 @@ pub trait Passivity: Send {
 
     /// The grip's tool was given this work in this tick by another one that somebody moves, J, by
     /// moving and by turning it; negative: gave it. What came from there may go on into the hand.
-    /// Told before [`Self::limit`].
+    /// Adds received work; called before [`Self::limit`].
     fn received(&mut self, _: [f64; 2]) {}
 
-    /// What was really commanded in this tick after all later stages, for the account of the
-    /// energy.
+    /// Takes the wrench that was commanded in this tick after all later stages, for the account of
+    /// the energy.
     fn commanded(&mut self, wrench: &Wrench);
 
     /// Nothing is engaged: the account begins anew.

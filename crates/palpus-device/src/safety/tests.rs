@@ -132,7 +132,7 @@ fn held_beyond_the_rating_the_force_sinks_to_it() {
             }
             assert!(shaped.cuts.and(Cuts::FAULTS).is_none() && !shaped.cuts.has(Cut::Slew), "the cap sinks gently");
         }
-        let first = first.expect("it is beyond 1.4 N for ever");
+        let first = first.expect("it stays beyond 1.4 N");
         assert!(patience.contains(&first), "{held} N for {first} s");
         assert!((shaped.wrench.force.x - 1.4).abs() < 0.05 && chain.heat() <= 1.0);
     }

@@ -1,10 +1,10 @@
 //! The watchdog: takes the force from the device when the loop does not answer any more.
 //!
-//! The loop *beats* whenever it has written a wrench, and *rests* when that was none: nothing can
-//! be held too long then. [`Watch::check`] is called by a thread that has nothing else to do; when
-//! the last beat is longer ago than a wrench may be held, it applies the device's [`Brake`]. The
-//! loop, should it live, finds the brake applied, counts a fault and releases it only when it is
-//! engaged again.
+//! The loop *beats* whenever it has written a wrench, and *rests* after a zero wrench, which may be
+//! held without limit. [`Watch::check`] is called by a thread with no other task; when the last
+//! beat is longer ago than a wrench may be held, it applies the device's [`Brake`]. A
+//! loop that still runs then finds the brake applied, counts a fault and releases it only when it
+//! is engaged again.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -39,7 +39,7 @@ impl Watch {
         self.beat.store(nanos(now), Ordering::Release);
     }
 
-    /// Zero was written: it may be held for ever.
+    /// Zero was written: it may be held without limit.
     pub fn rest(&self) {
         self.beat.store(RESTING, Ordering::Release);
     }
@@ -70,7 +70,7 @@ impl Watch {
 
 /// The watchdog's thread: checks against the wall's time since `origin` until the watch is over.
 pub(crate) fn watch_until_over(watch: &Watch, origin: Instant) {
-    // What is granted was said when the loop made its claims: it rehearses this.
+    // The loop reported its rights when it made its claims; this repeats them.
     let _ = crate::realtime::outrank();
     while !watch.is_over() {
         std::thread::park_timeout(watch.interval());

@@ -1,4 +1,4 @@
-//! Withholding: the device gives no force by itself, whatever it is told.
+//! Withholding: the device gives no force by itself, whatever the command.
 //!
 //! Causes: the arm is not ready or has no power supply, the person has switched the force off at
 //! the device, an answer came late or was lost ([`DeviceState::withheld`](crate::DeviceState)). It
@@ -35,7 +35,7 @@ enum State {
 }
 
 impl Withholding {
-    /// The device gives what it is told, and engages anew after more than `longest` s without.
+    /// The device gives the commanded force, and engages anew after more than `longest` s without.
     pub(super) fn new(longest: f64) -> Self {
         Self { longest, state: State::No }
     }

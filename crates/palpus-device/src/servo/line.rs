@@ -43,7 +43,7 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
     ) -> Self {
         let ServoOptions { rate_hz, timing, safety, .. } = options;
         let period = 1.0 / rate_hz;
-        // What the device says of itself counts once, at the start.
+        // The device's stated values count once, at the start.
         let limits = safety.limits(device.spec(), *rate_hz);
         let engagement = safety.engagement(device.spec());
         let real = *timing == Timing::RealTime;
@@ -67,7 +67,7 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         }
     }
 
-    /// The device's state, as far as it is believed.
+    /// Reads the device's state and passes it through the gate.
     pub(super) fn read(&mut self, start: &Start) -> Result<Admitted, DeviceError> {
         let state = self.end.device.read()?;
         let mut admitted = self.gate.admit(&state, start.elapsed(self.period).max(self.period));
@@ -86,8 +86,8 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         self.chain.receive(work);
     }
 
-    /// What the chain makes of a `computed` wrench in a tick that began `elapsed` seconds after the
-    /// last one, written to the device.
+    /// Passes a `computed` wrench through the chain, in a tick that began `elapsed` seconds after
+    /// the last one, and writes it to the device.
     pub(super) fn answer(
         &mut self,
         state: &DeviceState,
@@ -113,7 +113,7 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         Ok(shaped)
     }
 
-    /// The loop stands still with the device: what it holds is held for no time.
+    /// Tells that the loop is paused with the device: the held wrench does nothing.
     pub(super) fn stand(&mut self) {
         self.held = None;
         if let Some(guard) = &self.end.guard {

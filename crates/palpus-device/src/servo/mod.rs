@@ -1,6 +1,6 @@
 //! The servo loop around one device or several.
 //!
-//! Once a tick, at 1 kHz unless told otherwise:
+//! Once a tick, by default at 1 kHz:
 //!
 //! 1. wait for the tick's deadline (real time) or don't (simulated time);
 //! 2. read each device's state and let its gate look at it; an invalid one is replaced by the last
@@ -17,36 +17,36 @@
 //! tool where it never was. A device that is lost gets its zero and its brake and is read no more;
 //! the step goes on with its last state, at rest. The run ends when its time is over, when all
 //! devices are lost, when the states of one have been played to their end, or at a fault after
-//! which it is to stop. What the devices share is the loop's time: one that keeps the loop waiting
-//! is late for all.
+//! which it must stop. The devices share the loop's time: one that keeps the loop waiting is late
+//! for all.
 //!
 //! Deadlines are absolute, so lateness does not add up; a loop that is late by whole periods skips
 //! them, keeps its phase and counts them, rather than firing a burst of ticks. Whatever ends the
 //! loop — its duration, the stop flag, the device, a panic in the step, the observer or the device
 //! — the last wrench written is zero. After a panic in the step, or a fault after which it is to
 //! stop, it first damps the grip for a moment; else the wrench goes to zero within the slew limit.
-//! The loop does not allocate once the first tick has begun. What a panic in the step says is told
-//! after the wrench is zero.
+//! The loop does not allocate once the first tick has begun. The message of a panic in the step is
+//! printed after the wrench is zero.
 //!
 //! A loop that is late in more than a tenth of its ticks, and a machine that was suspended, are
 //! faults.
 //!
-//! Whoever has the run's [`Reins`] may stop it for a while. With a device that stands still while
-//! nobody reads it, the loop does so as well, goes on by single ticks if asked to, and then as if
-//! nothing had been. Any other device is held by somebody: the loop goes round, and the chain keeps
-//! the force away until engaged anew. The reins also bring the program's keys, which count as
-//! buttons of the device.
+//! The holder of the run's [`RunControl`] may stop it for a while. With a device whose time stands
+//! still between reads, the loop pauses as well, goes on by single ticks if asked to, and later as
+//! if nothing had been. Any other device is in a person's hand: the loop goes round, and the chain
+//! keeps the force away until engaged anew. The run control also brings the program's keys, which
+//! count as buttons of the device.
 //!
-//! The step is always given the nominal period: what a run computes then depends on what it was
-//! fed, not on the scheduler, and can be replayed bit for bit. What the chain makes of it can be,
-//! too, from the recorded states, the step's wrenches and the cuts of each tick.
+//! The step always gets the nominal period. The result of a run then depends on its inputs, not on
+//! the scheduler, and can be replayed bit for bit. The chain's result can be, too, from the
+//! recorded states, the step's wrenches and the cuts of each tick.
 
 mod line;
 mod options;
 mod pace;
 mod punctuality;
 mod quiet;
-mod reins;
+mod run_control;
 mod seat;
 mod statistics;
 mod time;
@@ -66,7 +66,7 @@ use statistics::Tally;
 use turns::Turns;
 
 pub use options::{ServoError, ServoOptions, Timing};
-pub use reins::Reins;
+pub use run_control::RunControl;
 pub use statistics::{Energy, LATE, Percentiles, RunEnd, RunStatistics};
 pub use time::{LoopTime, VirtualTime, WallTime};
 
@@ -108,7 +108,7 @@ pub struct ServoTick {
     pub time: f64,
     /// Input of the step: the state as read, or the last valid one, at rest.
     pub state: DeviceState,
-    /// As the device gave it, believed or not.
+    /// The state as the device gave it, accepted or not.
     pub read: DeviceState,
     /// Wrench of the step; zero if it panicked or was not called.
     pub computed: Wrench,
@@ -136,7 +136,7 @@ pub struct ServoTick {
 /// Sees every tick of every device, on the servo thread, after all wrenches were written: must be
 /// quick and must not allocate.
 pub trait TickObserver<T = ()> {
-    /// `detail` is what the step answered beside its wrench.
+    /// `detail`: the step's result besides the wrench.
     fn observe(&mut self, tick: &ServoTick, detail: &T);
 
     /// A tick in which the step answered nothing: it panicked ([`crate::Cut::Panic`] is among the
@@ -151,7 +151,7 @@ impl<T, F: FnMut(&ServoTick, &T)> TickObserver<T> for F {
     }
 }
 
-/// Nobody looks.
+/// No observer.
 impl<T> TickObserver<T> for () {
     fn observe(&mut self, _: &ServoTick, _: &T) {}
 }
@@ -159,7 +159,7 @@ impl<T> TickObserver<T> for () {
 /// The loop and all the memory it needs.
 pub struct Servo {
     options: ServoOptions,
-    reins: Arc<Reins>,
+    control: Arc<RunControl>,
     /// One for each device.
     kept: Vec<Kept>,
 }
@@ -176,11 +176,11 @@ impl Servo {
         if let Some(duration) = options.duration.filter(|duration| !(*duration >= 0.0 && duration.is_finite())) {
             return Err(ServoError::Duration(duration));
         }
-        Self { options, reins: Arc::default(), kept: Vec::new() }.with_device(options.safety)
+        Self { options, control: Arc::default(), kept: Vec::new() }.with_device(options.safety)
     }
 
-    /// The same loop around one more device, which has a safety chain of its own. Rate, time and
-    /// reins are those of the loop.
+    /// Adds one more device to the loop, with a safety chain of its own. Rate, duration and control
+    /// are those of the loop.
     ///
     /// # Errors
     /// When a threshold is negative or not a number.
@@ -202,13 +202,13 @@ impl Servo {
     }
 
     /// By which it is paused, taken on tick by tick, and ended, from any thread.
-    pub fn reins(&self) -> Arc<Reins> {
-        Arc::clone(&self.reins)
+    pub fn control(&self) -> Arc<RunControl> {
+        Arc::clone(&self.control)
     }
 
-    /// Runs the first device on the calling thread until the duration is over, `stop` is set or the
-    /// reins say so, the device ends or something fails; the last wrench written to `device` is
-    /// zero.
+    /// Runs the first device on the calling thread until the duration is over, `stop` is set, the
+    /// control end the run, the device ends or something fails; the last wrench written to `device`
+    /// is zero.
     pub fn run<D, T, S, O>(&mut self, device: &mut D, step: S, observer: &mut O, stop: &AtomicBool) -> RunStatistics
     where
         D: HapticDevice + ?Sized,
@@ -257,12 +257,11 @@ impl Servo {
         self.run_all_in(&WallTime::new(), devices, step, observer, stop)
     }
 
-    /// Runs all devices of the loop, each on a line of its own, and answers what it was like for
-    /// each.
+    /// Runs all devices of the loop, each on a line of its own, and returns the statistics of each.
     ///
     /// `step` gets the state of each device and the period, and answers each in its place; a device
-    /// that it leaves without an answer gets no force. The pose of a device that has not had a
-    /// state yet is not a number.
+    /// without an answer gets no force. The pose of a device that has not had a state yet is not a
+    /// number.
     ///
     /// # Errors
     /// When there are not as many devices as the loop was made for.
@@ -302,7 +301,7 @@ impl Servo {
         quiet::prepare();
         let ServoOptions { rate_hz, duration, .. } = self.options;
         let most = duration.map_or(u64::MAX, |seconds| (seconds * rate_hz).round() as u64);
-        let mut turns = Turns::new(&self.options, devices, &mut self.kept, &self.reins, time);
+        let mut turns = Turns::new(&self.options, devices, &mut self.kept, &self.control, time);
         let mut count = 0;
         let end = loop {
             if count >= most {

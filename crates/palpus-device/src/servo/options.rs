@@ -1,4 +1,4 @@
-//! What can be chosen of a loop.
+//! Options of a loop.
 
 use std::time::Duration;
 

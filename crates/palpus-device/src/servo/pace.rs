@@ -41,7 +41,7 @@ impl Pace {
         let begin = time.now();
         let punctuality = Punctuality::new(period);
         let period = Duration::from_secs_f64(period);
-        // A fast loop that only spun would hold its core for ever; kernels take it away from such
+        // A fast loop that only spun would never release its core; kernels take it away from such
         // threads now and then.
         let spin = spin.min(period / 2);
         Self { timing, begin, period, spin, deadline: begin, last: None, punctuality }
@@ -71,8 +71,7 @@ impl Pace {
         Start { lateness, period, skipped }
     }
 
-    /// Goes on after the loop has stood still since `since`: the next tick is due now, and that
-    /// time was none.
+    /// Goes on after a pause since `since`: the next tick is due now, and the pause does not count.
     pub(super) fn resume(&mut self, since: Duration, time: &dyn LoopTime) {
         let now = time.now();
         self.begin += now.saturating_sub(since);

@@ -2,13 +2,14 @@
 //!
 //! A single late tick is held by the slew limit, and a stall by the watchdog. A loop that is late
 //! in more than [`SHARE`] of its ticks is neither: it renders with old states, and contacts swing.
-//! The judgement goes over the last [`WINDOW`]; before so much time has passed there is none.
+//! The judgement covers the last [`WINDOW`]; before that much time has passed there is no
+//! judgement.
 
 /// s.
 const WINDOW: f64 = 0.25;
 /// Share of the ticks in the window.
 const SHARE: f64 = 0.1;
-/// Ticks: one stall is late in its own tick and in the next one.
+/// Number of ticks: one stall delays its own tick and the next.
 const LEAST: usize = 3;
 
 /// A tick that was made.
@@ -34,7 +35,7 @@ pub(super) struct Punctuality {
 impl Punctuality {
     /// For a loop whose ticks are `period` seconds apart when it keeps its time.
     pub(super) fn new(period: f64) -> Self {
-        // A loop that skips what it missed makes no more ticks than there are periods, but for the
+        // A loop that skips missed ticks makes no more ticks than there are periods, except at the
         // ends.
         let room = (WINDOW / period).ceil() as usize + 2;
         Self { ticks: vec![Made::default(); room], oldest: 0, count: 0, late: 0, now: 0.0 }

@@ -1,4 +1,4 @@
-//! Panics in a step are not told of while a force is on.
+//! Holds back the messages of panics in a step while a force is on.
 //!
 //! A panic hook runs before the loop can catch the panic, and the usual one writes to the terminal,
 //! which may take any time or wait for a reader. So the first loop of a program puts a hook before

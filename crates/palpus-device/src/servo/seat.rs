@@ -37,7 +37,7 @@ pub(super) struct Seat<'a, D: HapticDevice + ?Sized> {
     read: DeviceState,
     /// It has had a state.
     seen: bool,
-    /// This tick is to be answered.
+    /// This tick needs an answer.
     due: bool,
     /// Faults of this tick's state.
     cuts: Cuts,
@@ -105,7 +105,7 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
         self.seen
     }
 
-    /// True when this turn has a state that is to be answered.
+    /// True if this turn has a state that needs an answer.
     pub(super) fn is_due(&self) -> bool {
         self.due
     }
@@ -120,7 +120,7 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
         self.end.as_ref().filter(|end| self.fragile || **end == RunEnd::DeviceEnded)
     }
 
-    /// Reads the device; what the step is to get goes to `state`.
+    /// Reads the device; the step's input goes to `state`.
     pub(super) fn read(&mut self, start: &Start, state: &mut DeviceState) {
         (self.due, self.tick) = (false, None);
         let Some(line) = self.line.as_mut().filter(|_| !self.lost) else { return };
@@ -150,7 +150,7 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
         }
     }
 
-    /// What its chain makes of the answer, written; `is_late` is asked afterwards.
+    /// Passes the answer through the chain and writes it; `is_late` is asked afterwards.
     pub(super) fn answer<T>(
         &mut self,
         turn: &Turn,
@@ -241,7 +241,7 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
 
     /// Takes the wrench a step of the slew limit nearer to zero; false if zero may follow.
     pub(super) fn release(&mut self) -> bool {
-        // What does not arrive is followed by the last zero.
+        // A write that does not arrive is followed by the last zero.
         self.line.as_mut().is_some_and(|line| line.release().unwrap_or(false))
     }
 
@@ -253,7 +253,7 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
         if let Some(home) = &mut self.passivity {
             **home = stage;
         }
-        // What came first is the reason.
+        // The first end is the reason.
         if let Err(error) = finished
             && matches!(self.end, None | Some(RunEnd::Duration | RunEnd::Stopped | RunEnd::DeviceEnded))
         {
@@ -261,7 +261,7 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
         }
     }
 
-    /// What the run was like that ended like this, unless this device did before, and took so long.
+    /// Returns the statistics of the run, which ended like this unless this device ended before.
     pub(super) fn finish(mut self, end: &RunEnd, options: &ServoOptions, elapsed: Duration) -> RunStatistics {
         let of_all = matches!(end, RunEnd::Duration | RunEnd::Stopped | RunEnd::DeviceEnded);
         self.end.get_or_insert(if of_all { end.clone() } else { RunEnd::Stopped });

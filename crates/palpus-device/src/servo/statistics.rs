@@ -1,4 +1,4 @@
-//! What a run was like, kept in memory that is there from the start.
+//! Statistics of a run, in memory obtained at the start.
 
 use std::time::Duration;
 
@@ -11,7 +11,7 @@ use crate::acting::Acting;
 use crate::device::DeviceError;
 use crate::safety::{Cut, Cuts, SafetyCounters};
 
-/// Durations from 1 ns to 10 s are told apart to three digits; a longer one counts as 10 s.
+/// Durations from 1 ns to 10 s are stored to three digits; a longer one counts as 10 s.
 const LONGEST_NS: u64 = 10_000_000_000;
 const DIGITS: u8 = 3;
 

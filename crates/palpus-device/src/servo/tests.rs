@@ -1,4 +1,4 @@
-//! The loop against a device that stays where it is and remembers what it was told.
+//! Tests of the loop with a device that stays in place and keeps its commands.
 
 mod faults;
 mod lateness;
@@ -12,7 +12,7 @@ use crate::device::{Brake, BrakeFlag, DeviceError};
 use crate::safety::SafetyLimits;
 use crate::{DeviceSpec, known_devices};
 
-/// A device that stays where it is and remembers what it was told.
+/// A device that stays in place and keeps its commands.
 struct Scribe {
     spec: DeviceSpec,
     written: Vec<Wrench>,
@@ -65,7 +65,7 @@ fn pull(newtons: f64) -> Wrench {
     Wrench { force: DVec3::X * newtons, torque: DVec3::ZERO }
 }
 
-/// A chain that lets every wrench through that is one, at once: what is tested here is the loop.
+/// A chain that lets every valid wrench through at once; the loop is under test here.
 fn open() -> SafetyOptions {
     let [spec, ..] = known_devices();
     let limits = SafetyLimits {

@@ -116,12 +116,12 @@ impl VirtualTime {
         }
     }
 
-    /// The machine is suspended for so long, and nobody notices but the clock that counts it.
+    /// Suspends the machine for this long; only the clock that counts suspension notices.
     pub fn suspend(&self, duration: Duration) {
         self.0.suspended.fetch_add(duration.as_nanos() as u64, Ordering::Relaxed);
     }
 
-    /// The clock jumps by so many ns, forwards or backwards, and nobody has looked.
+    /// Lets the clock jump by so many ns, forwards or backwards, between reads.
     pub fn leap(&self, nanos: i64) {
         let now = self.0.now.load(Ordering::Relaxed);
         self.0.now.store(now.saturating_add_signed(nanos), Ordering::Relaxed);
@@ -143,7 +143,7 @@ impl LoopTime for VirtualTime {
 
     fn guard(&self, watch: Arc<Watch>) -> Option<JoinHandle<()>> {
         let mut watches = self.0.watches.lock().unwrap_or_else(PoisonError::into_inner);
-        // What nobody else holds belongs to a run that is over.
+        // Watches without another owner belong to a run that is over.
         watches.retain(|watch| Arc::strong_count(watch) > 1);
         watches.push(watch);
         None

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use super::pace::Pace;
 use super::seat::{Kept, Seat, Turn};
-use super::{LoopTime, Reins, RunEnd, RunStatistics, ServoOptions, StepOutcome, TickObserver, quiet};
+use super::{LoopTime, RunControl, RunEnd, RunStatistics, ServoOptions, StepOutcome, TickObserver, quiet};
 use crate::device::{DeviceState, HapticDevice};
 use crate::safety::{ContactAccount, Cut, Cuts};
 
@@ -29,12 +29,12 @@ pub(super) struct Turns<'a, D: HapticDevice + ?Sized, T> {
     pace: Pace,
     time: &'a dyn LoopTime,
     period: f64,
-    reins: &'a Reins,
+    control: &'a RunControl,
     /// All devices stand still while they are not read.
     stands: bool,
     /// Number of the next tick.
     index: u64,
-    /// s since the reins ended the run.
+    /// s since the run control ended the run.
     ending: f64,
 }
 
@@ -43,7 +43,7 @@ impl<'a, D: HapticDevice + ?Sized, T> Turns<'a, D, T> {
         options: &'a ServoOptions,
         devices: &'a mut [&mut D],
         kept: &'a mut [Kept],
-        reins: &'a Reins,
+        control: &'a RunControl,
         time: &'a dyn LoopTime,
     ) -> Self {
         let stands = devices.iter().all(|device| device.stands_unread());
@@ -64,7 +64,7 @@ impl<'a, D: HapticDevice + ?Sized, T> Turns<'a, D, T> {
             pace: Pace::start(options.timing, period, options.spin, time),
             time,
             period,
-            reins,
+            control,
             stands,
             index: 0,
             ending: 0.0,
@@ -73,24 +73,24 @@ impl<'a, D: HapticDevice + ?Sized, T> Turns<'a, D, T> {
 
     /// Returns when the next tick may come: at once, unless the run is paused and can stand still.
     pub(super) fn stand(&mut self, stop: &AtomicBool) {
-        if !self.stands || !self.reins.is_paused() {
+        if !self.stands || !self.control.is_paused() {
             return;
         }
         self.seats.iter_mut().filter_map(Seat::line).for_each(|line| line.stand());
         let since = self.time.now();
-        while !(self.reins.take_step() || self.reins.is_ended() || stop.load(Ordering::Relaxed)) {
+        while !(self.control.take_step() || self.control.is_ended() || stop.load(Ordering::Relaxed)) {
             self.time.wait_until(self.time.now() + LOOK, Duration::ZERO);
         }
         self.pace.resume(since, self.time);
     }
 
-    /// True when the reins have ended the run and all wrenches have faded out. A loop that stands
-    /// still has nothing to wait for.
+    /// True if the run control has ended the run and all wrenches have faded out. A paused loop
+    /// ends at once.
     pub(super) fn is_over(&mut self) -> bool {
-        if !self.reins.is_ended() {
+        if !self.control.is_ended() {
             return false;
         }
-        let waits = !(self.stands && self.reins.is_paused());
+        let waits = !(self.stands && self.control.is_paused());
         let lasts = waits && self.seats.iter_mut().any(|seat| seat.lasts(self.ending));
         if lasts {
             self.ending += self.period;
@@ -113,15 +113,15 @@ impl<'a, D: HapticDevice + ?Sized, T> Turns<'a, D, T> {
         if !self.seats.iter().any(Seat::is_seen) {
             return ControlFlow::Continue(());
         }
-        let keys = self.reins.take_keys();
+        let keys = self.control.take_keys();
         for (_, state) in self.seats.iter().zip(&mut self.states).filter(|(seat, _)| seat.is_due()) {
             *state = state.with_keys(keys);
         }
         let (panic, step_s) = self.step(step);
         let mut found = Cuts::NONE;
-        found.note(Cut::Paused, !self.stands && self.reins.is_paused());
+        found.note(Cut::Paused, !self.stands && self.control.is_paused());
         found.note(Cut::Overrun, self.pace.is_lost(self.time));
-        found.note(Cut::Ending, self.reins.is_ended());
+        found.note(Cut::Ending, self.control.is_ended());
         self.pass_on();
         let turn = Turn { start, index: self.index, period: self.period, step_s, found, panicked: panic.is_some() };
         for ((seat, state), answer) in self.seats.iter_mut().zip(&mut self.states).zip(&self.answers) {
@@ -207,7 +207,7 @@ impl<'a, D: HapticDevice + ?Sized, T> Turns<'a, D, T> {
         }
     }
 
-    /// The last wrenches, which are zero, and what the run was like for each device.
+    /// Writes the last wrenches, which are zero, and returns the statistics of each device.
     pub(super) fn finish(self, end: &RunEnd) -> Vec<RunStatistics> {
         let elapsed = self.pace.elapsed(self.time);
         self.seats.into_iter().map(|seat| seat.finish(end, self.options, elapsed)).collect()

@@ -1,11 +1,12 @@
 //! Device and hand as one rigid body on a spring–damper, integrated in small steps.
 //!
 //! The scheme is leapfrog (drift, kick, drift: half a step of position, a step of velocity from the
-//! forces at the middle, half a step of position) with the dampers by the trapezoidal rule. It is
-//! of second order and exact under a steady force, which matters here: a scheme of first order
+//! forces at the middle, half a step of position) with the dampers by the trapezoidal rule. It has
+//! second order and is exact under a steady force. This matters here: a scheme of first order
 //! shifts the phase of a held wrench by half a step, and with it the stiffness at which a sampled
-//! wall begins to hum. It is stable for every damper and for every spring whose period is longer
-//! than π steps; [`Dynamics::new`] picks steps far shorter than that. Dry friction takes speed away
+//! wall begins to hum. The scheme is stable for all dampers, and for all springs whose period is
+//! longer than π steps; [`Dynamics::new`] picks steps far shorter than that. Dry friction takes
+//! speed away
 //! after each kick, at most all of it, so that it holds still instead of chattering.
 
 use glam::{DQuat, DVec3};

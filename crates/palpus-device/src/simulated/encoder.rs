@@ -1,4 +1,4 @@
-//! What a device's encoders make of its true motion.
+//! Model of a device's encoders.
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Twist};

@@ -6,7 +6,8 @@
 //!    contacts push the grip out freely.
 //! 3. *Given back*, it goes back in the same way to where it left the script, which then starts
 //!    again, faster and faster until its time runs as time does.
-//! 4. Never held, it is the script, to the bit.
+//! 4. Asked to yield, it is as released until the grip has passed a plane.
+//! 5. Else it is the script, to the bit.
 //!
 //! So the intended pose has no step, whatever a mouse does, but for that by which a hand lets go.
 //! Once a tick the newest [`Guide`] is looked at; between ticks the motion is a closed form: the
@@ -42,7 +43,7 @@ const NEAR: f64 = 0.5e-3;
 const NEAR_TURN: f64 = 0.02;
 /// s in which the script's time comes up to speed.
 const START: f64 = 0.5;
-/// Of metres, radians, and these in a time of 1/ω: what is left of an offset that is none any more.
+/// m, rad, and both in a time of 1/ω: a smaller offset counts as zero.
 const NOTHING: f64 = 1e-10;
 /// s: over which the script's velocity is a difference.
 const INSTANT: f64 = 1e-5;
@@ -57,6 +58,8 @@ pub struct Guided<I> {
     from: f64,
     goal: Goal,
     offset: Option<Offset>,
+    /// It holds nothing before this plane: a point (m) and the normal, device's frame.
+    yields_before: Option<[DVec3; 2]>,
 }
 
 /// Reference of the offset.
@@ -82,7 +85,22 @@ struct Offset {
 impl<I: Intent> Guided<I> {
     /// A hand that follows `script` unless `guide` says otherwise.
     pub fn new(script: I, guide: Newest<Guide>) -> Self {
-        Self { script, guide, guided: Guide::Script, from: 0.0, goal: Goal::Playing { lag: 0.0 }, offset: None }
+        Self {
+            script,
+            guide,
+            guided: Guide::Script,
+            from: 0.0,
+            goal: Goal::Playing { lag: 0.0 },
+            offset: None,
+            yields_before: None,
+        }
+    }
+
+    /// The same, but the hand holds nothing until the grip has passed a plane, if one is given: a
+    /// point (m) and the normal, in the device's frame. So a device can lead it. A person who takes
+    /// it ends that.
+    pub fn yielding(self, before: Option<[DVec3; 2]>) -> Self {
+        Self { yields_before: before, ..self }
     }
 
     /// Time of the script at `time`, s, and how fast it runs.
@@ -166,15 +184,23 @@ impl<I: Intent> Intent for Guided<I> {
 
     fn begin(&mut self, time: f64, grip: &Pose) {
         match self.guide.take() {
-            // What is no pose cannot be meant.
+            // An invalid pose is ignored.
             Some(Guide::Held(pose)) if !pose.is_valid() => {}
             Some(guide) => self.guided = *guide,
             None => {}
         }
         match self.guided {
-            Guide::Held(pose) => return self.approach(&pose, time),
+            Guide::Held(pose) => {
+                self.yields_before = None;
+                return self.approach(&pose, time);
+            }
             Guide::Released => return self.release(grip, time),
             Guide::Script => {}
+        }
+        self.yields_before =
+            self.yields_before.filter(|[point, normal]| (grip.translation - *point).dot(*normal) < 0.0);
+        if self.yields_before.is_some() {
+            return self.release(grip, time);
         }
         match self.goal {
             Goal::Playing { .. } if self.offset.is_none() => {}

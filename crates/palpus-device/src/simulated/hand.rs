@@ -18,8 +18,7 @@ impl<F: Fn(f64) -> Pose> Intent for F {
     }
 }
 
-/// What a hand adds to the device that it holds: mass, and a spring–damper to where it intends to
-/// be.
+/// A hand that holds the device: its mass, and a spring–damper to its intended pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HandImpedance {
     /// kg, moving with the device.
@@ -73,8 +72,8 @@ impl HandImpedance {
         angular_damping: 0.08,
         angular_stiffness: 5.0,
     };
-    /// Nobody holds the device, which is the worst case for stability: only its own inertia and
-    /// friction remain, and the intended pose is where it is let go.
+    /// No hand holds the device. This is the worst case for stability: only the device's own
+    /// inertia and friction remain. The intended pose is where it is released.
     pub const NONE: Self =
         Self { mass: 0.0, damping: 0.0, stiffness: 0.0, inertia: 0.0, angular_damping: 0.0, angular_stiffness: 0.0 };
 }

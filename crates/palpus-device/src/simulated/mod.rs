@@ -59,8 +59,8 @@ pub struct SimulationSettings {
 }
 
 impl Default for SimulationSettings {
-    /// A light arm with the limits of the paper's device (8.5 N, for ever 1.4 N; 0.188 N·m), in an
-    /// ordinary hand, at 1 kHz, one tick late.
+    /// A light arm with the limits of the paper's device (8.5 N, continuously 1.4 N; 0.188 N·m), in
+    /// an ordinary hand, at 1 kHz, one tick late.
     fn default() -> Self {
         Self {
             spec: DeviceSpec {
@@ -222,7 +222,7 @@ impl<I: Intent> SimulatedDevice<I> {
         let intent = &self.intent;
         self.dynamics.advance(&mut self.pose, &mut self.twist, &applied, (time, period), |t| intent.pose(t));
         self.elapsed += period;
-        // What is not written anew is held.
+        // A wrench that is not written anew is held.
         self.written.copy_within(0..DELAY_MAX, 1);
         let before = self.sensed;
         self.sensed = self.settings.encoder.sense(&self.pose);

@@ -175,7 +175,7 @@ fn a_wrench_is_clipped_to_what_the_device_can_do_keeping_its_direction() {
     assert!(device.write(&Wrench { force: DVec3::NAN, torque: DVec3::ZERO }).is_err());
 }
 
-/// Amplitude of a device that nobody holds, on a two-sided spring, after a second, relative to the
+/// Amplitude of a device without a hand, on a two-sided spring, after a second, relative to the
 /// start.
 fn amplitude_on_spring(stiffness: f64, delay_ticks: usize) -> f64 {
     let settings = SimulationSettings { delay_ticks, ..ideal(HandImpedance::NONE) };
@@ -219,7 +219,7 @@ fn the_same_hand_moves_the_same_bit_for_bit() {
 
 #[test]
 fn an_unevenly_read_device_is_where_the_time_says() {
-    // Nobody pushes, so that the motion is the closed form's whenever it is read.
+    // There is no force, so that the motion is the closed form's at any read.
     let settings = SimulationSettings { jitter: Some(Jitter::logged(3)), ..ideal(HandImpedance::NONE) };
     let mut device = SimulatedDevice::new(settings, still).unwrap();
     device.push(Twist { angular: DVec3::ZERO, linear: DVec3::X * 0.1 });
@@ -312,6 +312,6 @@ fn letting_go_of_a_pressed_grip_leaves_no_force() {
     let pressed = force(Guide::Held(Pose::from_translation(DVec3::X * -0.03)), 1000);
     assert!(pressed > 2.0, "{pressed}");
     let released = force(Guide::Released, 1000);
-    // What dry friction bears.
+    // The load that dry friction bears.
     assert!(released <= Apparatus::LIGHT_ARM.friction, "{released} N");
 }

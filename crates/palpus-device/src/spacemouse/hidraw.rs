@@ -1,7 +1,7 @@
 //! SpaceMouse devices in Linux's list of HID devices.
 //!
-//! `/sys/class/hidraw/hidrawN/device/uevent` tells vendor, product and name, and
-//! `report_descriptor` beside it what the device is, to anybody; only `/dev/hidrawN` itself takes a
+//! Every user can read vendor, product and name in `/sys/class/hidraw/hidrawN/device/uevent`, and
+//! the device's kind in `report_descriptor` beside it; only `/dev/hidrawN` itself needs a
 //! permission.
 
 use std::fs::{self, File, OpenOptions};
@@ -90,7 +90,7 @@ fn open_file(path: &Path) -> io::Result<File> {
     OpenOptions::new().read(true).custom_flags(rustix::fs::OFlags::NONBLOCK.bits().cast_signed()).open(path)
 }
 
-/// The line that lets whoever sits at the machine read it.
+/// Returns the udev rule that lets the user at the machine read it.
 fn rule(vendor: u16) -> String {
     format!(
         "echo 'KERNEL==\"hidraw*\", ATTRS{{idVendor}}==\"{vendor:04x}\", TAG+=\"uaccess\"' | sudo tee /etc/udev/rules.d/70-spacemouse.rules && sudo udevadm control --reload && sudo udevadm trigger"

@@ -1,4 +1,4 @@
-//! What `palpus devices` says of SpaceMouse devices.
+//! Findings of `palpus devices` for SpaceMouse devices.
 
 use super::{SpaceMouse, SpaceMouseError};
 use crate::device::HapticDevice;

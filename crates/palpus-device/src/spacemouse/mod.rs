@@ -1,7 +1,7 @@
 //! A SpaceMouse as a hand: six axes of input, no force.
 //!
-//! The cap hardly moves; what it is pushed with is a speed. So the pose that it stands for goes on
-//! by that speed in every read, for as long as it is pushed.
+//! The cap hardly moves; a push on it is a speed. So the device's pose moves on by that speed in
+//! every read, for as long as the cap is pushed.
 //!
 //! 1. Devices are found in the kernel's list of HID devices by vendor, product and kind (`hidraw`),
 //!    and read through `/dev/hidraw*`. No driver and no library is needed, but the permission to
@@ -92,7 +92,7 @@ impl SpaceMouse {
     /// The device at `path`, such as `/dev/hidraw3`; `None`: the first that is found.
     ///
     /// # Errors
-    /// When there is none, or it cannot be read; with the line that mends it.
+    /// Fails without a device, or if it cannot be read; the error has the line that mends it.
     #[cfg(target_os = "linux")]
     pub fn open(path: Option<&str>) -> Result<Self, SpaceMouseError> {
         let (file, name) = hidraw::open(path)?;
@@ -143,7 +143,7 @@ impl SpaceMouse {
             match self.source.read(&mut report) {
                 Ok(0) => return Err(lost("its file has ended")),
                 Ok(length) => {
-                    // What is no report of the cap (a battery, a screen) is passed over.
+                    // Reports of other parts (a battery, a screen) are passed over.
                     if self.cap.take(&report[..length]) {
                         self.heard = now;
                     }

@@ -1,4 +1,4 @@
-//! What a SpaceMouse sends.
+//! Reports of a SpaceMouse.
 //!
 //! Report 1: three signed 16-bit numbers, little-endian, of how far the cap is pushed; newer
 //! devices and receivers put three more behind them, of how far it is turned. Report 2: those three

@@ -42,7 +42,7 @@ impl Line {
         panic!("this system has no sockets of packets")
     }
 
-    /// The length of the next frame, 0 when the other end is gone; `None` when there is none.
+    /// Returns the length of the next frame, 0 if the other end is gone; `None` without a frame.
     pub(super) fn receive(&mut self, bytes: &mut [u8], anybody: bool) -> Option<usize> {
         match self {
             Self::Udp(socket, peer) => loop {

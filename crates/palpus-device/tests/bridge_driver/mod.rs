@@ -18,7 +18,7 @@ use palpus_device::{Axes, BridgeAddress, DeviceSpec};
 
 use line::Line;
 
-/// What a driver does wrong.
+/// Faults of a driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Defect {
     NeverExpires,
@@ -67,7 +67,7 @@ pub(crate) enum Way {
     Udp,
 }
 
-/// Those of this system.
+/// Ways to connect on this system.
 pub(crate) const WAYS: &[Way] = if cfg!(target_os = "linux") { &[Way::Path, Way::Udp] } else { &[Way::Udp] };
 
 /// How it is to behave.
@@ -88,12 +88,12 @@ impl Behaviour {
     }
 }
 
-/// What a test sees and sets while the driver runs.
+/// State that a test sees and sets while the driver runs.
 #[derive(Default)]
 pub(crate) struct Seen {
     /// The wrench in each state that was sent.
     pub(crate) applied: Vec<Wrench>,
-    /// Of all commands that were accepted.
+    /// All commands that were accepted.
     pub(crate) commands: Vec<Command>,
     /// Commands that did not arrive, by the gaps in their numbers.
     pub(crate) lost_commands: u64,

@@ -1,4 +1,4 @@
-//! What is measured of a simulated hand in a closed loop: whether contact lies still in it, and the
+//! Measurements of a simulated hand in a closed loop: whether contact is at rest in it, and the
 //! energy it is given.
 
 use glam::DVec3;
@@ -9,7 +9,7 @@ use palpus_device::{DeviceState, SimulationSettings};
 /// s: the loop's, nominally.
 pub(crate) const TICK: f64 = 1e-3;
 
-/// What the simulated device bears.
+/// Limits of the simulated device.
 pub(crate) fn limits() -> Limits {
     let spec = SimulationSettings::default().spec;
     Limits { force: spec.force_max, torque: spec.torque_max }

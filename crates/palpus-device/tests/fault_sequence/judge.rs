@@ -1,4 +1,4 @@
-//! What must hold of every tick, as the page on top of `faults.rs` lists it.
+//! Conditions for every tick, as listed on top of `faults.rs`.
 
 use palpus::algebra::{Twist, Wrench};
 use palpus_device::{Cut, Fault, Phase, Rearm, RunStatistics, ServoTick};

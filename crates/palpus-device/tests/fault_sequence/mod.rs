@@ -19,10 +19,10 @@ use palpus_device::{
 
 use palpus::algebra::Random;
 
-/// Of each sequence.
+/// Ticks of each sequence.
 const TICKS: u64 = 600;
 
-/// A sequence of faults, and what is to be known to judge what came of it.
+/// A sequence of faults, and the facts needed to judge its result.
 pub(crate) struct Sequence {
     pub(crate) seed: u64,
     pub(crate) rate_hz: f64,
@@ -94,12 +94,12 @@ impl Sequence {
         let mut ticks = Vec::new();
         let mut motion = Vec::new();
         let mut servo = Servo::new(self.options).expect("options in range");
-        let reins = servo.reins();
+        let control = servo.control();
         let mut observer = |tick: &ServoTick, (): &()| {
             ticks.push(*tick);
             motion.push(moves.get());
             if self.ends_at == Some(tick.index) {
-                reins.end();
+                control.end();
             }
         };
         let step = script.step(wall(self.seed));
@@ -108,7 +108,7 @@ impl Sequence {
     }
 }
 
-/// What came of a sequence.
+/// Result of a sequence.
 pub(crate) struct Ran {
     pub(crate) ticks: Vec<ServoTick>,
     /// How the grip truly moved at each of them.
@@ -155,7 +155,7 @@ fn fault(random: &mut Random, limits: &SafetyLimits, rate_hz: f64) -> Fault {
     }
 }
 
-/// What a device may say of itself, true or not.
+/// A spec that a device may state, true or not.
 fn claim(random: &mut Random, honest: &DeviceSpec) -> DeviceSpec {
     let lie = |random: &mut Random| [f64::INFINITY, f64::NAN, -5.0, 1e9, 0.0][random.below(5)];
     let mut spec = honest.clone();

@@ -125,7 +125,7 @@ impl Dhd {
         unsafe { (self.has_active_wrist)(id as c_char) != 0 }
     }
 
-    /// Whether it senses the rotation, when the library can say.
+    /// Returns whether it senses the rotation, if the library knows.
     pub(crate) fn has_wrist(&self, id: i8) -> Option<bool> {
         // SAFETY: by value.
         self.has_wrist.map(|has| unsafe { has(id as c_char) != 0 })
@@ -176,8 +176,8 @@ impl Dhd {
         self.buttons.map_or(0, |function| unsafe { function(id as c_char) })
     }
 
-    /// The device takes its forces away by itself when it has not been told any for so many times
-    /// 125 µs. True when it will.
+    /// The device takes its forces away by itself after so many times 125 µs without a command.
+    /// True if it will.
     pub(crate) fn set_watchdog(&self, steps: u8, id: i8) -> bool {
         let Some(set) = self.watchdog else { return false };
         // SAFETY: by value.
@@ -210,8 +210,7 @@ impl Dhd {
         self.rate.map(|function| unsafe { function(id as c_char) })
     }
 
-    /// The library itself gives no more than this, N and N·m, whatever it is told. True when it
-    /// will for the force.
+    /// Limits the library itself to these values, N and N·m. True if it accepts the force.
     pub(crate) fn set_most(&self, force: f64, torque: f64, id: i8) -> bool {
         let set = |most: Option<unsafe extern "C" fn(f64, c_char) -> c_int>, value: f64| {
             // SAFETY: by value.

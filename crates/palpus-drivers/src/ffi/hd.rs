@@ -1,8 +1,8 @@
 //! The functions of 3D Systems' HDAPI that are called, and the thread of its that calls back.
 //!
-//! The library runs its own thread a thousand times a second. What it calls there is
-//! [`Servant::serve`], behind a function that catches every panic: to unwind into C would end the
-//! process with the force on.
+//! The library runs its own thread a thousand times a second. It calls [`Servant::serve`] there,
+//! behind a function that catches every panic: to unwind into C would end the process with the
+//! force on.
 
 use std::ffi::{CString, c_char, c_int, c_uint, c_ulong, c_ushort, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -101,8 +101,8 @@ impl Hd {
         self.start as usize
     }
 
-    /// The device of this name, or the one that the library takes without a name; `None` when there
-    /// is none.
+    /// Opens the device of this name, or the library's default without a name; `None` without a
+    /// device.
     pub(crate) fn init_device(&self, name: Option<&str>) -> Option<u32> {
         let name = name.map(CString::new).transpose().ok()?;
         let pointer = name.as_ref().map_or(std::ptr::null(), |name| name.as_ptr());
@@ -225,7 +225,7 @@ impl<S: Servant> Scheduled<S> {
     pub(crate) fn new(api: Arc<Hd>, servant: S) -> Self {
         let servant = Box::into_raw(Box::new(servant));
         // SAFETY: the function is of the type that the library calls, and the servant lives until
-        // `dismiss`, or for ever.
+        // `dismiss`, or until the process ends.
         let handle = unsafe { (api.schedule)(turn::<S>, servant.cast(), HIGHEST_PRIORITY) };
         Self { api, handle, servant }
     }

@@ -2,8 +2,8 @@
 //!
 //! A library is opened, every function that is needed is looked up once, and each of them gets a
 //! safe method that says in its `SAFETY` line why the call is sound. Declarations are written by
-//! hand after the makers' published manuals; none of their files is used. What comes back is judged
-//! outside of here.
+//! hand after the makers' published manuals; none of their files is used. Results are judged by the
+//! callers.
 
 pub(crate) mod dhd;
 pub(crate) mod hd;

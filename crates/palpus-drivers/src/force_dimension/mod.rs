@@ -11,10 +11,9 @@
 //! 4. The brake switches the motors off, which short-circuits them: they damp. It never waits for a
 //!    call that hangs; there the device's watchdog takes its part.
 //! 5. The force is switched on from here only after this program, or the device's watchdog, has
-//!    switched it off. Whatever else did, the button on the device above all, stays as it is:
-//!    before each switching on, the status says what the cause was. The switch is watched, and
-//!    while it is off the state is withheld, so that the loop returns from zero when it is on
-//!    again.
+//!    switched it off. If another cause did, the button on the device above all, it stays off:
+//!    before each switching on, the status names the cause. The switch is watched, and while it is
+//!    off the state is withheld, so that the loop returns from zero when it is on again.
 //! 6. The library gets the largest force and torque, and gives no more.
 //! 7. Whatever ends it, the last wrench is zero and the force is off.
 
@@ -37,8 +36,8 @@ use crate::ffi::dhd::Dhd;
 use crate::library::{Known, Place};
 use switch::{Shared, State, Switched, cause, status};
 
-/// Of the device itself: longer than the loop's own watchdog waits at 12 N, so that it is the
-/// second to bite.
+/// Time of the device's own watchdog: longer than the loop's own watchdog waits at 12 N, so that it
+/// is the second to act.
 const WATCHDOG: Duration = Duration::from_millis(20);
 /// In the device's steps of 125 µs.
 const WATCHDOG_STEPS: u8 = 160;

@@ -66,8 +66,8 @@ impl Shared {
         self.line.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Switches the force on if it is off and nobody else wants it so; called by whoever holds the
-    /// line.
+    /// Switches the force on if it is off and no other part wants it off; called by the holder of
+    /// the line.
     pub(super) fn switch_on(&self) -> Switched {
         if let Some(words) = self.api.status(self.id) {
             if words[status::FORCE] != 0 {
@@ -91,7 +91,8 @@ impl Shared {
         let _ = self.api.enable_force(false, self.id);
     }
 
-    /// What a brake could not do during a call; called at its end, by whoever holds the line.
+    /// Applies a brake that came during a call; called at the call's end, by the holder of the
+    /// line.
     pub(super) fn brake_late(&self) {
         if self.late_brake.swap(false, Ordering::AcqRel) {
             self.switch_off();

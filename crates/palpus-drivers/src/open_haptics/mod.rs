@@ -6,7 +6,7 @@
 //!
 //! 1. Opened by name: without one, which some drivers refuse, then by the two names that installers
 //!    give.
-//! 2. Limits are the smaller of what the device says and what is known of its model. It states
+//! 2. Limits are the smaller of the device's own values and those known of its model. It states
 //!    forces in N, torques in mN·m, lengths in mm.
 //! 3. A wrench that is older than a few milliseconds is not held: the thread gives zero, the state
 //!    is withheld, and the loop returns from zero.
@@ -17,9 +17,9 @@
 //!    of force, of the change of force and of velocity. A calibration that is not up to date is
 //!    updated, or the device is refused.
 //!
-//! HDAPI has one scheduler for a process, and devices want to be opened before it starts. Where one
-//! is open already, the scheduler stands still while another one is opened or closed, and so nobody
-//! gives a force; each device has its own place in it.
+//! HDAPI has one scheduler for a process, and devices must be opened before it starts. If one is
+//! open already, the scheduler pauses while another one is opened or closed, and no device gives a
+//! force meanwhile; each device has its own place in it.
 
 mod errors;
 mod model;
@@ -66,8 +66,8 @@ mod number {
     ];
     pub(super) const CALIBRATED: u32 = 0x5000;
     pub(super) const NEEDS_CALIBRATION: u32 = 0x5001;
-    /// Styles of calibration that need nobody to hold the arm in a certain way, the best first: by
-    /// itself, and in the inkwell.
+    /// Styles of calibration that do not need a person to hold the arm in a certain way, the best
+    /// first: by itself, and in the inkwell.
     pub(super) const CALIBRATES_ITSELF: [u32; 2] = [2, 4];
 }
 
@@ -308,8 +308,8 @@ impl Drop for OpenHaptics {
     }
 }
 
-/// HDAPI's scheduler standing still, and nobody else at it; goes on when this ends, if there is a
-/// device to call.
+/// HDAPI's scheduler paused, with exclusive access; goes on when this ends, if there is a device to
+/// call.
 struct Standing {
     api: Arc<Hd>,
     called: MutexGuard<'static, Called>,

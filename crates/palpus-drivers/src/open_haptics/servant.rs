@@ -8,10 +8,10 @@
 //!    is zero.
 //! 5. Publish the state.
 //!
-//! **Gaps.** Wherever zero is given in place of a wrench, or the driver gives none because of its
-//! own limits, the loop goes on from a wrench that the hand does not feel. Each such gap is
-//! numbered and told to the loop (its next state is withheld), and no wrench is given that was
-//! computed before that: from there on the loop returns from zero.
+//! **Gaps.** If zero is given in place of a wrench, or the driver gives none because of its own
+//! limits, the loop goes on from a wrench that the hand does not feel. Each such gap is numbered
+//! and reported to the loop (its next state is withheld). No wrench is given that was computed
+//! before that: from there on the loop returns from zero.
 //!
 //! Asked to end, it writes zero and is called no more. It never waits and never allocates.
 

@@ -38,7 +38,7 @@ pub extern "C" fn dhdClose(id: c_char) -> c_int {
 
 #[unsafe(no_mangle)]
 pub extern "C" fn dhdErrorGetLastStr() -> *const c_char {
-    c"the stand-in was told to fail".as_ptr()
+    c"the stand-in fails on request".as_ptr()
 }
 
 #[unsafe(no_mangle)]
@@ -58,7 +58,7 @@ pub extern "C" fn dhdEnableForce(on: c_uchar, id: c_char) -> c_int {
         return -1;
     }
     if get(SWITCHED_OFF) > 0.0 {
-        // Whoever did it is forgotten.
+        // The cause is forgotten.
         count(OVERRIDDEN);
         set(SWITCHED_OFF, 0.0);
     }

@@ -6,9 +6,9 @@
 //! 2. Batches of pieces, of inner hulls, of nodes of the tree; all hands can read at once, each a
 //!    batch.
 //!
-//! Of a solid polytope stand its vertices, then face by face the corners: the vertex, and whether
-//! the edge from there was met in a face before, and then which it is (edges are numbered as they
-//! are met); then the planes and the bulge.
+//! A solid polytope is stored as its vertices, then face by face the corners: the vertex,
+//! and whether the edge from there was met in a face before, and then which it is (edges are
+//! numbered as they are met); then the planes and the bulge.
 
 use std::collections::HashMap;
 use std::io;
@@ -71,8 +71,8 @@ enum Batch {
 
 /// The parts that [`encode`] wrote; `None` for any other bytes.
 ///
-/// `with_batch` gives the bytes of a batch to be read, and answers what was made of them, or why
-/// there are none.
+/// `with_batch` gives the bytes of a batch to be read, and returns the result or the reason for a
+/// failure.
 pub(super) fn decode<E: Send + Sync>(
     batches: usize,
     with_batch: impl Fn(usize, &mut dyn FnMut(&[u8])) -> Result<(), E> + Sync,

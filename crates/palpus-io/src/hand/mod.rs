@@ -1,21 +1,21 @@
 //! Files that a hand follows.
 //!
-//! | file | columns | times | lengths |
-//! |---|---|---|---|
-//! | poses | `tx,ty,tz,qx,qy,qz,qw`, as for `palpus query` | none: half a second from one to the next | the scene's unit |
-//! | a recorded hand, CSV with a header | a time, a position, a quaternion, by name; others are ignored | s | m, or as the names say (`px_mm`) |
-//! | a recorded hand, as TUM's RGB-D benchmark writes it | `timestamp tx ty tz qx qy qz qw`, blanks between, no header, `#` before remarks | s | m |
+//! * Poses: columns `tx,ty,tz,qx,qy,qz,qw`, as for `palpus query`; half a second from one to the
+//!   next; lengths in the scene's unit.
+//! * A recorded hand, CSV with a header: a time (s), a position and a quaternion, by name; other
+//!   columns are ignored. Lengths in m, or as the names say (`px_mm`).
+//! * A recorded hand, as TUM's RGB-D benchmark writes it: `timestamp tx ty tz qx qy qz qw` (s, m),
+//!   blanks between, no header, `#` before remarks.
 //!
-//! Of a CSV file the header decides: one with a time is a recorded hand. Names that are known: time
-//! `t`, `t_s`, `time`, `time_s`, `timestamp`, `t_ms`, `time_ns` and the like; position `tx`, `px`,
-//! `x`, `pos_x`, `position_x`, each also with `_m`, `_cm` or `_mm` behind it; quaternion `qx`,
-//! `qy`, `qz`, `qw`, in any order.
+//! For a CSV file the header decides: one with a time is a recorded hand. Known names: time `t`,
+//! `t_s`, `time`, `time_s`, `timestamp`, `t_ms`, `time_ns` and the like; position `tx`, `px`, `x`,
+//! `pos_x`, `position_x`, each also with `_m`, `_cm` or `_mm` behind it; quaternion `qx`, `qy`,
+//! `qz`, `qw`, in any order.
 //!
 //! 1. Times are counted from the first sample. They must not run backwards; of samples at the same
 //!    time the first counts.
 //! 2. Quaternions must be of unit length within 1e-3 and are normalised.
-//! 3. Files of more than 256 MB or 4 million samples are refused, so that nobody's file takes all
-//!    memory.
+//! 3. Files of more than 256 MB or 4 million samples are refused, so that no file takes all memory.
 
 mod columns;
 mod read;

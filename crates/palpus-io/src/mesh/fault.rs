@@ -5,8 +5,8 @@ use std::io;
 
 /// Why a mesh file was not read.
 ///
-/// Shows as
-/// `cup.obj, line 12: coordinate "nan" is not a finite number; repair the vertex or export the mesh again`.
+/// Shows as `cup.obj, line 12: coordinate "nan" is not a finite number; repair the vertex` and so
+/// on.
 #[derive(Debug, thiserror::Error)]
 #[error("{file}{place}: {problem}")]
 pub struct MeshFileError {
@@ -25,7 +25,7 @@ pub enum Place {
     File,
     /// A line of a text file, counted from 1.
     Line(u64),
-    /// An element of a binary file: what it is (`triangle`, `vertex`, `accessor`, …) and its index,
+    /// An element of a binary file: its kind (`triangle`, `vertex`, `accessor`, …) and its index,
     /// counted from 0.
     Element(&'static str, u64),
     /// An element within an element, both as in [`Place::Element`].

@@ -1,10 +1,9 @@
 //! Recordings of runs: tables that other programs open, and from which a run can be repeated bit
 //! for bit.
 //!
-//! What a recording holds, whatever its format: a header ([`RecordingHeader`]: what was run, on
-//! what, how), one row a tick ([`RecordRow`], [`column_names`]), and the changes of the engine's
-//! settings between ticks ([`Recording::changes`]). Three formats hold it, to the bit
-//! ([`RecordingFormat`]):
+//! Content of a recording in any format: a header ([`RecordingHeader`]: program, scene, settings),
+//! one row a tick ([`RecordRow`], [`column_names`]), and the changes of the engine's settings
+//! between ticks ([`Recording::changes`]). Three formats hold it, to the bit ([`RecordingFormat`]):
 //!
 //! 1. CSV: the header in TOML, each line behind `# `; a line with the names of the columns; one
 //!    line a tick. A change of settings is a line `# change = { tick = N, settings = { … } }`
@@ -16,31 +15,32 @@
 //!
 //! | columns | meaning |
 //! |---|---|
-//! | `tick`, `time_ns`, `dt` | number of the tick; time since the first one; the step's length as the engine got it, s |
-//! | `device_tx` … `device_qw` | pose of the device, which is the grip's, in the world as the engine got it, m and quaternion (x, y, z, w) |
+//! | `tick`, `time_ns`, `dt` | number; time since the first tick; length of the engine's step, s |
+//! | `device_tx` … `device_qw` | pose of the grip in the world, m and quaternion (x, y, z, w) |
 //! | `angular_x` … `linear_z` | its twist, rad/s and m/s |
 //! | `buttons` | its buttons, one bit each |
 //! | `torque_x` … `force_z` | the wrench sent to it, about the grip, N·m and N |
 //! | `contacts`, `clusters` | how many |
 //! | `separation` | least distance, or minus the greatest depth, m; `inf` when nothing is near |
-//! | `query_us`, `depth_us`, `force_us`, `total_us` | time of the stages, µs; `depth_us` may be empty (part of `query_us`) |
+//! | `query_us`, `force_us`, `total_us` | time of the stages, µs |
+//! | `depth_us` | the same; may be empty (then part of `query_us`) |
 //! | `saturated`, `faults` | 0 or 1; the safety chain's faults, one bit each |
-//! | `tool_tx` … `tool_qw` | pose of the probe's mesh in the world where the engine rendered it, m and quaternion |
+//! | `tool_tx` … `tool_qw` | pose of the rendered probe's mesh in the world, m and quaternion |
 //! | `utc_ns` … `raw_linear_z` | what the loop knew of the tick: see [`ServoRecord`] |
 //!
-//! **Formats.** Format 2 ends with `tool_qw`. Format 1 ends with `faults`, and its device pose is
-//! that of the origin of the probe's mesh instead of the grip
+//! **Formats.** Format 2 ends with `tool_qw`. Format 1 ends with `faults`, and its device pose
+//! is that of the origin of the probe's mesh instead of the grip
 //! ([`RecordingHeader::has_grip_poses`]). Both are read, and written again in their own format.
 //!
 //! A program that is killed loses what [`RecordingWriter`] has not handed over: less than a second.
-//! What it leaves behind is whole up to there in every format; a piece that was being written at
-//! that very moment is left out, with a notice.
+//! The file of an interrupted run is whole up to there in every format; a piece that was being
+//! written at that very moment is left out, with a notice.
 //!
-//! Recordings may come from strangers. No reader panics, and memory stays within a small multiple
-//! of the file's size: nothing is compressed (a file that is, is refused), no length in a file is
-//! trusted before its bytes are there, no bytes are read twice, and nesting is bounded (TOML's by
-//! its parser, Thrift's by ours). The crates `parquet` and `mcap` panic or reserve gigabytes on
-//! damaged files: docs/dependencies.md has the comparison.
+//! Recordings may come from strangers. No reader panics, and memory stays within a small
+//! multiple of the file's size: nothing is compressed (a file that is, is refused), no length in a
+//! file is trusted before its bytes are there, no bytes are read twice, and nesting is bounded
+//! (TOML's by its parser, Thrift's by ours). The crates `parquet` and `mcap` panic or reserve
+//! gigabytes on damaged files: docs/dependencies.md has the comparison.
 
 mod change;
 mod columns;
@@ -65,7 +65,7 @@ pub const FORMAT: u32 = 3;
 
 /// Bytes for a place in a file.
 struct Piece {
-    /// Where the bytes go in the file; they overwrite what is there.
+    /// Place of the bytes in the file; they overwrite the old ones.
     at: u64,
     bytes: Vec<u8>,
 }

@@ -73,8 +73,8 @@ enum Encoder {
 
 impl RecordingWriter<File> {
     /// Creates a file for a recording in the format that its name asks for, and writes the header.
-    /// Fails if there is such a file already (a recording is never written over), and with errors
-    /// of the file, a name that asks for no format, or a header that TOML cannot hold.
+    /// Fails if there is such a file already (a recording is never written over), and with
+    /// errors of the file, a name that asks for no format, or a header that TOML cannot hold.
     pub fn create(path: &Path, header: &RecordingHeader) -> io::Result<Self> {
         let format = RecordingFormat::of_name(path).ok_or_else(|| {
             io::Error::new(
@@ -103,14 +103,14 @@ impl<W: Write + Seek> RecordingWriter<W> {
         Ok(writer)
     }
 
-    /// The engine was told other settings between two ticks: those from tick `tick` on are stepped
-    /// with them. Written with the next row from there on, and not at all when none follows; of
-    /// several before the same tick, only the last.
+    /// Notes other settings of the engine from tick `tick` on. They are written with the next row
+    /// from there on, or not at all without such a row; of several before the same tick, only the
+    /// last.
     pub fn change(&mut self, tick: u64, settings: &Settings) {
         self.pending.add(tick, settings);
     }
 
-    /// Takes one tick, and hands over what has gathered when it is time to.
+    /// Takes one tick, and writes the gathered rows when it is time to.
     pub fn write(&mut self, row: &RecordRow) -> io::Result<()> {
         for (tick, settings) in self.pending.before(row.tick) {
             let text = change::write(tick, &settings)?;
@@ -136,7 +136,7 @@ impl<W: Write + Seek> RecordingWriter<W> {
         if due { self.flush() } else { Ok(()) }
     }
 
-    /// Hands over what has gathered, in one piece after which the file is whole.
+    /// Writes the gathered rows, in one piece after which the file is whole.
     pub fn flush(&mut self) -> io::Result<()> {
         let Piece { at, bytes } = match &mut self.encoder {
             Encoder::Csv(writer) => writer.flush(),

@@ -1,4 +1,4 @@
-//! What a scene leaves open of a coupling, from the device's limits and the loop's period.
+//! Default values of a scene's coupling, from the device's limits and the loop's period.
 
 use palpus::render::{Saturation, Settings, VirtualCoupling};
 
@@ -12,7 +12,7 @@ impl SceneCoupling {
         let mut settings = *render;
         let limits = settings.limits;
         if limits.torque <= 0.0 {
-            // A torque that nobody can feel is shown, and not missed every tick.
+            // A device without torque would saturate in every tick; show the torque instead.
             settings.saturation = Saturation::UnderActuated;
         }
         if self.mode == CouplingMode::Direct {

@@ -2,7 +2,7 @@
 //! two meshes may be left out.
 //!
 //! ```toml
-//! unit = "mm"               # of meshes and lengths: um, mm, cm, dm, m, km, inch, ft, or metres as a number
+//! unit = "mm"               # of meshes and lengths: um, mm, cm, dm, m, km, inch, ft, or in m
 //! gravity = [0, 0, -9.81]   # m/s²; the default if there are free objects, else none
 //!
 //! [probe]                   # body a, held in the hand
@@ -23,14 +23,16 @@
 //! cluster_radius = 4.0      # else 4 mm; of linkage, and how far friction holds on
 //! clustering = "smooth"     # forces that never jump when contacts meet; or "linkage", the paper's
 //! split_angle = 130         # degrees, or false for no cut; of linkage
-//! stiffness = 800           # N/m, as felt; else coupled: the largest force at half the skin; direct: 800
+//! stiffness = 800           # N/m, as felt; else the largest force at half the skin; direct: 800
 //! damping = 0               # N·s/m
-//! friction = { static = 0.4, dynamic = 0.3, stiffness = 800 }   # else none; N/m, else the contact's
-//! material = "wood"         # rubber, wood, steel or { frequency = 90, decay = 80, gain = 15 } (Hz, 1/s, N·s/m); else none
+//! # else none; N/m, else the contact's stiffness
+//! friction = { static = 0.4, dynamic = 0.3, stiffness = 800 }
+//! # rubber, wood, steel, or { frequency, decay, gain } in Hz, 1/s, N·s/m; else none
+//! material = "wood"
 //! shading = true            # else false
 //! crease_angle = 40         # degrees: sharper edges stay sharp
 //! shading_limit = 45        # degrees: the farthest that shading turns a force
-//! time_budget = 300         # µs that a step should take, else 0.6 of the period; other contacts are extrapolated
+//! time_budget = 300         # µs that a step should take, else 0.6 of the period
 //!
 //! [coupling]
 //! mode = "coupled"          # or "direct"
@@ -44,7 +46,7 @@
 //! [device]
 //! force_limit = 8.5         # N
 //! torque_limit = 0.188      # N·m
-//! saturation = "separate"   # or "joint", or "under-actuated": forces only, for devices that drive three axes
+//! saturation = "separate"   # or "joint", or "under-actuated": forces only, for three driven axes
 //! rate = 1000               # Hz
 //!
 //! [hand]
@@ -91,7 +93,7 @@
 //! 2. An unknown key is an error that names the nearest valid one: a mistyped key that did nothing
 //!    would be felt, not seen.
 //! 3. Lengths are multiplied by the unit, degrees become radians. This is the only place where
-//!    units are converted; what comes out is SI, and meshes are to be multiplied by their
+//!    units are converted; results are SI, and meshes must be multiplied by their
 //!    [`SceneBody::metres_per_unit`].
 //! 4. Files that a scene names must lie in its folder or below, also behind symbolic links, unless
 //!    the caller says [`FilePolicy::Anywhere`]: a scene from elsewhere must not make the program

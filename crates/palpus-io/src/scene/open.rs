@@ -5,9 +5,9 @@
 //! 2. The world gets the environment, the objects in the file's order, and the tools.
 //! 3. Each tool's settings follow from its device's limits ([`super::SceneCoupling::settings`]).
 //!
-//! What the file leaves open ([`super::SceneGaps`]) has its default here. The program looks at the
-//! meshes and chooses a finer tolerance for small bodies, a free place above the environment, and a
-//! grip within the tool; a host that wants that sets these keys in the file.
+//! Keys that the file leaves open ([`super::SceneGaps`]) get their defaults here. The program looks
+//! at the meshes and chooses a finer tolerance for small bodies, a free place above the
+//! environment, and a grip within the tool; a host that wants these sets the keys in the file.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -28,7 +28,7 @@ pub struct SceneWorld {
     pub file: SceneFile,
     /// The probe, then the other tools in the file's order.
     pub tools: Vec<ToolId>,
-    /// Where each tool's mesh frame starts, world. A device's grip is at `pose.with_origin(grip_a)`
+    /// Start of each tool's mesh frame, world. A device's grip is at `pose.with_origin(grip_a)`
     /// with [`Settings::grip_a`] of the tool.
     pub starts: Vec<Pose>,
     /// The environment.
@@ -41,10 +41,10 @@ pub struct SceneWorld {
 /// Why a scene cannot be opened. Its text says which file, what is wrong and what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
-    /// Of the scene file.
+    /// The scene file is invalid.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// Of a mesh file.
+    /// A mesh file is invalid.
     #[error(transparent)]
     Mesh(#[from] MeshFileError),
     /// A mesh that no body can be made of.
@@ -52,7 +52,7 @@ pub enum OpenError {
     Body {
         /// The mesh file.
         file: PathBuf,
-        /// What is wrong with it.
+        /// The defect of the body.
         source: BodyError,
     },
     /// The settings that follow from the scene and the device's limits.

@@ -140,7 +140,8 @@ fn any_number_of_a_file_may_be_absurd() {
     let absurd =
         ["", "-1", "0", "255", "65536", "4294967295", "9223372036854775807", "18446744073709551615", "1e308", "99e999"];
     for (extension, bytes) in samples::all(&prism()) {
-        // Of GLB, the JSON keeps its length, so that the change is met behind the container.
+        // The JSON of GLB keeps its length, so that the reader meets the change behind the
+        // container.
         let glb = bytes.starts_with(b"glTF");
         for place in numbers(&bytes) {
             for number in absurd.map(str::as_bytes) {

@@ -143,8 +143,7 @@ pub(super) fn conveyor() -> Parts {
     }
 }
 
-/// A finger pushes a drawer, which nobody holds, into its frame from one end and out of it from the
-/// other.
+/// A finger pushes a free drawer into its frame from one end and out of it from the other.
 pub(super) fn drawer_slides() -> Parts {
     let fit = Fit::Drawer.usual().scene();
     let drawer = Arc::new(fit.probe);

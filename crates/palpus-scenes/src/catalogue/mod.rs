@@ -200,8 +200,7 @@ pub fn scene(name: &str) -> Option<Scene> {
     scenes().iter().chain(trials()).find(|entry| entry.name == name).map(SceneEntry::build)
 }
 
-/// What most scenes start from: hard and smooth to the hand at 1 kHz, on bodies of a few
-/// centimetres.
+/// Settings of most scenes: hard and smooth to the hand at 1 kHz, on bodies of a few centimetres.
 const USUAL: ContactSettings = ContactSettings {
     tolerance: 1e-3,
     cluster_radius: 4e-3,

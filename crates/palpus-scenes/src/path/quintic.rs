@@ -19,8 +19,8 @@ pub(super) struct Quintic<V> {
 }
 
 impl<V: Copy + Add<Output = V> + Sub<Output = V> + Mul<f64, Output = V>> Quintic<V> {
-    /// The only quintic that goes from `start` to `end` in `span` seconds, which is also the motion
-    /// of least jerk.
+    /// The only quintic that goes from `start` to `end` in `span` seconds, which is also the
+    /// motion of least jerk.
     pub(super) fn between(start: Reach<V>, end: Reach<V>, span: f64) -> Self {
         // In the unit of time in which the span is 1.
         let c1 = start.velocity * span;

@@ -4,8 +4,8 @@
 //!    have gaps. Where samples are dense they are averaged over 15 ms to each side, by a triangle,
 //!    and a key is set every 10 ms: a movement of 12 Hz, the fastest of a hand, keeps nine tenths
 //!    of its size, and what the recorder added goes. Where samples are sparse they are the keys.
-//! 2. In a gap nobody knows what the hand did. It comes to rest, moves over and sets out again with
-//!    the speed that it had after the gap.
+//! 2. In a gap the motion of the hand is unknown. It comes to rest, moves over and sets out again
+//!    with the speed that it had after the gap.
 //! 3. At the ends it sets out from rest and comes to rest, within 0.3 s.
 //! 4. Between keys the path is that of [`HandPath`]: position, velocity and acceleration have no
 //!    steps.

@@ -9,8 +9,8 @@ use palpus::body::PolygonSoup;
 use super::skin::{Skin, circle};
 use super::torus::{TORUS_MAJOR_RADIUS, TORUS_MINOR_RADIUS};
 
-/// Scanners see each point a little too high or too low: by up to this share of an edge here, so
-/// that roughly every second edge is reflex and no smooth part becomes one large convex piece.
+/// Scanners see each point a little too high or too low: by up to this share of an edge here,
+/// so that roughly every second edge is reflex and no smooth part becomes one large convex piece.
 const ROUGHNESS: f64 = 0.1;
 /// Triangles are about equilateral when the long way round has this many times the points of the
 /// short one.

@@ -12,8 +12,8 @@ use super::skin::Skin;
 pub const SPOON_TIP: DVec3 = DVec3::new(0.070, 0.0, -0.0066);
 
 /// One cross-section, in mm: where it stands along x, half its width, the height of its edges, how
-/// far the middle of the upper side rises over its edges (negative: a cavity), how far the middle
-/// of the lower side hangs under its edges, and the thickness at the edges.
+/// far the middle of the upper side rises over its edges (negative: a cavity), how far the
+/// middle of the lower side hangs under its edges, and the thickness at the edges.
 struct Section(f64, f64, f64, f64, f64, f64);
 
 const SECTIONS: [Section; 14] = [

@@ -34,8 +34,8 @@ const FALL: f64 = 0.01;
 /// Relative to the depth along the push: the point of the surface under which it began is the
 /// nearest one.
 const OWN: f64 = 0.98;
-/// Relative to the body's size: what is thinner is not pushed into, and what is nearer to the
-/// surface not measured.
+/// Relative to the body's size: thinner parts are not pushed into, and parts nearer to the surface
+/// are not measured.
 const THINNEST: f64 = 1e-4;
 
 /// One push.

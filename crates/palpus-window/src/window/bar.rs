@@ -26,7 +26,7 @@ const VIEWS: [(View, &str); 6] = [
     (View::Bottom, "bottom (6)"),
 ];
 
-/// What the bar shows as it is.
+/// State that the bar shows.
 pub(super) struct Bar<'a> {
     pub(super) run: &'a dyn Run,
     pub(super) style: &'a mut Style,
@@ -37,7 +37,7 @@ pub(super) struct Bar<'a> {
 }
 
 impl Bar<'_> {
-    /// What its buttons ask for is added to `actions`.
+    /// Draws the bar; its buttons add to `actions`.
     pub(super) fn show(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {
         ui.horizontal_centered(|ui| {
             let text = ui.visuals().text_color();
@@ -85,7 +85,7 @@ impl Bar<'_> {
         });
     }
 
-    /// What is seen, and from where.
+    /// Draws the controls of the view.
     fn view(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {
         for (words, shown) in [
             ("contacts (C)", &mut self.style.contacts),

@@ -1,9 +1,9 @@
 //! Work behind a window, on a thread of its own: the newest question is answered, older ones are
 //! dropped.
 //!
-//! The window asks, in any frame, and looks whether there is an answer; it never waits. A question
-//! that is asked while another is worked on makes that one *superseded*, and long work looks now
-//! and then whether it is.
+//! The window asks, in any frame, and looks whether there is an answer; it never waits. A
+//! question that is asked while another is worked on makes that one *superseded*; long work checks
+//! for this now and then.
 
 use std::sync::{Arc, Condvar, Mutex};
 use std::thread::JoinHandle;
@@ -14,7 +14,7 @@ pub(super) struct Behind<Q, A> {
     thread: Option<JoinHandle<()>>,
 }
 
-/// What the window and the thread share.
+/// State shared by window and thread.
 pub(super) struct Desk<Q, A> {
     slots: Mutex<Slots<Q, A>>,
     asked: Condvar,

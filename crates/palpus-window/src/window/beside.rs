@@ -16,9 +16,9 @@ use crate::style::Style;
 const LETTERS: f32 = 15.0;
 const MARGIN: f32 = 12.0;
 
-/// What is compared.
+/// A comparison.
 pub(super) struct Beside {
-    /// What is felt, and what it is compared with.
+    /// Names of the felt and the compared settings.
     pub(super) names: [&'static str; 2],
     /// As it would be by the other settings.
     pub(super) scene: Scene,
@@ -28,7 +28,7 @@ impl Beside {
     /// Begins to compare with `settings`.
     ///
     /// # Errors
-    /// What the run says against it.
+    /// Fails with the run's objection.
     pub(super) fn begin(
         names: [&'static str; 2],
         settings: &Settings,

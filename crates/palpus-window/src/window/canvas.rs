@@ -1,4 +1,4 @@
-//! Where bodies are drawn before they come to the window: a picture of its own with several samples
+//! The picture that bodies are drawn into before it is copied to the window, with several samples
 //! in each pixel, so that edges are smooth.
 //!
 //! Several samples cost an adapter little, and a processor much. So a canvas begins with
@@ -33,7 +33,7 @@ pub(super) struct Canvas {
 struct Target {
     size: [i32; 2],
     samples: i32,
-    /// What is drawn into: several samples in each pixel.
+    /// Frame buffer with several samples in each pixel.
     drawn: glow::Framebuffer,
     buffers: [glow::Renderbuffer; 2],
     /// The same with one.
@@ -43,7 +43,7 @@ struct Target {
 
 impl Canvas {
     /// # Errors
-    /// What the graphics library says.
+    /// Fails with the message of the graphics library.
     ///
     /// # Safety
     /// The context is current.
@@ -64,14 +64,14 @@ impl Canvas {
 
     /// Has `draw` fill a canvas of `size` pixels, and lays that over what is in the window's
     /// `viewport`. With one sample, or without a canvas of that size, `draw` draws into the window.
-    /// It is told from which pixel (from the left, from below) on.
+    /// Its argument is the first pixel (from the left, from below).
     ///
     /// # Safety
     /// The context is current.
     pub(super) unsafe fn show(&mut self, gl: &glow::Context, viewport: [i32; 4], draw: impl FnOnce([i32; 2])) {
         self.count();
         let [left, below, width, height] = viewport;
-        // SAFETY: the caller's; what is bound here is unbound before the end.
+        // SAFETY: the caller's; all bindings are undone before the end.
         unsafe {
             self.fit(gl, [width, height]);
             let Some(target) = &self.target else { return draw([left, below]) };

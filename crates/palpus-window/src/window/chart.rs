@@ -1,4 +1,4 @@
-//! Which charts there are: what they are called, their curves, and how their values are told.
+//! The charts: their names, their curves, and the texts of their values.
 
 use glam::DVec3;
 
@@ -6,7 +6,7 @@ use super::run::{ComparedTick, SeenTick};
 use crate::picture::Rgb;
 use crate::style::Colours;
 
-/// What of force and torque is shown.
+/// Selects what is shown of force and torque.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Kind {
     /// How large they are.
@@ -43,7 +43,7 @@ impl Series {
     }
 }
 
-/// How the value of a chart is told, of a tick and the same by other settings.
+/// Text of a chart's value, for a tick and for the same by other settings.
 type Said = fn(Option<&SeenTick>, Option<&ComparedTick>) -> String;
 
 /// One chart.
@@ -63,7 +63,7 @@ pub(super) struct Chart {
 const MILLI: f64 = 1e3;
 const MICRO: f64 = 1e6;
 
-/// All of them. `names`: what is felt, and what it is compared with, if it is.
+/// Returns all charts. `names`: of the felt and the compared settings, if a comparison runs.
 pub(super) fn charts(kind: Kind, colours: &Colours, names: Option<[&str; 2]>) -> Vec<Chart> {
     let is_spectrum = kind == Kind::Spectrum;
     let vector = |title: &str, rgb: Rgb, size: [Series; 2], parts: [Series; 3], said: Said, least: [f64; 2]| {
@@ -81,7 +81,7 @@ pub(super) fn charts(kind: Kind, colours: &Colours, names: Option<[&str; 2]>) ->
             chart.series.extend(parts);
         } else {
             let [felt, compared] = size;
-            // What is felt is drawn over what it is compared with.
+            // The felt curve is drawn over the compared one.
             if let Some([own, other]) = names {
                 chart.names.push((own.to_owned(), felt.colour()));
                 chart.names.push((other.to_owned(), compared.colour()));

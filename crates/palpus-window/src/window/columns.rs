@@ -1,7 +1,7 @@
 //! Many values in few columns of pixels: each column shows the least and the largest of its values,
 //! so that no peak is lost however many there are.
 
-/// What a column shows: its least and its largest value; `None` where there is nothing yet.
+/// Least and largest value in a column; `None` if it has no value yet.
 pub(super) type Column = Option<[f64; 2]>;
 
 /// Puts `values`, each with its place from 0 (left) to 1 (right), in rising order, into `width`

@@ -29,7 +29,7 @@ pub(super) fn draw(ui: &Ui, area: &Area, camera: &Camera, scene: &Scene, style: 
     let [right, up, back] = camera.axes();
     let mut axes =
         [("x", DVec3::X), ("y", DVec3::Y), ("z", DVec3::Z)].into_iter().zip(colours.axes).collect::<Vec<_>>();
-    // Those that point away come first, so that the others cover them.
+    // Axes that point away come first, so that the others cover them.
     axes.sort_by(|((_, one), _), ((_, other), _)| one.dot(back).total_cmp(&other.dot(back)));
     for ((name, axis), rgb) in axes {
         let way = vec2(axis.dot(right) as f32, -axis.dot(up) as f32) * AXIS;

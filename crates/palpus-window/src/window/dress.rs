@@ -15,7 +15,7 @@ use crate::style::Theme;
 const SMALL: f32 = 13.0;
 const BODY: f32 = 15.5;
 const HEADING: f32 = 18.0;
-/// What is read from afar.
+/// Size of text that is read from afar.
 const LARGE: f32 = 27.0;
 const ROUND: u8 = 5;
 
@@ -86,7 +86,7 @@ pub(super) fn dress(context: &Context, theme: Theme) {
             spacing.interact_size = egui::vec2(40.0, 24.0);
             spacing.slider_rail_height = 5.0;
             spacing.window_margin = Margin::same(16);
-            // Of menus, and of dialogs too.
+            // Margins of menus and dialogs.
             spacing.menu_margin = Margin::same(14);
             spacing.icon_width = 17.0;
             spacing.icon_width_inner = 10.0;
@@ -118,7 +118,7 @@ fn dyed(mut visuals: Visuals, cloth: &Cloth) -> Visuals {
         (&mut widgets.noninteractive, cloth.panel, cloth.line),
         (&mut widgets.inactive, cloth.control, cloth.control),
         (&mut widgets.hovered, cloth.hovered, cloth.faint),
-        // Pressed, or reached by Tab: which is to be seen.
+        // Pressed, or reached by Tab, which must be visible.
         (&mut widgets.active, cloth.pressed, cloth.accent),
         (&mut widgets.open, cloth.pressed, cloth.line),
     ] {
@@ -133,7 +133,7 @@ fn dyed(mut visuals: Visuals, cloth: &Cloth) -> Visuals {
     visuals
 }
 
-/// What is read from afar.
+/// Text that is read from afar.
 pub(super) fn large(text: impl Into<String>) -> RichText {
     RichText::new(text).size(LARGE)
 }
@@ -143,7 +143,7 @@ pub(super) fn large_font() -> FontId {
     FontId::new(LARGE, FontFamily::Proportional)
 }
 
-/// What names something larger.
+/// Name of a larger item.
 pub(super) fn small(text: impl Into<String>) -> RichText {
     RichText::new(text).small().weak()
 }

@@ -1,4 +1,4 @@
-//! What is felt, and how it is changed: presets, switches and sliders.
+//! The settings of contact in the window: presets, switches and sliders.
 //!
 //! The panel shows the run's settings as they are and asks for others only when something was
 //! moved.
@@ -16,7 +16,7 @@ use super::run_keys::Action;
 
 /// Points.
 const SLIDER: f32 = 84.0;
-/// Where nobody says: degrees, and coefficients.
+/// Default crease angle, degrees, and default coefficients.
 const USUAL_CREASE: f64 = 40.0;
 const MOST_TURN: f64 = 45.0;
 const USUAL_FRICTION: (f64, f64) = (0.4, 0.3);
@@ -30,7 +30,7 @@ pub(super) struct Feel {
     fitting: Fitting,
     /// The setting that keys change.
     chosen: usize,
-    /// What to compare with, if that was chosen.
+    /// Settings to compare with, if any were kept.
     kept: Option<Settings>,
     /// Settings that were, the last of them last.
     before: Vec<(Settings, Instant)>,
@@ -43,8 +43,8 @@ impl Feel {
         Self { presets, fitting, chosen: 0, kept: None, before: Vec::new() }
     }
 
-    /// What `now` is compared with, and what both are called: what was kept, else the paper's way,
-    /// or palpus's own beside that.
+    /// Returns the settings that `now` is compared with, and the names of both: the kept settings,
+    /// else the paper's, or palpus's own beside those.
     pub(super) fn other(&self, now: &Settings) -> ([&'static str; 2], Settings) {
         let is_of =
             |preset: &Preset| Settings { limits: now.limits, capacity: now.capacity, ..preset.settings } == *now;
@@ -61,13 +61,13 @@ impl Feel {
         self.kept = Some(*now);
     }
 
-    /// Has the run go on with `wanted`, and remembers what there was.
+    /// Gives `wanted` to the run, and keeps the settings from before for undo.
     fn change(&mut self, run: &mut dyn Run, now: &Settings, wanted: &Settings) -> Result<(), String> {
         if wanted == now {
             return Ok(());
         }
         apply(run, now, wanted)?;
-        // What a slider does while it is dragged is one change.
+        // All changes by one drag of a slider are one change.
         let is_going_on = self.before.last().is_some_and(|(_, when)| when.elapsed() < ONE_CHANGE);
         match self.before.last_mut().filter(|_| is_going_on) {
             Some((_, when)) => *when = Instant::now(),
@@ -76,10 +76,10 @@ impl Feel {
         Ok(())
     }
 
-    /// What keys and buttons ask for.
+    /// Carries out an action of a key or a button.
     ///
     /// # Errors
-    /// What the run says against it.
+    /// Fails with the run's objection.
     pub(super) fn act(&mut self, action: Action, run: &mut dyn Run) -> Result<(), String> {
         let now = run.settings();
         let mut wanted = now;
@@ -146,7 +146,7 @@ impl Feel {
     /// The panel; what its buttons ask for is added to `actions`.
     ///
     /// # Errors
-    /// What the run says against a slider.
+    /// Fails with the run's objection to a slider.
     pub(super) fn show(&mut self, ui: &mut Ui, run: &mut dyn Run, actions: &mut Vec<Action>) -> Result<(), String> {
         let now = run.settings();
         let mut wanted = now;
@@ -214,6 +214,13 @@ impl Feel {
                     actions.push(action);
                 }
             }
+            if ui
+                .button("save scene")
+                .on_hover_text("the scene with these settings, as a file that runs (F2)")
+                .clicked()
+            {
+                actions.push(Action::Save);
+            }
             if ui.button("copy as TOML").on_hover_text("these settings, for a scene file").clicked() {
                 ui.ctx().copy_text(run.settings_as_toml());
             }
@@ -221,8 +228,8 @@ impl Feel {
         Ok(())
     }
 
-    /// What a quantity is without having been changed: of palpus's own settings, or of the paper's
-    /// where these are direct.
+    /// Default value of a quantity: of palpus's own settings, or of the paper's for direct
+    /// rendering.
     fn usual(&self, quantity: Quantity, now: &Settings) -> Option<f64> {
         let alike = |preset: &&Preset| preset.settings.coupling.is_some() == now.coupling.is_some();
         quantity.get(&self.presets.iter().find(alike)?.settings)

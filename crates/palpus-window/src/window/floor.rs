@@ -61,7 +61,7 @@ fn cast(painter: &Painter, shadow: &Shadow, colours: &Colours, seen: &impl Fn(DV
     painter.add(mesh);
 }
 
-/// Where points of the world are in the window.
+/// Projects points of the world into the window.
 fn seen(area: &Area, camera: &Camera) -> impl Fn(DVec3) -> Option<Pos2> {
     let ([right, up, back], eye, nearest) = (camera.axes(), camera.eye(), camera.nearest());
     let (middle, scale) = (area.rect.center(), area.size().1 / camera.metres_per_pixel(1.0, 1.0));

@@ -2,9 +2,9 @@
 //! to.
 //!
 //! 1. A body's triangles are uploaded once, each corner with its normal and the colour of its
-//!    piece; corners that agree in both are one, which a processor that draws works out once. Where
-//!    the sides of triangles are to be seen, they are uploaded again, each corner for itself, with
-//!    the side of the triangle that it is opposite to.
+//!    piece. Corners that agree in both are one corner, which a software renderer computes once. If
+//!    the sides of triangles are shown, they are uploaded again, each corner for itself, with the
+//!    side of the triangle that it is opposite to.
 //! 2. In each frame: opaque bodies; the inner, then the outer sides of translucent ones; marks,
 //!    first those parts that something hides, pale, then the others.
 //!
@@ -34,9 +34,9 @@ const CORNER: usize = 12;
 /// Libraries that draw with the processor, by what is in their names.
 const PROCESSORS: [&str; 3] = ["llvmpipe", "softpipe", "SwiftShader"];
 /// Triangles of a body that a processor draws; larger bodies are drawn coarser ([`Solid::coarse`]).
-const MOST_BY_PROCESSOR: usize = 30_000;
+const MOST_BY_PROCESSOR: usize = 18_000;
 
-/// What one frame shows of one body.
+/// Drawing of one body in a frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DrawnBody {
     /// Which of the solids.
@@ -47,7 +47,7 @@ pub(crate) struct DrawnBody {
     pub(crate) colour: Rgb,
     pub(crate) pieces: bool,
     pub(crate) wireframe: bool,
-    /// What it covers squarely and along, where it is translucent.
+    /// Opacity seen squarely and along the surface, if the body is translucent.
     pub(crate) glass: Option<(f64, f64)>,
     /// It is translucent only where it hides a probe.
     pub(crate) xray: bool,
@@ -75,7 +75,7 @@ enum BodyPart {
 pub(crate) struct Drawing {
     pub(crate) projection: DMat4,
     pub(crate) bodies: Vec<DrawnBody>,
-    /// Where bodies are seen through; pixels from the lower left corner.
+    /// Probes around which bodies are transparent; pixels from the lower left corner.
     pub(crate) xrays: Vec<XRay>,
     /// Corners of the marks, view's frame.
     pub(crate) marks: Vec<f32>,
@@ -120,7 +120,7 @@ pub(crate) fn projection(camera: &Camera, aspect: f64) -> DMat4 {
     )
 }
 
-/// What is farther than so many distances of the target is not seen.
+/// Far limit of the view, in distances of the target.
 const FARTHEST: f64 = 40.0;
 
 /// From the world to the view's frame.
@@ -193,7 +193,7 @@ pub(crate) struct Artist {
     marks: Held,
     /// None only while it is drawn on.
     canvas: Option<Canvas>,
-    /// What draws: its name.
+    /// Name of the renderer.
     pub(crate) renderer: String,
     /// It is the processor, which the loop needs.
     pub(crate) by_processor: bool,
@@ -214,7 +214,7 @@ impl Artist {
     /// Compiles the shaders and uploads the solids.
     ///
     /// # Errors
-    /// What the graphics library says.
+    /// Fails with the message of the graphics library.
     pub(crate) fn new(gl: &glow::Context, solids: &[Arc<Solid>], piece_lightness: f64) -> Result<Self, String> {
         // SAFETY: the context is current, as egui's creation of an app and its callbacks promise.
         unsafe {
@@ -252,7 +252,7 @@ impl Artist {
         self.canvas.as_ref().map_or(1, Canvas::samples)
     }
 
-    /// Of all bodies, as they are drawn.
+    /// Number of triangles of all bodies, as they are drawn.
     pub(crate) fn triangles(&self) -> usize {
         self.solids.iter().map(|held| held.solid.triangles.len()).sum()
     }
@@ -296,7 +296,11 @@ impl Artist {
                 let is_left_out = |body: &&DrawnBody| self.by_processor && body.xray && hidden_side == glow::FRONT;
                 let glass = drawing.bodies.iter().filter(|body| body.glass.is_some());
                 for body in glass.filter(|body| !is_left_out(body)) {
-                    self.body(gl, body, if body.xray { BodyPart::Glass } else { BodyPart::All });
+                    if body.xray {
+                        self.within(gl, &drawing.xrays, first, || self.body(gl, body, BodyPart::Glass));
+                    } else {
+                        self.body(gl, body, BodyPart::All);
+                    }
                 }
             }
             self.matrix(gl, &self.uniforms.model_view, &DMat4::IDENTITY);
@@ -324,8 +328,8 @@ impl Artist {
         }
     }
 
-    /// Uploads what the sides of a body's triangles need, where they are to be seen. A library
-    /// without room for it draws none.
+    /// Uploads the sides of a body's triangles, if they are shown. A library without room for them
+    /// draws none.
     ///
     /// # Safety
     /// The context is current.
@@ -366,7 +370,7 @@ impl Artist {
     /// The context is current and the program in use.
     unsafe fn xrays(&self, gl: &glow::Context, xrays: &[XRay], first: [i32; 2]) {
         let first = DVec3::new(f64::from(first[0]), f64::from(first[1]), 0.0);
-        // Those that are not there are far from every pixel.
+        // Unused entries are far from every pixel.
         let (mut ends, mut sizes) = ([-1e6f32; 6 * XRAYS], [0.0; 2 * XRAYS]);
         for (k, xray) in xrays.iter().take(XRAYS).enumerate() {
             for (end, place) in xray.ends.iter().enumerate() {
@@ -378,6 +382,35 @@ impl Artist {
         unsafe {
             gl.uniform_3_f32_slice(self.uniforms.ends.as_ref(), &ends);
             gl.uniform_2_f32_slice(self.uniforms.sizes.as_ref(), &sizes);
+        }
+    }
+
+    /// Has `draw` reach no pixel but those around the probes, where all else of a body is solid.
+    ///
+    /// # Safety
+    /// The context is current.
+    unsafe fn within(&self, gl: &glow::Context, xrays: &[XRay], first: [i32; 2], draw: impl FnOnce()) {
+        let bounds = xrays.iter().take(XRAYS).map(XRay::bounds);
+        let Some([low, high]) = bounds.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]) else { return };
+        let whole = [low.floor(), high.ceil()].map(|place| [place.x as i32 + first[0], place.y as i32 + first[1]]);
+        // SAFETY: the caller's.
+        unsafe {
+            let (is_bounded, mut before) = (gl.is_enabled(glow::SCISSOR_TEST), [0; 4]);
+            gl.get_parameter_i32_slice(glow::SCISSOR_BOX, &mut before);
+            let [mut low, mut high] = whole;
+            if is_bounded {
+                for axis in 0..2 {
+                    low[axis] = low[axis].max(before[axis]);
+                    high[axis] = high[axis].min(before[axis] + before[axis + 2]);
+                }
+            }
+            gl.enable(glow::SCISSOR_TEST);
+            gl.scissor(low[0], low[1], (high[0] - low[0]).max(0), (high[1] - low[1]).max(0));
+            draw();
+            gl.scissor(before[0], before[1], before[2], before[3]);
+            if !is_bounded {
+                gl.disable(glow::SCISSOR_TEST);
+            }
         }
     }
 

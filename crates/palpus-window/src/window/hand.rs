@@ -9,9 +9,9 @@
 //!
 //! The first of these takes the probe over from the script where the device holds it then. When the
 //! mouse lets go, the hand lets go: no force stays; a few seconds later the script takes the probe
-//! again. What keys or a SpaceMouse moved stays where it
-//! was left, until the probe is given back. The probe follows by its springs, so it feels
-//! what is in its way: the drawn spring goes from where it is to where it is to be.
+//! again. A probe that keys or a SpaceMouse moved stays in place until it is given back. The probe
+//! follows by its springs, so it feels obstacles: the drawn spring goes from the probe to its
+//! target.
 
 use std::time::{Duration, Instant};
 
@@ -36,11 +36,11 @@ const BESIDE: f64 = 9.0;
 /// Parts of the view's height that a key goes in a second, and how fast it turns, rad/s.
 const KEY_SPEED: f64 = 0.22;
 const KEY_TURN: f64 = 0.9;
-/// What Shift leaves of both.
+/// Factor of both with Shift.
 const SLOWLY: f64 = 0.2;
 /// s: the most that a key acts on in one frame.
 const LONGEST_FRAME: f64 = 0.1;
-/// Of the drawn spring: points, how many points a coil takes, and parts of the whole.
+/// Drawn spring: number of points, points for each coil, and shares of the whole.
 const COIL: f32 = 4.0;
 const COIL_LENGTH: f32 = 8.0;
 const COILS: (f32, f32) = (2.0, 12.0);
@@ -52,13 +52,13 @@ const LEAST_SPRING: f32 = 12.0;
 /// See the module's outline.
 #[derive(Default)]
 pub(super) struct Hand {
-    /// What the hand does; a pose is the probe's, world.
+    /// Action of the hand; a pose is the probe's, world.
     guide: Guide,
     grabbed: Option<Grab>,
     /// When the mouse let go of the probe.
     released: Option<Instant>,
     over_probe: bool,
-    /// Where the spring ends on the probe, in its frame.
+    /// End of the spring on the probe, in its frame.
     spring_a: DVec3,
     /// Why a SpaceMouse does nothing.
     cap_trouble: Option<String>,
@@ -71,10 +71,11 @@ struct Grab {
 }
 
 /// How a hand goes on in a frame.
-struct Motion {
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Motion {
     /// World, m.
-    linear: DVec3,
-    turn: DQuat,
+    pub(super) linear: DVec3,
+    pub(super) turn: DQuat,
 }
 
 impl Hand {
@@ -108,7 +109,9 @@ impl Hand {
     }
 
     /// Moves what is held by everything that moves it. True if the mouse is the hand's, not the
-    /// eye's, in this frame. `keys`: arrows are for the hand, not for a control.
+    /// eye's, in this frame. `keys`: arrows are for the hand, not for a control; `handles`: they
+    /// have the mouse, and move the probe so.
+    #[expect(clippy::too_many_arguments, reason = "the parts of a frame, each of another kind")]
     pub(super) fn act(
         &mut self,
         ui: &egui::Ui,
@@ -116,13 +119,17 @@ impl Hand {
         view: &View3d,
         scene: &Scene,
         keys: bool,
+        handles: Option<Option<Motion>>,
         run: &mut dyn Run,
     ) -> bool {
         if !run.can_guide() {
             return false;
         }
         let before = self.guide;
-        let taken = self.mouse(ui, area, view, scene);
+        let taken = handles.is_some() || self.mouse(ui, area, view, scene);
+        if let Some(motion) = handles.flatten() {
+            self.go(scene, &motion);
+        }
         let [right, up, back] = view.camera().axes();
         let frame = ui.input(|input| f64::from(input.stable_dt)).min(LONGEST_FRAME);
         if let Some(motion) = keys.then(|| by_keys(ui, area, view, frame)).flatten() {
@@ -193,24 +200,40 @@ impl Hand {
         true
     }
 
-    /// The mouse does not hold the probe any more, and so nobody does.
+    /// The mouse lets go of the probe.
     fn let_go(&mut self) {
         self.grabbed = None;
         self.released = Some(Instant::now());
         self.guide = Guide::Released;
     }
 
-    /// Where the probe is to be, world, while it is held.
+    /// Target of the probe, or its pose if no guide moves it, world.
+    pub(super) fn aim(&self, scene: &Scene) -> Pose {
+        self.held().unwrap_or_else(|| of_device(scene))
+    }
+
+    /// The point about which the probe turns, world.
+    pub(super) fn pivot(&self, scene: &Scene) -> DVec3 {
+        self.held().map_or_else(|| of_device(scene).point(grip_a(scene)), |held| held.point(self.spring_a))
+    }
+
+    /// Holds the probe at a pose (its mesh's frame, world) by the grip (in its frame).
+    pub(super) fn hold_at(&mut self, pose: Pose, grip_a: DVec3, run: &mut dyn Run) {
+        (self.guide, self.spring_a) = (Guide::Held(pose), grip_a);
+        run.guide(self.guide);
+    }
+
+    /// Target of the probe, world, while it is held.
     fn held(&self) -> Option<Pose> {
         if let Guide::Held(pose) = self.guide { Some(pose) } else { None }
     }
 
-    /// Where the spring's free end is, world.
+    /// Free end of the spring, world.
     fn target(&self) -> DVec3 {
         self.held().map_or(DVec3::ZERO, |held| held.point(self.spring_a))
     }
 
-    /// Moves what is held, from where the device is if it was the script's.
+    /// Moves the held probe, from the device's pose if the script had it.
     fn go(&mut self, scene: &Scene, motion: &Motion) {
         let held = self.held().unwrap_or_else(|| {
             self.spring_a = grip_a(scene);
@@ -222,7 +245,7 @@ impl Hand {
         self.guide = Guide::Held(Pose { rotation: (motion.turn * held.rotation).normalize(), translation });
     }
 
-    /// Draws the spring from the probe to where it is to be.
+    /// Draws the spring from the probe to its target.
     pub(super) fn draw(&self, ui: &egui::Ui, area: &Area, view: &View3d, scene: &Scene, ink: Rgb) {
         let (Some(held), Some(probe)) = (self.held(), scene.bodies.first()) else { return };
         let ends = [probe.pose.point(self.spring_a), held.point(self.spring_a)];
@@ -236,7 +259,7 @@ impl Hand {
     }
 }
 
-/// Where the device holds the probe, world.
+/// Pose of the probe at the device, world.
 fn of_device(scene: &Scene) -> Pose {
     match (&scene.moment, scene.bodies.first()) {
         (Some(moment), _) => scene.moment_pose * moment.device,
@@ -245,7 +268,7 @@ fn of_device(scene: &Scene) -> Pose {
     }
 }
 
-/// Where the hand holds the probe, in the probe's frame.
+/// Grip of the hand, in the probe's frame.
 fn grip_a(scene: &Scene) -> DVec3 {
     scene.moment.as_ref().map_or(DVec3::ZERO, |moment| moment.tool.inverse().point(moment.grip))
 }

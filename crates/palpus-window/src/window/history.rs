@@ -82,7 +82,7 @@ impl History {
         }
     }
 
-    /// Of the newest tick, s.
+    /// Time of the newest tick, s.
     pub(crate) fn end(&self) -> f64 {
         self.ticks.back().map_or(0.0, |tick| tick.time)
     }
@@ -119,7 +119,7 @@ impl History {
         found.or(self.compared.back())
     }
 
-    /// What was there to be seen at `time`.
+    /// The moment at `time`.
     pub(crate) fn moment(&self, time: f64) -> Option<&Moment> {
         let after = self.moments.partition_point(|moment| moment.time < time);
         self.moments.get(after).or(self.moments.back())

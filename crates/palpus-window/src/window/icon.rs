@@ -5,7 +5,7 @@ use eframe::egui::{Atom, Button, Color32, Rect, Response, Shape, Stroke, StrokeK
 /// Points.
 const SIZE: f32 = 13.0;
 
-/// What stands before a button's words.
+/// Icons in front of a button's text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Icon {
     Pause,

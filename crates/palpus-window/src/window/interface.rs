@@ -1,8 +1,9 @@
-//! What the window shows in a frame, and what mouse and keys do. The module's description has the
+//! The frames of the window, and the effects of mouse and keys. The module's description has the
 //! outline.
 
 use eframe::egui::{self, CornerRadius, Frame, Margin, Panel, ScrollArea, Ui};
 use glam::DVec3;
+use palpus::algebra::Pose;
 use palpus_device::Newest;
 
 use super::bar::{self, Bar};
@@ -10,12 +11,13 @@ use super::beside::{self, Beside};
 use super::dress::dress;
 use super::feel::Feel;
 use super::hand::Hand;
+use super::handles::{Dragged, Handles, Moves};
 use super::history::History;
-use super::keys::SceneAction;
+use super::keys::{self, SceneAction};
 use super::opening::Opening;
 use super::overlay::{self, Notices};
 use super::plots::{Asked, Plots};
-use super::run::{Loading, Run};
+use super::run::{Loading, Run, Start};
 use super::run_keys::{self, Action};
 use super::scale::Scale;
 use super::shot;
@@ -44,6 +46,9 @@ pub(super) struct Interface<'a> {
     moments: Newest<Moment>,
     run: &'a mut dyn Run,
     hand: Hand,
+    handles: Handles,
+    /// The next run begins with the probe held there.
+    jump: Option<Pose>,
     feel: Feel,
     status: Status,
     history: History,
@@ -53,9 +58,9 @@ pub(super) struct Interface<'a> {
     torque_scale: Scale,
     opening: Option<Opening>,
     notices: Notices,
-    /// The failure that has been told.
+    /// The failure that was reported last.
     failure: Option<String>,
-    /// The scene's widget: what it has of the keyboard is the hand's.
+    /// The scene's widget: while it has the keyboard, keys move the hand.
     view_id: Option<egui::Id>,
     frozen: bool,
     /// The probe has been taken by a person: no hint is needed any more.
@@ -63,8 +68,10 @@ pub(super) struct Interface<'a> {
     /// The panel at the right, if a person chose; else where there is room.
     side: Option<bool>,
     help: bool,
-    /// What was told of the start of this run.
+    /// The message about the start of this run.
     start: Option<String>,
+    /// The message about a run without contact was shown.
+    untouched: bool,
     /// World, m.
     way_out: Option<DVec3>,
 }
@@ -87,6 +94,8 @@ impl<'a> Interface<'a> {
             style,
             moments,
             hand: Hand::default(),
+            handles: Handles::default(),
+            jump: None,
             feel: Feel::of(run),
             run,
             status: Status::default(),
@@ -104,6 +113,7 @@ impl<'a> Interface<'a> {
             side: None,
             help: false,
             start: None,
+            untouched: false,
             way_out: None,
         })
     }
@@ -138,6 +148,11 @@ impl<'a> Interface<'a> {
             }
             self.start = start;
         }
+        let is_scripted = !self.untouched && !self.was_taken;
+        if let Some(why) = is_scripted.then(|| self.run.untouched()).flatten() {
+            self.untouched = true;
+            self.notices.complain(why);
+        }
         let moment = self.moments.get();
         self.scene.pose_probes(moment);
         match &mut self.scene.moment {
@@ -145,8 +160,12 @@ impl<'a> Interface<'a> {
             none => *none = Some(moment.clone()),
         }
         let limits = self.run.settings().limits;
-        self.scene.force_scale = self.force_scale.follow(now.force, now.time, limits.force);
-        self.scene.torque_scale = self.torque_scale.follow(now.torque, now.time, limits.torque);
+        // Both pictures of a comparison have the same scale.
+        let compared = self.beside.as_ref().and_then(|beside| beside.scene.moment.as_ref());
+        let [force, torque] =
+            compared.map_or([0.0; 2], |moment| [moment.wrench.force, moment.wrench.torque].map(DVec3::length));
+        self.scene.force_scale = self.force_scale.follow(now.force.max(force), now.time, limits.force);
+        self.scene.torque_scale = self.torque_scale.follow(now.torque.max(torque), now.time, limits.torque);
         let Self { history, beside, run, scene, .. } = self;
         run.ticks(&mut |tick| history.push(tick));
         history.push_moment(self.moments.get());
@@ -155,7 +174,7 @@ impl<'a> Interface<'a> {
         }
     }
 
-    /// Shows what was there at the time that is looked back at.
+    /// Shows the moment that a person looks back at.
     fn look_back(&mut self) {
         let found = self.plots.cursor.and_then(|time| self.history.moment(time));
         if let Some(moment) = found {
@@ -181,7 +200,7 @@ impl<'a> Interface<'a> {
         }
     }
 
-    /// What is felt beside what it would be, or no longer.
+    /// Turns the comparison of settings on or off.
     fn turn_beside(&mut self) {
         if self.beside.take().is_some() {
             beside::end(self.run, &mut self.history, &self.notices);
@@ -205,9 +224,13 @@ impl<'a> Interface<'a> {
         self.view.replace(&self.scene, &self.style);
         self.view.see_everything();
         self.hand.forget();
+        if let Some(pose) = self.jump.take() {
+            self.hand.hold_at(pose, self.run.settings().grip_a, self.run);
+        }
         self.feel = Feel::of(self.run);
         self.history.clear();
         (self.frozen, self.plots.cursor, self.beside) = (false, None, None);
+        self.untouched = false;
         self.notices.tell(format!("now: {}", self.scene.title));
     }
 
@@ -225,10 +248,24 @@ impl<'a> Interface<'a> {
             }
             Action::Record => self.record(),
             Action::Restart => {
-                self.notices.check(self.run.restart());
+                self.notices.check(self.run.restart(None));
+            }
+            Action::Jump => {
+                let aim = self.hand.aim(&self.scene);
+                let start = Start { probe: Some(aim), grip_a: Some(self.run.settings().grip_a) };
+                self.jump = self.notices.check(self.run.restart(Some(start))).map(|()| aim);
+            }
+            Action::Save => {
+                if let Some(file) = self.notices.check(self.run.save()) {
+                    self.notices.tell(format!("saved: palpus run {}", file.display()));
+                }
+            }
+            Action::Handles => {
+                self.handles.moves = self.handles.moves.next();
+                self.notices.tell(self.handles.moves.words());
             }
             Action::Side => self.side = Some(!self.has_side(context)),
-            Action::Open => self.opening = Some(Opening::new(None, self.run)),
+            Action::Open => self.opening = Some(Opening::new(self.run)),
             Action::Script if self.help => self.help = false,
             Action::Script => self.hand.give_back(self.run),
             Action::Freeze => {
@@ -305,6 +342,23 @@ impl<'a> Interface<'a> {
         self.notices.check(said);
     }
 
+    /// Place of the handles, world.
+    fn pivot(&self) -> DVec3 {
+        match (self.handles.moves, self.scene.bodies.first()) {
+            (Moves::Grip, Some(probe)) => probe.pose.point(self.run.settings().grip_a),
+            _ => self.hand.pivot(&self.scene),
+        }
+    }
+
+    /// The scene begins anew, held at a point that is so far from where it was held, world.
+    fn move_grip(&mut self, way: DVec3) {
+        let Some(probe) = self.scene.bodies.first() else { return };
+        let grip_a = self.run.settings().grip_a + probe.pose.inverse().vector(way);
+        if way != DVec3::ZERO {
+            self.notices.check(self.run.restart(Some(Start { probe: None, grip_a: Some(grip_a) })));
+        }
+    }
+
     /// Step 3, in the middle. `is_free`: no control is chosen, no dialog is open.
     fn middle(&mut self, ui: &mut Ui, is_free: bool, actions: &mut Vec<Action>) {
         let (area, other) = self.view.place_beside(ui, &self.scene, self.beside.is_some());
@@ -315,14 +369,24 @@ impl<'a> Interface<'a> {
             let filter = egui::EventFilter { horizontal_arrows: true, vertical_arrows: true, ..Default::default() };
             ui.memory_mut(|memory| memory.set_focus_lock_filter(area.response.id, filter));
         }
-        let is_taken = self.hand.act(ui, &area, &self.view, &self.scene, is_free, self.run);
+        let pivot = self.pivot();
+        let by_handles = match self.handles.act(ui, &area, &self.view, pivot) {
+            Dragged::Nothing => None,
+            Dragged::Held => Some(None),
+            Dragged::Probe(motion) => Some(Some(motion)),
+            Dragged::Grip(way) => {
+                self.move_grip(way);
+                Some(None)
+            }
+        };
+        let is_taken = self.hand.act(ui, &area, &self.view, &self.scene, is_free, by_handles, self.run);
         if !is_taken {
             self.view.navigate(ui, &area);
             if let Some(other) = &other {
                 self.view.navigate(ui, other);
             }
         }
-        if self.hand.touches() {
+        if self.hand.touches() || self.handles.has_mouse() {
             ui.set_cursor_icon(if is_taken { egui::CursorIcon::Grabbing } else { egui::CursorIcon::Grab });
         }
         self.view.draw(ui, &area, &self.scene, &self.style, &[]);
@@ -330,6 +394,7 @@ impl<'a> Interface<'a> {
             self.view.draw(ui, other, &beside.scene, &self.style, &[]);
         }
         self.hand.draw(ui, &area, &self.view, &self.scene, self.style.theme.colours().ink);
+        self.handles.draw(ui, &area, &self.view, self.pivot(), &self.style);
         if let Some(way) = self.way_out {
             overlay::way_out(ui, &area, &self.view, &self.scene, way, self.style.theme.colours().ink);
         }
@@ -346,7 +411,7 @@ impl<'a> Interface<'a> {
             _ => overlay::whose(ui, area.rect, self.hand.holds(), self.hand.cap_trouble(), actions),
         }
         self.was_taken |= self.hand.holds();
-        if self.run.can_guide() && !self.was_taken && self.beside.is_none() {
+        if self.run.can_guide() && !self.was_taken && self.beside.is_none() && self.handles.moves == Moves::Nothing {
             overlay::hint(ui, &area, &self.view, &self.scene, &self.style);
         }
         overlay::told(ui, area.rect, self.run, &self.notices);
@@ -355,11 +420,13 @@ impl<'a> Interface<'a> {
         }
     }
 
-    /// What stands over everything.
+    /// Draws the dialogs, over everything.
     fn dialogs(&mut self, context: &egui::Context) {
-        let dropped = context.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_path_buf()));
-        if let Some(path) = dropped {
-            self.opening = Some(Opening::new(Some(&path), self.run));
+        let dropped: Vec<_> =
+            context.input(|input| input.raw.dropped_files.iter().map(|file| file.path().to_path_buf()).collect());
+        if !dropped.is_empty() {
+            let opening = self.opening.get_or_insert_with(|| Opening::new(self.run));
+            dropped.iter().for_each(|path| opening.take(path));
         }
         if let Some(mut opening) = self.opening.take() {
             match opening.show(context, self.run) {
@@ -368,10 +435,7 @@ impl<'a> Interface<'a> {
                 Err(why) => self.notices.complain(why),
             }
         }
-        if self.help {
-            let modal = egui::Modal::new(egui::Id::unique("keys")).show(context, run_keys::list);
-            self.help = !modal.should_close();
-        }
+        keys::show(context, &mut self.help, run_keys::list);
     }
 }
 
@@ -419,7 +483,7 @@ impl eframe::App for Interface<'_> {
         if self.run.is_over() && self.run.closes_when_over() {
             context.send_viewport_cmd(egui::ViewportCommand::Close);
         }
-        context.request_repaint_after(self.view.frame());
+        context.request_repaint_after(self.view.wait());
     }
 
     fn on_exit(&mut self, gl: Option<&eframe::glow::Context>) {

@@ -1,14 +1,14 @@
 //! Keys: which were pressed, which mean the same in every window, and how `?` lists them.
 //!
 //! Each window has a table of its own keys ([`super::run_keys`], [`super::player`],
-//! [`super::viewer`]) beside the one here. Tables say both what a key does and what is listed, so
-//! that the two agree.
+//! [`super::viewer`]) beside the one here. A table has both a key's action and its text in the
+//! list, so that the two agree.
 
 use eframe::egui::{self, Event, Key, RichText};
 
 use crate::camera::View;
 
-/// What every window that shows a scene can be asked for.
+/// Actions of every window that shows a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum SceneAction {
     Look(View),
@@ -20,7 +20,7 @@ pub(super) enum SceneAction {
     Keys,
 }
 
-/// A key, what it does, how it is listed.
+/// A key, its action, its name and its text in the list.
 pub(super) const SCENE_KEYS: [(Key, SceneAction, &str, &str); 12] = [
     (Key::Num1, SceneAction::Look(View::Front), "1", "from the front"),
     (Key::Num2, SceneAction::Look(View::Right), "2", "from the right"),
@@ -36,7 +36,7 @@ pub(super) const SCENE_KEYS: [(Key, SceneAction, &str, &str); 12] = [
     (Key::Questionmark, SceneAction::Keys, "?", "these keys"),
 ];
 
-/// What `key` asks of a window that shows a scene.
+/// Action of `key` in a window that shows a scene.
 pub(super) fn of_scene(key: Key) -> Option<SceneAction> {
     SCENE_KEYS.iter().find(|known| known.0 == key).map(|known| known.1)
 }
@@ -74,9 +74,55 @@ pub(super) fn pressed(context: &egui::Context) -> Vec<Pressed> {
 /// Letters of the name of a single key.
 const LONGEST_KEY: usize = 5;
 
-/// Lists `own` keys and mouse buttons, then those of every window.
-pub(super) fn list<'a>(ui: &mut egui::Ui, own: impl IntoIterator<Item = (&'a str, &'a str)>) {
-    grid(ui, "key list", [18.0, 2.0], own.into_iter().chain(scene_lines()));
+/// Points that a list of keys leaves of the window.
+const MARGIN: f32 = 60.0;
+
+/// Shows a list of keys over everything while `is_shown`.
+pub(super) fn show(context: &egui::Context, is_shown: &mut bool, list: impl FnOnce(&mut egui::Ui)) {
+    if *is_shown {
+        let modal = egui::Modal::new(egui::Id::unique("keys")).show(context, list);
+        *is_shown = !modal.should_close();
+    }
+}
+
+/// The room that a list has.
+pub(super) fn room(ui: &egui::Ui) -> egui::Vec2 {
+    ui.ctx().content_rect().size() - egui::Vec2::splat(MARGIN)
+}
+
+/// Small letters, so that a list is seen at once; scrolled where the window is too low for it.
+pub(super) fn scrolled(ui: &mut egui::Ui, contents: impl FnOnce(&mut egui::Ui)) {
+    let room = room(ui);
+    let area = egui::ScrollArea::both().max_width(room.x).max_height(room.y);
+    area.min_scrolled_width(room.x).min_scrolled_height(room.y).show(ui, |ui| {
+        ui.style_mut().override_text_style = Some(egui::TextStyle::Small);
+        ui.spacing_mut().interact_size.y = 0.0;
+        // Beside the scroll bar.
+        egui::Frame::NONE.inner_margin(egui::Margin { right: 12, ..egui::Margin::ZERO }).show(ui, contents);
+    });
+}
+
+/// Lists `own` keys and what the mouse does, then the keys of every window.
+pub(super) fn list<'a>(
+    ui: &mut egui::Ui,
+    own: impl IntoIterator<Item = (&'a str, &'a str)>,
+    mouse: impl IntoIterator<Item = (&'a str, &'a str)>,
+) {
+    let part = |ui: &mut egui::Ui, name: &str, lines: Vec<(&str, &str)>| {
+        ui.vertical(|ui| {
+            ui.heading(name);
+            grid(ui, name, [14.0, 5.0], lines);
+        });
+    };
+    scrolled(ui, |ui| {
+        ui.horizontal_top(|ui| {
+            part(ui, "This window", own.into_iter().collect());
+            ui.add_space(12.0);
+            part(ui, "View", scene_lines().collect());
+        });
+        ui.add_space(10.0);
+        part(ui, "Mouse", mouse.into_iter().collect());
+    });
 }
 
 /// As the keys of every window are listed.
@@ -93,7 +139,8 @@ pub(super) fn grid<'a>(
 ) {
     egui::Grid::new(name).num_columns(2).spacing(spacing).show(ui, |ui| {
         for (key, words) in lines {
-            let is_key = key.chars().count() <= LONGEST_KEY;
+            // Mouse actions are in words, and begin with a small letter.
+            let is_key = key.chars().count() <= LONGEST_KEY && !key.starts_with(char::is_lowercase);
             let name = RichText::new(if is_key { format!(" {key} ") } else { key.to_owned() }).strong();
             // As a cap, what is one key.
             ui.label(if is_key { name.background_color(ui.visuals().extreme_bg_color) } else { name });
@@ -103,7 +150,7 @@ pub(super) fn grid<'a>(
     });
 }
 
-/// Buttons for what the mouse would otherwise have no way to; what is pressed, if any is.
+/// Draws buttons for actions that have no other way by mouse; returns the action of a pressed one.
 pub(super) fn buttons(ui: &mut egui::Ui) -> Option<SceneAction> {
     let mut asked = None;
     ui.horizontal_wrapped(|ui| {

@@ -12,6 +12,7 @@
 //! A machine without a display, or whose graphics library is missing or too old, is an error that
 //! says so.
 
+mod backdrop;
 mod bar;
 mod behind;
 mod beside;
@@ -24,12 +25,14 @@ mod feel;
 mod floor;
 mod gl;
 mod hand;
+mod handles;
 mod history;
 mod icon;
 mod interface;
 mod keys;
 mod opening;
 mod overlay;
+mod pace;
 mod pick;
 mod player;
 mod plots;
@@ -40,6 +43,7 @@ mod scale;
 mod shader;
 mod shell;
 mod shot;
+mod slot;
 mod spectrum;
 mod status;
 mod view3d;
@@ -51,7 +55,7 @@ use crate::moment::Moment;
 use crate::scene::Scene;
 use interface::Interface;
 pub use player::{Replayed, ReplayedTick, show_recording};
-pub use run::{Cap, ComparedTick, FileKind, Loading, Numbers, Painted, Part, Preset, Run, SeenTick, Wanted};
+pub use run::{Cap, ComparedTick, FileKind, Loading, MeshFile, Numbers, Painted, Preset, Run, SeenTick, Start, Wanted};
 pub use viewer::{Viewed, view};
 
 /// Why there is no window.

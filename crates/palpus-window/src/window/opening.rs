@@ -1,114 +1,76 @@
-//! What is to be felt next: a file that was dropped or whose path was typed, or a built-in scene.
+//! The dialog that chooses what is felt next: meshes for the probe and the environment, a scene
+//! file, a recent file, or a built-in scene.
 //!
-//! 1. A path that names a file is read at once, on a thread of its own, to say whether it is a
-//!    scene or a mesh, and how large.
-//! 2. A mesh needs two answers: which of the two bodies it becomes, and what a length of 1 in it
-//!    means. The second is guessed from its size.
-//! 3. Enter, or the button, has the run prepare it.
+//! 1. Each body has a [`Slot`] for a file that was dropped, typed or opened of late. A body without
+//!    one stays.
+//! 2. Enter, or the button, has the run prepare both.
 
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
-use eframe::egui::{self, Button, Context, Id, Key, Label, Modal, RichText, ScrollArea, TextEdit, Ui};
-use glam::DVec3;
+use eframe::egui::{self, Button, Context, Id, Label, Modal, RichText, ScrollArea, Ui};
 
 use super::dress::small;
-use super::run::{FileKind, Part, Run, Wanted};
+use super::run::{MeshFile, Run, Wanted};
+use super::slot::{Content, Slot};
 
 /// Points.
 const WIDTH: f32 = 740.0;
-const SCENES_HEIGHT: f32 = 210.0;
-/// m: what is held, and what it touches, is about so large.
-const LIKELY: [f64; 2] = [4e-3, 1.2];
-
-/// What a length of 1 in a file means.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Unit {
-    Millimetre,
-    Metre,
-    Centimetre,
-    Inch,
-}
+const MARGIN: f32 = 70.0;
+const SCENES_HEIGHT: f32 = 230.0;
+/// Recent files that are offered.
+const MOST_RECENT: usize = 5;
 
 /// Something to open, in the making.
 pub(super) struct Opening {
-    path: String,
-    /// The path that was read, and what came of it.
-    read: Option<(PathBuf, Reading)>,
-    part: Part,
-    unit: Unit,
+    probe: Slot,
+    environment: Slot,
     scenes: Vec<(String, String)>,
-    /// Enter was pressed before the file was read.
+    recent: Vec<PathBuf>,
+    /// Enter was pressed before the files were read.
     hurries: bool,
     is_new: bool,
 }
 
-enum Reading {
-    UnderWay(Receiver<Result<FileKind, String>>),
-    Done(Result<FileKind, String>),
-}
-
-impl Unit {
-    /// The likelier first: a size may fit several.
-    const ALL: [Self; 4] = [Self::Millimetre, Self::Metre, Self::Centimetre, Self::Inch];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Millimetre => "mm",
-            Self::Metre => "m",
-            Self::Centimetre => "cm",
-            Self::Inch => "inch",
-        }
-    }
-
-    fn metres(self) -> f64 {
-        match self {
-            Self::Millimetre => 1e-3,
-            Self::Metre => 1.0,
-            Self::Centimetre => 1e-2,
-            Self::Inch => 25.4e-3,
-        }
-    }
-
-    /// The first in which the largest side is that of a thing one holds or touches.
-    fn likely(size: DVec3) -> Self {
-        let largest = size.max_element();
-        let fits = |unit: &Self| (LIKELY[0]..=LIKELY[1]).contains(&(largest * unit.metres()));
-        Self::ALL.into_iter().find(fits).unwrap_or(Self::Millimetre)
-    }
-}
-
 impl Opening {
-    /// With a file that was dropped, or with nothing yet.
-    pub(super) fn new(path: Option<&Path>, run: &dyn Run) -> Self {
-        Self {
-            path: path.map_or(String::new(), |path| path.display().to_string()),
-            read: None,
-            part: Part::default(),
-            unit: Unit::Millimetre,
-            scenes: run.scenes(),
-            hurries: false,
-            is_new: true,
-        }
+    pub(super) fn new(run: &dyn Run) -> Self {
+        let recent = run.recent().into_iter().take(MOST_RECENT).collect();
+        let (probe, environment) = (Slot::new(None), Slot::new(None));
+        Self { probe, environment, scenes: run.scenes(), recent, hurries: false, is_new: true }
     }
 
-    /// The dialog. True while it is wanted; an error is what the run says against what was chosen.
+    /// Takes a file that was dropped or chosen: for the probe if it has none yet, else for the
+    /// environment.
+    pub(super) fn take(&mut self, path: &Path) {
+        let is_free = self.probe.content() == Content::Empty;
+        *(if is_free { &mut self.probe } else { &mut self.environment }) = Slot::new(Some(path));
+    }
+
+    /// Draws the dialog. True while it stays open; the error is the run's objection to the choice.
     pub(super) fn show(&mut self, context: &Context, run: &mut dyn Run) -> Result<bool, String> {
-        self.look(run);
+        self.probe.look(run);
+        self.environment.look(run);
         let mut wanted = None;
         let mut cancelled = false;
+        let room = context.content_rect().size() - egui::Vec2::splat(MARGIN);
         let modal = Modal::new(Id::unique("open")).show(context, |ui| {
-            ui.set_width(WIDTH.min(context.content_rect().width() - 60.0));
-            ui.heading("Feel something else");
-            ui.add_space(4.0);
-            self.file(ui, &mut wanted);
-            ui.add_space(8.0);
-            if !self.scenes.is_empty() {
-                ui.label(RichText::new("or one of these").strong());
-                self.built_in(ui, &mut wanted);
-            }
-            ui.add_space(6.0);
-            cancelled = ui.button("stay with what there is (Esc)").clicked();
+            ui.set_width(WIDTH.min(room.x));
+            ScrollArea::vertical().max_height(room.y).min_scrolled_height(room.y).show(ui, |ui| {
+                ui.horizontal(|ui| {
+                    ui.heading("Feel something else");
+                    ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                        cancelled = ui.button("cancel (Esc)").clicked();
+                    });
+                });
+                ui.label(small("Drop meshes or a scene file on the window, or type where they are."));
+                ui.add_space(4.0);
+                self.files(ui, &mut wanted);
+                self.recent(ui);
+                if !self.scenes.is_empty() {
+                    ui.add_space(8.0);
+                    ui.label(RichText::new("Built-in scenes").strong());
+                    self.built_in(ui, &mut wanted);
+                }
+            });
         });
         self.is_new = false;
         if let Some(wanted) = wanted {
@@ -118,86 +80,44 @@ impl Opening {
         Ok(!(cancelled || modal.should_close()))
     }
 
-    /// Step 1.
-    fn look(&mut self, run: &dyn Run) {
-        let path = PathBuf::from(self.path.trim());
-        let is_read = self.read.as_ref().is_some_and(|(read, _)| *read == path);
-        if !is_read {
-            self.read = path.is_file().then(|| {
-                let (tell, told) = channel();
-                let (read, file) = (run.reader(), path.clone());
-                // Nobody may be there to hear it any more.
-                std::thread::spawn(move || tell.send(read(&file)));
-                (path, Reading::UnderWay(told))
-            });
-        }
-        let Some((_, reading)) = &mut self.read else { return };
-        let Reading::UnderWay(told) = reading else { return };
-        let kind = match told.try_recv() {
-            Ok(kind) => kind,
-            Err(TryRecvError::Empty) => return,
-            Err(TryRecvError::Disconnected) => Err("it could not be read".to_owned()),
-        };
-        if let Ok(FileKind::Mesh { size, .. }) = &kind {
-            self.unit = Unit::likely(*size);
-        }
-        *reading = Reading::Done(kind);
+    /// Steps 1 and 2.
+    fn files(&mut self, ui: &mut Ui, wanted: &mut Option<Wanted>) {
+        ui.label(RichText::new("Probe").strong());
+        let hint = "a mesh (.obj, .stl, .ply, .glb …), or a scene file (.toml)";
+        self.hurries |= self.probe.show(ui, hint, self.is_new);
+        ui.label(RichText::new("Environment").strong());
+        self.hurries |= self.environment.show(ui, "a mesh", false);
+        let chosen = chosen(self.probe.content(), self.environment.content());
+        ui.horizontal(|ui| {
+            let feel = Button::new(RichText::new("prepare and feel (Enter)").strong());
+            let is_clicked = ui.add_enabled(matches!(chosen, Chosen::Ready(_)), feel).clicked();
+            if ui.button("swap").on_hover_text("the probe becomes the environment").clicked() {
+                std::mem::swap(&mut self.probe, &mut self.environment);
+            }
+            match chosen {
+                Chosen::Ready(ready) if is_clicked || self.hurries => *wanted = Some(ready),
+                Chosen::Ready(_) | Chosen::Soon => {}
+                Chosen::Nothing => self.hurries = false,
+            }
+        });
     }
 
-    /// Steps 2 and 3.
-    fn file(&mut self, ui: &mut Ui, wanted: &mut Option<Wanted>) {
-        ui.label("drop a mesh or a scene file on the window, or write where it is");
-        let edit = TextEdit::singleline(&mut self.path)
-            .desired_width(f32::INFINITY)
-            .hint_text("path of an .obj, .stl, .ply or .toml file");
-        let response = ui.add(edit);
-        if self.is_new {
-            response.request_focus();
-        }
-        let enters = response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
-        self.hurries |= enters;
-        let Some((file, reading)) = &self.read else {
-            self.hurries = false;
-            if !self.path.trim().is_empty() {
-                ui.label(small("there is no such file"));
-            }
+    fn recent(&mut self, ui: &mut Ui) {
+        if self.recent.is_empty() {
             return;
-        };
-        match reading {
-            Reading::UnderWay(_) => {
-                ui.horizontal(|ui| {
-                    ui.spinner();
-                    ui.label("reading it");
-                });
-            }
-            Reading::Done(Err(why)) => {
-                self.hurries = false;
-                ui.label(RichText::new(why).color(ui.visuals().error_fg_color));
-            }
-            Reading::Done(Ok(FileKind::Scene)) => {
-                if ui.button("feel this scene (Enter)").clicked() || self.hurries {
-                    *wanted = Some(Wanted::SceneFile(file.clone()));
+        }
+        ui.add_space(8.0);
+        ui.label(RichText::new("Recent files").strong());
+        let mut clicked = None;
+        ui.horizontal_wrapped(|ui| {
+            for file in &self.recent {
+                if ui.button(short(file)).on_hover_text(file.display().to_string()).clicked() {
+                    clicked = Some(file.clone());
                 }
             }
-            Reading::Done(Ok(FileKind::Mesh { size, triangles })) => {
-                let (size, triangles) = (*size, *triangles);
-                ui.horizontal(|ui| {
-                    ui.label("as");
-                    ui.radio_value(&mut self.part, Part::Probe, "probe");
-                    ui.radio_value(&mut self.part, Part::Environment, "environment");
-                    ui.separator();
-                    ui.label("its unit");
-                    for unit in Unit::ALL {
-                        ui.radio_value(&mut self.unit, unit, unit.name());
-                    }
-                });
-                ui.label(format!("{triangles} triangles, {} large", sides(size * self.unit.metres())));
-                if ui.add(Button::new(RichText::new("prepare and feel it (Enter)").strong())).clicked() || self.hurries
-                {
-                    let (file, metres_per_unit) = (file.clone(), self.unit.metres());
-                    *wanted = Some(Wanted::Mesh { file, part: self.part, metres_per_unit });
-                }
-            }
+        });
+        if let Some(file) = clicked {
+            self.take(&file);
         }
     }
 
@@ -216,15 +136,35 @@ impl Opening {
     }
 }
 
-/// A box's sides in a unit that suits them.
-fn sides(metres: DVec3) -> String {
-    let (times, unit, figures) = match metres.max_element() {
-        largest if largest >= 1.0 => (1.0, "m", 2),
-        largest if largest >= 0.1 => (1e2, "cm", 1),
-        _ => (1e3, "mm", 1),
-    };
-    let [x, y, z] = (metres * times).to_array();
-    format!("{x:.figures$} × {y:.figures$} × {z:.figures$} {unit}")
+/// Result of both slots.
+#[derive(Debug, PartialEq)]
+enum Chosen {
+    /// Nothing that can be felt.
+    Nothing,
+    /// Files are still being read.
+    Soon,
+    Ready(Wanted),
+}
+
+fn chosen(probe: Content, environment: Content) -> Chosen {
+    let mesh =
+        |content: Content| -> Option<MeshFile> { if let Content::Mesh(mesh) = content { Some(mesh) } else { None } };
+    match (probe, environment) {
+        (Content::Scene(file), _) | (_, Content::Scene(file)) => Chosen::Ready(Wanted::SceneFile(file)),
+        (Content::Bad, _) | (_, Content::Bad) | (Content::Empty, Content::Empty) => Chosen::Nothing,
+        (Content::Busy, _) | (_, Content::Busy) => Chosen::Soon,
+        (probe, environment) => Chosen::Ready(Wanted::Meshes { probe: mesh(probe), environment: mesh(environment) }),
+    }
+}
+
+/// A file by its name, and a scene by its folder too: many are called `scene.toml`.
+fn short(file: &Path) -> String {
+    let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let is_scene = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
+    match file.parent().filter(|_| is_scene) {
+        Some(folder) => format!("{}/{}", name(folder), name(file)),
+        None => name(file),
+    }
 }
 
 #[cfg(test)]
@@ -232,10 +172,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn units_are_guessed_from_sizes_of_things() {
-        for (largest, unit) in [(80.0, "mm"), (0.12, "m"), (1.0, "m"), (2.0, "cm"), (1.2e3, "mm"), (9e9, "mm")] {
-            assert_eq!(Unit::likely(DVec3::new(0.5 * largest, largest, 0.1 * largest)).name(), unit, "{largest}");
-        }
-        assert_eq!(sides(DVec3::new(0.08, 0.044, 0.03)), "80.0 × 44.0 × 30.0 mm");
+    fn two_meshes_are_opened_at_once() {
+        let mesh = |name: &str| MeshFile { file: PathBuf::from(name), metres_per_unit: 1e-3 };
+        let of = |name: &str| Content::Mesh(mesh(name));
+        let both = Wanted::Meshes { probe: Some(mesh("a.obj")), environment: Some(mesh("b.obj")) };
+        assert_eq!(chosen(of("a.obj"), of("b.obj")), Chosen::Ready(both));
+        let one = Wanted::Meshes { probe: None, environment: Some(mesh("b.obj")) };
+        assert_eq!(chosen(Content::Empty, of("b.obj")), Chosen::Ready(one));
+        assert_eq!(chosen(of("a.obj"), Content::Busy), Chosen::Soon);
+        assert_eq!(chosen(of("a.obj"), Content::Bad), Chosen::Nothing);
+        let scene = PathBuf::from("s.toml");
+        let wanted = Wanted::SceneFile(scene.clone());
+        assert_eq!(chosen(Content::Empty, Content::Scene(scene)), Chosen::Ready(wanted));
     }
 }

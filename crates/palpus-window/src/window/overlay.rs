@@ -1,5 +1,4 @@
-//! What stands over the scene: what its colours mean, whose the probe is, what is being prepared,
-//! and what there is to tell.
+//! The overlay of the scene: the legend, who moves the probe, progress, and messages.
 
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
@@ -15,7 +14,7 @@ use crate::picture::Rgb;
 use crate::scene::Scene;
 use crate::style::{Colours, Style};
 
-/// How long something told stays, and an error.
+/// How long a message stays, and an error.
 const TOLD: Duration = Duration::from_secs(6);
 const TOLD_ERROR: Duration = Duration::from_secs(15);
 /// Points.
@@ -26,9 +25,11 @@ const LETTERS: f32 = 14.5;
 const LEAST_LINES: f32 = 10.0;
 const LEAST_WIDTH: f32 = 460.0;
 const PROGRESS: f32 = 420.0;
+/// A lower picture has smaller notices, so that it is seen.
+const LOW: f32 = 360.0;
 const LEAST_ARROW: f32 = 36.0;
 
-/// What there is to tell, from whatever thread.
+/// Messages from any thread.
 #[derive(Clone, Default)]
 pub(super) struct Notices(Arc<Mutex<Option<Notice>>>);
 
@@ -133,46 +134,48 @@ pub(super) fn whose(ui: &mut Ui, rect: Rect, holds: bool, cap: Option<&str>, act
     }
 }
 
-/// Beside the probe, until it has been taken once: how that is done.
+/// On the probe, until it has been taken once: how that is done.
 pub(super) fn hint(ui: &Ui, area: &Area, view: &View3d, scene: &Scene, style: &Style) {
     let Some(probe) = scene.bodies.first() else { return };
-    let (low, high) = probe.solid.bounds();
-    let corners = (0..8u32).map(|k| {
-        let pick = |bit: u32, low: f64, high: f64| if k >> bit & 1 == 1 { high } else { low };
-        probe.pose.point(DVec3::new(pick(0, low.x, high.x), pick(1, low.y, high.y), pick(2, low.z, high.z)))
-    });
-    let seen: Vec<_> = corners.filter_map(|corner| view.seen_at(area, corner)).collect();
-    let box_of = seen.iter().fold(Rect::NOTHING, |all, at| all.union(Rect::from_min_max(*at, *at)));
-    if !box_of.is_finite() || !area.rect.intersects(box_of) {
-        return;
-    }
+    let vertices = &probe.solid.vertices;
+    let some = vertices.iter().step_by(1 + vertices.len() / MOST_HINTED);
+    let seen = some.filter_map(|vertex| view.seen_at(area, probe.pose.point(*vertex)));
+    let Some(top) = seen.filter(|at| area.rect.contains(*at)).min_by(|a, b| a.y.total_cmp(&b.y)) else { return };
     let colours = style.theme.colours();
     let painter = ui.painter_at(area.rect);
     let words = painter.layout_no_wrap(HINT.to_owned(), FontId::proportional(LETTERS), colour(colours.ink));
-    let at = Align2::CENTER_BOTTOM.anchor_size(pos2(box_of.center().x, box_of.top() - 10.0), words.size());
-    let room = area.rect.shrink(MARGIN);
-    let at = at.translate(room.clamp(at.min) - at.min);
-    let at = at.translate((room.max - at.max).min(egui::Vec2::ZERO));
-    painter.rect_filled(at.expand2(vec2(8.0, 4.0)), 6.0, thin(colours.below, 0.85));
-    painter.rect_stroke(
-        at.expand2(vec2(8.0, 4.0)),
-        6.0,
-        Stroke::new(1.0, thin(colours.faint, 0.9)),
-        egui::StrokeKind::Inside,
-    );
-    painter.galley(at.min, words, colour(colours.ink));
+    let frame = words.size() + vec2(16.0, 8.0);
+    // Below the top where there is no room above it.
+    let is_above = top.y - POINTER - frame.y > area.rect.top();
+    let (side, align) = if is_above { (-1.0, Align2::CENTER_BOTTOM) } else { (1.0, Align2::CENTER_TOP) };
+    let at = align.anchor_size(top + vec2(0.0, side * POINTER), frame);
+    let room = area.rect.shrink(4.0);
+    let at = at.translate(vec2((room.left() - at.left()).max(0.0) + (room.right() - at.right()).min(0.0), 0.0));
+    let (fill, edge) = (thin(colours.below, 0.9), Stroke::new(1.0, thin(colours.faint, 0.9)));
+    painter.rect(at, 6.0, fill, edge, egui::StrokeKind::Inside);
+    let base = top + vec2(0.0, side * (POINTER - 0.5));
+    let tip = [base - vec2(5.0, 0.0), top, base + vec2(5.0, 0.0)];
+    painter.add(egui::Shape::convex_polygon(tip.to_vec(), fill, Stroke::NONE));
+    painter.line(tip.to_vec(), edge);
+    painter.galley(at.min + vec2(8.0, 4.0), words, colour(colours.ink));
 }
 
-/// What it says.
+/// Points: how long the hint's pointer is.
+const POINTER: f32 = 8.0;
+/// Vertices of the probe among which its top is looked for.
+const MOST_HINTED: usize = 3000;
+
+/// Text of the hint.
 const HINT: &str = "drag me";
 
-/// Below in the middle: what is being prepared, and what there is to tell.
+/// Draws progress and messages, below in the middle.
 pub(super) fn told(ui: &mut Ui, rect: Rect, run: &mut dyn Run, notices: &Notices) {
     let mut bottom = rect.bottom() - MARGIN;
     if let Some((words, is_error)) = notices.now() {
         let ink = if is_error { ui.visuals().error_fg_color } else { ui.visuals().text_color() };
         let height = card(ui, rect, bottom, |ui| {
-            ui.label(RichText::new(words).color(ink));
+            let words = RichText::new(words).color(ink);
+            ui.label(if rect.height() < LOW { words.small() } else { words });
         });
         bottom -= height + 8.0;
     }
@@ -194,7 +197,10 @@ fn card(ui: &mut Ui, rect: Rect, bottom: f32, contents: impl FnOnce(&mut Ui)) ->
         .constrain_to(rect)
         .show(ui.ctx(), |ui| {
             ui.set_max_width(rect.width() - 2.0 * MARGIN);
-            egui::Frame::popup(ui.style()).show(ui, contents);
+            let frame = egui::Frame::popup(ui.style());
+            let is_low = rect.height() < LOW;
+            let frame = if is_low { frame.inner_margin(egui::Margin::symmetric(8, 3)) } else { frame };
+            frame.show(ui, contents);
         });
     response.response.rect.height()
 }

@@ -8,7 +8,8 @@ use crate::scene::{Scene, ShownBody};
 use crate::solid::Solid;
 
 /// The point of the probe under `ray`, in the probe's frame: the nearest on its triangles, or a
-/// corner that is nearly there, for what is thin. None where the environment is opaque and nearer.
+/// corner that is nearly there, for what is thin. None where something is nearer that the probe is
+/// not seen through.
 /// `metres` says how far beside the ray counts as nearly, at a point of the world.
 pub(super) fn probe_at(scene: &Scene, ray: &Ray, metres: impl Fn(DVec3) -> f64) -> Option<DVec3> {
     let probe = scene.bodies.first()?;
@@ -18,7 +19,8 @@ pub(super) fn probe_at(scene: &Scene, ray: &Ray, metres: impl Fn(DVec3) -> f64) 
         None => nearly(&probe.solid, &local, |point| metres(probe.pose.point(point)))?,
     };
     let hides = |body: &ShownBody| {
-        !body.look.translucent && first_hit(&body.solid, &ray.within(&body.pose)).is_some_and(|d| d < distance)
+        !(body.look.translucent || body.look.xray)
+            && first_hit(&body.solid, &ray.within(&body.pose)).is_some_and(|d| d < distance)
     };
     (!scene.bodies.iter().skip(1).any(hides)).then_some(point)
 }
@@ -41,7 +43,7 @@ fn first_hit(solid: &Solid, ray: &Ray) -> Option<f64> {
     solid.triangles.iter().filter_map(of).min_by(f64::total_cmp)
 }
 
-/// Where a ray goes through a triangle \[Möller, Trumbore 1997\], from either side.
+/// Intersects a ray with a triangle \[Möller, Trumbore 1997\], from either side.
 fn hit([a, b, c]: [DVec3; 3], ray: &Ray) -> Option<f64> {
     let (u, v) = (b - a, c - a);
     let p = ray.direction.cross(v);
@@ -57,8 +59,8 @@ fn hit([a, b, c]: [DVec3; 3], ray: &Ray) -> Option<f64> {
     (along_u >= 0.0 && along_v >= 0.0 && along_u + along_v <= 1.0 && distance > 0.0).then_some(distance)
 }
 
-/// Of the corners that the ray passes within reach, the one nearest to the eye: the one that is
-/// seen.
+/// Returns the corner nearest to the eye, which is the visible one, among those within reach of the
+/// ray.
 fn nearly(solid: &Solid, ray: &Ray, reach: impl Fn(DVec3) -> f64) -> Option<(f64, DVec3)> {
     let along = |point: &DVec3| ((*point - ray.origin).dot(ray.direction), *point);
     let is_near =
@@ -89,16 +91,17 @@ mod tests {
     #[test]
     fn the_nearest_side_is_hit_unless_something_opaque_hides_it() {
         let ray = |x: f64| Ray { origin: DVec3::new(x, 3.0, 10.0), direction: -DVec3::Z };
-        let pick = |translucent, x| {
-            let scene = Scene {
-                bodies: vec![cube(DVec3::new(2.0, 3.0, 0.0), false), cube(DVec3::new(2.0, 3.0, 4.0), translucent)],
-                ..Scene::default()
-            };
+        let seen_by = |look, x| {
+            let mut above = cube(DVec3::new(2.0, 3.0, 4.0), false);
+            above.look = look;
+            let scene = Scene { bodies: vec![cube(DVec3::new(2.0, 3.0, 0.0), false), above], ..Scene::default() };
             probe_at(&scene, &ray(x), |_| 0.1)
         };
+        let pick = |translucent, x| seen_by(Look { translucent, ..Look::default() }, x);
         let on_top = pick(true, 2.25).expect("it is hit");
         assert!((on_top - DVec3::new(0.25, 0.0, 0.5)).length() < 1e-12, "{on_top}");
         assert_eq!(pick(false, 2.25), None);
+        assert_eq!(seen_by(Look { xray: true, ..Look::default() }, 2.25), Some(on_top), "what is seen is taken");
         assert_eq!(pick(true, 3.5), None);
     }
 

@@ -37,7 +37,7 @@ pub(super) struct Plots {
     pub(super) cursor: Option<f64>,
 }
 
-/// What a person did with the plots.
+/// Actions of a person on the plots.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Asked {
     Nothing,
@@ -48,7 +48,8 @@ pub(super) enum Asked {
 }
 
 impl Plots {
-    /// All charts, side by side. `names`: what is felt, and what it is compared with, if it is.
+    /// Draws all charts, side by side. `names`: of the felt and the compared settings, if a
+    /// comparison runs.
     pub(super) fn show(&self, ui: &mut Ui, history: &History, theme: Theme, names: Option<[&str; 2]>) -> Asked {
         let colours = theme.colours();
         let (whole, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
@@ -82,7 +83,7 @@ impl Plots {
     }
 }
 
-/// What all charts show something of.
+/// Data that all charts share.
 struct Seen<'a> {
     history: &'a History,
     intervals: &'a [Interval],
@@ -211,7 +212,7 @@ impl Seen<'_> {
         painter.text(pos2(field.left() + 4.0, y(top)), Align2::LEFT_TOP, number(top), font, faint);
     }
 
-    /// What the chart is, and its value: as large as there is room for both.
+    /// Writes the chart's name and its value, as large as there is room for both.
     fn head(&self, ui: &Ui, field: Rect, chart: &Chart) {
         let base = field.top() - 5.0;
         let painter = ui.painter();

@@ -1,5 +1,4 @@
-//! What of the engine's settings stands on a slider: its unit, its range, and what goes along with
-//! it.
+//! The sliders: units, ranges, and settings that change together.
 //!
 //! Ranges come from the settings that fit the device. A coupling is quiet up to about twice what
 //! palpus chooses for it (see [`palpus::render::VirtualCoupling`]), and so is a device without one
@@ -60,7 +59,7 @@ const KEY_PART: f64 = 0.05;
 const KEY_FACTOR: f64 = 1.1;
 
 impl Fitting {
-    /// What the first presets of each kind say; `now` where there are none.
+    /// Settings of the first presets of each kind; `now` without presets.
     pub(super) fn of(presets: &[Preset], now: &Settings) -> Self {
         let all = || presets.iter().map(|preset| preset.settings).chain([*now]);
         let direct = all().find(|settings| settings.coupling.is_none());
@@ -113,7 +112,7 @@ impl Quantity {
         }
     }
 
-    /// What it is, in a sentence.
+    /// Explains the quantity in a sentence.
     pub(super) fn words(self) -> &'static str {
         match self {
             Self::Stiffness => "how hard a contact pushes back",
@@ -171,7 +170,7 @@ impl Quantity {
             }
             Self::StaticFriction | Self::DynamicFriction => {
                 let Some(friction) = &mut settings.friction else { return };
-                // What slides is not held more than what rests.
+                // Dynamic friction is at most static friction.
                 if self == Self::StaticFriction {
                     friction.static_coefficient = value;
                     friction.dynamic_coefficient = friction.dynamic_coefficient.min(value);

@@ -1,14 +1,14 @@
-//! What the window may see of the run behind it, and ask of it.
+//! The interface between the window and the run behind it.
 //!
-//! The window draws and asks; a [`Run`] answers. Every call comes from the window's thread and
-//! returns at once: what takes time (preparing a mesh) goes on elsewhere and is asked after in each
-//! frame, and what the servo loop is to do reaches it as a newest value, never by waiting. Frames:
-//! poses are the probe's in the world.
+//! The window draws and asks; a [`Run`] answers. All calls come from the window's thread and return
+//! at once: slow work (preparing a mesh) goes on elsewhere and is polled in each frame, and
+//! requests reach the servo loop as a newest value, never by waiting. Frames: poses are the probe's
+//! in the world.
 
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use palpus::algebra::Twist;
+use palpus::algebra::{Pose, Twist};
 use palpus::render::Settings;
 use palpus_device::{Cuts, DeviceSpec, Guide, Newest, Phase};
 
@@ -33,17 +33,17 @@ pub trait Run {
     /// In words, when it cannot be.
     fn compare(&mut self, with: Option<&Settings>) -> Result<(), String>;
 
-    /// What was computed by them since the last call, oldest first, and what the newest of it has
-    /// to show, if there is something.
+    /// Passes the ticks computed with other settings since the last call, oldest first, and returns
+    /// the newest moment of them, if there is one.
     fn compared(&mut self, each: &mut dyn FnMut(ComparedTick)) -> Option<&Moment>;
 
-    /// What is held, for its name, its limits and its workspace.
+    /// The device, for its name, its limits and its workspace.
     fn device(&self) -> &DeviceSpec;
 
     /// The engine's settings as they are from the next tick on.
     fn settings(&self) -> Settings;
 
-    /// Changes them, from the next tick on. Capacity and limits stay what they are.
+    /// Changes the settings from the next tick on. Capacity and limits stay as they are.
     ///
     /// # Errors
     /// In words, when they cannot be; the run then goes on as it was.
@@ -61,18 +61,21 @@ pub trait Run {
     fn can_guide(&self) -> bool;
 
     /// The simulated hand intends this pose of the probe (its mesh's frame, world) from now on, and
-    /// goes there as fast as hands do; or lets go of it, or goes back to its script. Does nothing
-    /// where the probe cannot be guided.
+    /// goes there as fast as hands do; or lets go of it, or goes back to its script. Without a
+    /// simulated hand this does nothing.
     fn guide(&mut self, guide: Guide);
 
-    /// Told in every frame: the key for force is held, or not.
+    /// Called in every frame: the key for force is held, or not.
     fn hold(&mut self, held: bool);
 
-    /// What to tell at once of a probe that began inside the part, if it did.
+    /// Message about a probe that began inside the part, if it did.
     fn start(&self) -> Option<String>;
 
-    /// What has to be done before force comes, where that is known.
+    /// Condition for force to come, if it is known.
     fn waits_for(&self) -> Option<String>;
+
+    /// Why there was no contact so far, and what to do, if the run is long enough for one.
+    fn untouched(&mut self) -> Option<String>;
 
     /// How far a SpaceMouse is being pushed, if there is one to guide the probe with.
     fn cap(&mut self) -> Cap;
@@ -98,33 +101,42 @@ pub trait Run {
     /// The file that is being written, while there is one.
     fn recording(&self) -> Option<PathBuf>;
 
-    /// What went wrong with the recording while the run went on, in words.
+    /// Description of a failure of the recording while the run went on.
     fn recording_trouble(&self) -> Option<String>;
 
-    /// The built-in scenes: name, and what there is to feel.
+    /// The built-in scenes: name, and description.
     fn scenes(&self) -> Vec<(String, String)>;
 
-    /// Reads a file that may be loaded, only to say what it is. The window calls the function on a
-    /// thread of its own.
+    /// Returns the function that reads a file to find its kind. The window calls it on a thread of
+    /// its own.
     fn reader(&self) -> fn(&Path) -> Result<FileKind, String>;
 
-    /// Begins to prepare what is to be felt next, while the loop goes on with what there is.
+    /// Starts to prepare the next scene, while the loop goes on with the current one.
     ///
     /// # Errors
-    /// In words, when it cannot even begin. What goes wrong later is told by [`Run::loading`].
+    /// Fails with a description if it cannot start. Later failures come by [`Run::loading`].
     fn load(&mut self, wanted: Wanted) -> Result<(), String>;
 
-    /// Begins the scene anew: everything stands where it stood at first.
+    /// Begins the scene anew: everything stands where it stood at first, and the probe where `at`
+    /// says, if it does.
     ///
     /// # Errors
     /// As [`Run::load`].
-    fn restart(&mut self) -> Result<(), String>;
+    fn restart(&mut self, at: Option<Start>) -> Result<(), String>;
 
-    /// How far that has come. A failure is told until the next [`Run::load`].
+    /// Saves the scene with the settings as they are, in a new file that can be run.
+    ///
+    /// # Errors
+    /// In words, when it cannot be written.
+    fn save(&mut self) -> Result<PathBuf, String>;
+
+    /// Files that were opened of late, newest first.
+    fn recent(&self) -> Vec<PathBuf>;
+
+    /// Progress of the preparation. A failure is reported until the next [`Run::load`].
     fn loading(&mut self) -> Loading;
 
-    /// Once after what was wanted has taken the place of what there was: what is to be seen from
-    /// now on.
+    /// Returns the new scene and its moments, once after it has replaced the old one.
     fn replaced(&mut self) -> Option<(Scene, Newest<Moment>)>;
 
     /// The loop has ended by itself.
@@ -133,7 +145,7 @@ pub trait Run {
     /// True if the window goes when the loop has ended.
     fn closes_when_over(&self) -> bool;
 
-    /// Told when the window goes: how it was drawn.
+    /// Called when the window closes, with statistics of its frames.
     fn painted(&mut self, _: Painted) {}
 }
 
@@ -144,7 +156,7 @@ pub struct Painted {
     pub frames: u64,
     /// Frames a second, from the first frame to the last; 0 with fewer than two.
     pub rate_hz: f64,
-    /// What drew them, as the graphics library calls it.
+    /// The renderer's name in the graphics library.
     pub renderer: String,
     /// Triangles of the bodies, as they are drawn.
     pub triangles: usize,
@@ -152,7 +164,7 @@ pub struct Painted {
     pub samples: u32,
 }
 
-/// What the window says in words and plots, of one tick.
+/// Values of one tick for texts and plots.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Numbers {
     /// Since the run began.
@@ -182,11 +194,11 @@ pub struct Numbers {
     pub contacts: u32,
     /// Groups of contacts that share a force.
     pub clusters: u32,
-    /// m: of the deepest contact, negative where the bodies overlap; infinite when there is none.
+    /// Separation of the deepest contact, m, negative in overlap; infinite without contacts.
     pub separation: f64,
-    /// What the safety chain took away in this tick.
+    /// Interventions of the safety chain in this tick.
     pub cuts: Cuts,
-    /// Where the engagement stands.
+    /// Phase of the engagement.
     pub phase: Phase,
     /// From where the probe is to where force can come, world, m: while that is waited for and
     /// known.
@@ -257,10 +269,10 @@ pub struct Preset {
     pub settings: Settings,
 }
 
-/// What a SpaceMouse says.
+/// State of a SpaceMouse.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Cap {
-    /// There is none.
+    /// No SpaceMouse was found.
     #[default]
     None,
     /// There is one that may not be read; why, and what mends it.
@@ -270,12 +282,12 @@ pub enum Cap {
     Pushed(Twist),
 }
 
-/// What a file holds.
+/// Kind of a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FileKind {
     /// A scene, which says all there is to say.
     Scene,
-    /// A mesh, whose unit nobody says.
+    /// A mesh, whose unit the file does not give.
     Mesh {
         /// Sides of the box about it, in the file's unit.
         size: DVec3,
@@ -284,32 +296,45 @@ pub enum FileKind {
     },
 }
 
-/// What is to be felt next.
+/// The next scene.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Wanted {
     /// A built-in scene, by name.
     Scene(String),
     /// A scene file.
     SceneFile(PathBuf),
-    /// A mesh in the place of one of the two bodies; the other stays.
-    Mesh {
-        /// Where it is.
-        file: PathBuf,
-        /// Which of the two it becomes.
-        part: Part,
-        /// m, of the file's unit.
-        metres_per_unit: f64,
+    /// Meshes in the place of the two bodies; a body without one stays.
+    Meshes {
+        /// The probe.
+        probe: Option<MeshFile>,
+        /// The environment.
+        environment: Option<MeshFile>,
     },
 }
 
-/// One of the two bodies.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Part {
-    /// What is held.
-    #[default]
-    Probe,
-    /// What it touches.
-    Environment,
+/// A mesh, and what its numbers mean.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshFile {
+    /// Path of the file.
+    pub file: PathBuf,
+    /// m, of the file's unit.
+    pub metres_per_unit: f64,
+}
+
+impl MeshFile {
+    /// Returns the file's name without its ending.
+    pub fn stem(&self) -> String {
+        self.file.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+    }
+}
+
+/// Start and grip of the probe.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Start {
+    /// Pose of its mesh, world; `None` for the scene's own.
+    pub probe: Option<Pose>,
+    /// m, in the frame of its mesh; `None` for the scene's own.
+    pub grip_a: Option<DVec3>,
 }
 
 /// How far preparing has come.
@@ -320,7 +345,7 @@ pub enum Loading {
     Idle,
     /// It goes on.
     UnderWay {
-        /// What is being done.
+        /// Description of the current work.
         words: String,
         /// How much is done, 0 to 1, where that can be said.
         part: Option<f64>,

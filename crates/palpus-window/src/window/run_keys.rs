@@ -1,18 +1,22 @@
-//! What can be asked of the window beside a run, and by which key, beside what every window can be
-//! asked for. Keys that move the probe are in `hand`.
+//! Actions of the window beside a run, and their keys, beside those of every window. Keys that move
+//! the probe are in `hand`.
 
 use eframe::egui::{self, Key};
 
 use super::keys::{self, Pressed, SceneAction, of_scene, pressed};
 
-/// What a key or a button asks for.
+/// Actions of keys and buttons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Action {
     Pause,
     Tick,
     Record,
     Restart,
+    /// The scene begins anew where the hand holds the probe.
+    Jump,
     Open,
+    Save,
+    Handles,
     Script,
     Freeze,
     Contacts,
@@ -20,7 +24,7 @@ pub(super) enum Action {
     Wrench,
     Anchors,
     Glass,
-    /// What is felt beside what it would be by other settings.
+    /// Compares the felt settings with others.
     Beside,
     /// These settings are what is compared with.
     Keep,
@@ -68,12 +72,14 @@ const fn held(group: Group, key: Key, action: Action, name: &'static str, words:
 }
 
 /// The window's own. A second key for the same has no words.
-const SHORTCUTS: [Shortcut; 30] = [
+const SHORTCUTS: [Shortcut; 33] = [
     once(Group::Run, Key::Space, Action::Pause, "Space", "pause, go on"),
-    held(Group::Run, Key::Period, Action::Tick, ".", "one tick, while it stands"),
+    held(Group::Run, Key::Period, Action::Tick, ".", "one tick, while paused"),
     once(Group::Run, Key::E, Action::Record, "E", "begin and end a recording"),
     once(Group::Run, Key::Backspace, Action::Restart, "Back", "begin the scene anew"),
-    once(Group::Run, Key::O, Action::Open, "O", "open a mesh or a scene"),
+    once(Group::Run, Key::J, Action::Jump, "J", "jump: begin where the hand holds it"),
+    once(Group::Run, Key::O, Action::Open, "O", "open meshes or a scene"),
+    once(Group::Run, Key::F2, Action::Save, "F2", "save the scene as a file"),
     once(Group::Run, Key::Escape, Action::Script, "Esc", "the hand goes back to its script"),
     once(Group::Run, Key::Z, Action::Freeze, "Z", "hold the picture; the loop goes on"),
     once(Group::Run, Key::F1, Action::Scene(SceneAction::Keys), "F1", ""),
@@ -93,6 +99,7 @@ const SHORTCUTS: [Shortcut; 30] = [
     held(Group::Settings, Key::Equals, Action::More, "=", ""),
     once(Group::View, Key::Home, Action::Scene(SceneAction::Everything), "Home", ""),
     once(Group::View, Key::Q, Action::PlotKind, "Q", "plots: size, axes, spectrum"),
+    once(Group::View, Key::F3, Action::Handles, "F3", "handles: probe, grip, none"),
     once(Group::View, Key::M, Action::Side, "M", "state and settings at the right"),
     once(Group::View, Key::C, Action::Contacts, "C", "contacts"),
     once(Group::View, Key::A, Action::Clusters, "A", "the force of each cluster"),
@@ -101,10 +108,10 @@ const SHORTCUTS: [Shortcut; 30] = [
     once(Group::View, Key::T, Action::Glass, "T", "environment: x-ray, glass, solid"),
 ];
 
-/// Where a device's button is to be held for force, this may be held instead.
+/// This key replaces the device's button for force while it is held.
 pub(super) const HOLD: Key = Key::G;
 
-/// What the mouse does, and the keys that are held.
+/// Actions of the mouse and of held keys.
 const MOUSE: [(&str, &str); 14] = [
     ("G, held", "force: after faults, or as a button"),
     ("drag the probe", "moves it, by a spring"),
@@ -122,12 +129,11 @@ const MOUSE: [(&str, &str); 14] = [
     ("Ctrl + and Ctrl −", "everything larger, smaller"),
 ];
 
-/// Points that the list leaves of the window, and what it takes whole.
-const MARGIN: f32 = 60.0;
-const WHOLE: [f32; 2] = [960.0, 580.0];
+/// Points: the width that the list takes in three columns.
+const WIDE: f32 = 960.0;
 
-/// What is asked for in this frame. Keys that controls know too are theirs while `elsewhere`, that
-/// is, while one of them is chosen.
+/// Returns the actions of this frame. Keys that controls use too belong to them while
+/// `elsewhere`, that is, while a control is chosen.
 pub(super) fn asked(context: &egui::Context, elsewhere: bool) -> Vec<Action> {
     let pressed = pressed(context).into_iter().filter(|pressed| !(elsewhere && is_of_controls(pressed.key)));
     pressed.filter_map(|pressed| meant(&pressed)).collect()
@@ -146,18 +152,11 @@ fn is_of_controls(key: Key) -> bool {
 
 /// The list that `?` shows.
 pub(super) fn list(ui: &mut egui::Ui) {
-    let room = ui.ctx().content_rect().size() - egui::Vec2::splat(MARGIN);
-    let scrolled = egui::ScrollArea::both().max_width(room.x).max_height(room.y);
-    let least = room.min(egui::Vec2::from(WHOLE));
-    scrolled.min_scrolled_width(least.x).min_scrolled_height(least.y).show(ui, |ui| {
-        // So that all of it is seen at once in a small window.
-        ui.style_mut().override_text_style = Some(egui::TextStyle::Small);
-        ui.spacing_mut().interact_size.y = 0.0;
-        parts(ui);
-    });
+    let is_wide = keys::room(ui).x >= WIDE;
+    keys::scrolled(ui, |ui| parts(ui, is_wide));
 }
 
-fn parts(ui: &mut egui::Ui) {
+fn parts(ui: &mut egui::Ui, is_wide: bool) {
     let part = |ui: &mut egui::Ui, title: &str, lines: &[(&str, &str)]| {
         ui.vertical(|ui| {
             ui.add(egui::Label::new(egui::RichText::new(title).heading()).extend());
@@ -175,11 +174,17 @@ fn parts(ui: &mut egui::Ui) {
             ui.add_space(10.0);
             part(ui, "What is felt", &of(Group::Settings));
         });
-        ui.add_space(22.0);
+        ui.add_space(if is_wide { 22.0 } else { 6.0 });
         part(ui, "What is seen", &seen);
-        ui.add_space(22.0);
-        part(ui, "The hand and the mouse", &MOUSE);
+        if is_wide {
+            ui.add_space(22.0);
+            part(ui, "The hand and the mouse", &MOUSE);
+        }
     });
+    if !is_wide {
+        ui.add_space(10.0);
+        part(ui, "The hand and the mouse", &MOUSE);
+    }
 }
 
 #[cfg(test)]

@@ -1,8 +1,9 @@
-//! How long arrows are: for what is felt of late, so that a light touch on a strong device is seen.
+//! Lengths of arrows: scaled to the recent forces, so that a light touch on a strong device is
+//! seen.
 
-/// s in which what was felt is forgotten, by a factor of e.
+/// s in which the recent largest force decays by a factor of e.
 const MEMORY: f64 = 6.0;
-/// Of the device's limit: less does not make an arrow as long as it may be.
+/// Share of the device's limit: a smaller force does not reach the full length of an arrow.
 const LEAST: f64 = 0.02;
 
 /// The largest value of late.

@@ -1,4 +1,4 @@
-//! What the graphics library runs for every corner and every pixel.
+//! The programs of the graphics library for corners and pixels.
 #![allow(unsafe_code)] // As in `gl`.
 
 use eframe::egui_glow::ShaderVersion;
@@ -7,7 +7,7 @@ use eframe::glow::{self, HasContext};
 /// The program that draws bodies and marks; where `by_processor`, light is worked out for corners.
 ///
 /// # Errors
-/// What the graphics library says.
+/// Fails with the message of the graphics library.
 ///
 /// # Safety
 /// The context is current.
@@ -22,7 +22,7 @@ pub(super) unsafe fn program(gl: &glow::Context, by_processor: bool) -> Result<g
 /// are numbered as they come.
 ///
 /// # Errors
-/// What the graphics library says.
+/// Fails with the message of the graphics library.
 ///
 /// # Safety
 /// The context is current.
@@ -70,8 +70,7 @@ const PRECISION: &str = "#ifdef GL_ES\nprecision highp float;\nprecision highp i
 /// Most capsules that a body is seen through at: two hands' probes.
 pub(super) const XRAYS: usize = 2;
 
-/// Where a processor draws: light is worked out for corners, not for every pixel of every small
-/// triangle.
+/// For software renderers: light is computed for corners, not for all pixels of small triangles.
 const PER_CORNER: &str = "#define PER_CORNER\n";
 
 /// Light and cover of a place, for both shaders.
@@ -127,8 +126,8 @@ void main() {
 
 const FRAGMENT: &str = "
 uniform float u_wire;
-// Of capsules that are seen through a body: ends (pixels, and m from the eye), radius (pixels) and
-// reach (m). What is drawn: all of a body, what of it is solid, what is not; or a patch.
+// Capsules around which bodies are transparent: ends (pixels, and m from the eye), radius (pixels)
+// and reach (m). The pass: a whole body, its solid part, its translucent part; or a patch.
 uniform vec3 u_ends[2 * XRAYS];
 uniform vec2 u_sizes[XRAYS];
 uniform int u_part;

@@ -23,6 +23,8 @@ pub(super) fn show<'a>(
             .with_inner_size([1280.0, 860.0])
             .with_min_inner_size([640.0, 480.0]),
         depth_buffer: 24,
+        // For flat panels; the background of scenes is drawn without egui.
+        dithering: false,
         ..eframe::NativeOptions::default()
     };
     let run = || eframe::run_native("palpus", options, Box::new(|creation| Ok(app(creation)?)));

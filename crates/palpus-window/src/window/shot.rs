@@ -8,7 +8,7 @@ use eframe::egui::ColorImage;
 
 use crate::picture::Picture;
 
-/// Where they go.
+/// Folder of the pictures.
 const FOLDER: &str = "palpus-out";
 /// Most pictures in a folder.
 const MOST: u32 = 100_000;
@@ -30,7 +30,7 @@ fn keep_in(folder: &Path, image: &ColorImage) -> io::Result<PathBuf> {
     Ok(file)
 }
 
-/// The first file of which there is none yet; now there is one.
+/// Creates the first file whose name is free.
 fn free(folder: &Path) -> io::Result<PathBuf> {
     for k in 1..MOST {
         let path = folder.join(format!("window-{k}.png"));

@@ -23,7 +23,7 @@ pub(super) fn amplitudes(values: &[f64]) -> Option<Vec<f64>> {
     Some(transformed[1..=LENGTH / 2].iter().map(|[re, im]| scale * re.hypot(*im)).collect())
 }
 
-/// Of as many values as a power of two.
+/// Fourier transform of as many values as a power of two.
 fn transform(values: &[[f64; 2]]) -> Vec<[f64; 2]> {
     if values.len() < 2 {
         return values.to_vec();

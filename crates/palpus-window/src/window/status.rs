@@ -18,7 +18,7 @@ const CUT_SPAN: Duration = Duration::from_millis(1500);
 /// Points.
 const VALUE: f32 = 20.0;
 
-/// What the window remembers of the numbers that it saw.
+/// The window's memory of the numbers that it showed.
 pub(super) struct Status {
     now: Numbers,
     counted: (Instant, u64),
@@ -69,7 +69,7 @@ impl Status {
         let (words, is_well) = if run.is_over() {
             ("the run has ended", true)
         } else if run.is_paused() {
-            ("stands still", true)
+            ("paused", true)
         } else {
             said(self.now.phase)
         };
@@ -95,18 +95,21 @@ impl Status {
         ui.label(small(waits_for.unwrap_or_else(|| format!("{}{rate}", run.device().name))));
         self.numbers(ui);
         let cuts: Vec<&str> = self.cuts().map(Cut::name).collect();
-        let mut words =
-            if cuts.is_empty() { String::new() } else { format!("cut: {}", cuts.join(", ").replace('_', " ")) };
+        let mut words = if cuts.is_empty() {
+            String::new()
+        } else {
+            format!("force reduced: {}", cuts.join(", ").replace('_', " "))
+        };
         if self.now.carried > CARRIED {
             let comma = if words.is_empty() { "" } else { "; " };
-            words += &format!("{comma}{:.0} % of the contacts carried", 100.0 * self.now.carried);
+            words += &format!("{comma}{:.0} % of the contacts extrapolated", 100.0 * self.now.carried);
         }
         // Always there, so that nothing below it moves.
         ui.label(RichText::new(words).small().color(ui.visuals().warn_fg_color));
         Self::trouble(ui, run);
     }
 
-    /// What the person should know beside the numbers.
+    /// Writes warnings beside the numbers.
     fn trouble(ui: &mut Ui, run: &dyn Run) {
         if let Some(words) = run.recording_trouble() {
             ui.label(RichText::new(words).small().color(ui.visuals().error_fg_color));
@@ -149,13 +152,13 @@ impl Status {
 /// Share of the contacts: fewer that are carried are nothing to speak of.
 const CARRIED: f64 = 0.01;
 
-/// Where the engagement stands, and whether that is as it should be.
+/// Text for a phase of the engagement, and whether it is normal.
 fn said(phase: Phase) -> (&'static str, bool) {
     match phase {
-        Phase::Engaged => ("engaged", true),
-        Phase::Idle => ("hold its button, or G", true),
-        Phase::Waiting => ("out of contact first", false),
-        Phase::Ramping => ("engaging", true),
+        Phase::Engaged => ("force is on", true),
+        Phase::Idle => ("hold the button, or G", true),
+        Phase::Waiting => ("move clear of the part", false),
+        Phase::Ramping => ("force is rising", true),
         Phase::Faulted => ("a fault: no force", false),
         Phase::Stopped => ("stopped by a fault", false),
         Phase::Latched => ("faults: press G", false),

@@ -1,5 +1,5 @@
-//! A scene in three dimensions, turned, moved and neared by the mouse: the middle of every window
-//! that shows bodies.
+//! A scene in three dimensions, turned, moved and zoomed by the mouse: the middle of every window
+//! with bodies.
 //!
 //! In each frame a window
 //!
@@ -19,7 +19,9 @@ use eframe::{egui_glow, glow};
 use glam::{DMat4, DVec3};
 use palpus::algebra::Pose;
 
+use super::backdrop::Backdrop;
 use super::gl::{Artist, Drawing, DrawnBody, projection, view};
+use super::pace::Pace;
 use super::run::Painted;
 use super::{compass, floor};
 use crate::camera::{Camera, View};
@@ -31,9 +33,6 @@ use crate::scene::{Look, Scene, ShownBody};
 use crate::solid::Solid;
 use crate::style::Style;
 
-/// Between two frames; longer where the processor draws, which the loop needs.
-const FRAME: Duration = Duration::from_millis(16);
-const FRAME_OF_PROCESSOR: Duration = Duration::from_millis(30);
 /// rad the view turns for a point of the mouse.
 const TURN: f32 = 0.008;
 /// How much nearer a step of the wheel comes: the exponent for a point.
@@ -47,6 +46,8 @@ const LONGEST_FRAME: f32 = 0.1;
 const MOST_DOTS: usize = 1000;
 /// Points.
 const LETTERS: f32 = 14.0;
+/// Points above that titles have.
+const TITLE: f32 = 36.0;
 
 /// See the module's outline.
 pub(super) struct View3d {
@@ -56,11 +57,12 @@ pub(super) struct View3d {
     /// The bodies in few triangles, for their shadow.
     shadowed: Vec<Arc<Solid>>,
     easel: Arc<Mutex<Easel>>,
-    frame: Duration,
+    pace: Pace,
 }
 
-/// What only the painting thread touches, while the graphics library listens.
+/// State that only the painting thread uses, while the graphics context is current.
 struct Easel {
+    backdrop: Backdrop,
     artist: Artist,
     piece_lightness: f64,
     wanted: Option<Vec<Arc<Solid>>>,
@@ -70,7 +72,7 @@ struct Easel {
     drawn: Option<[Instant; 2]>,
 }
 
-/// Where a view is in a frame, and what the mouse does there.
+/// Place of a view in a frame, and the mouse in it.
 pub(super) struct Area {
     pub(super) rect: Rect,
     pub(super) response: Response,
@@ -100,7 +102,7 @@ impl View3d {
     /// A view of what is in `scene`.
     ///
     /// # Errors
-    /// What the graphics library says.
+    /// Fails with the message of the graphics library.
     pub(super) fn new(creation: &eframe::CreationContext<'_>, scene: &Scene, style: &Style) -> Result<Self, String> {
         let gl = creation.gl.as_ref().ok_or("there is no OpenGL here")?;
         let piece_lightness = style.theme.colours().piece_lightness;
@@ -111,8 +113,9 @@ impl View3d {
             framed: false,
             ground: None,
             shadowed: shadowed(scene),
-            frame: if artist.by_processor { FRAME_OF_PROCESSOR } else { FRAME },
+            pace: Pace::new(artist.by_processor),
             easel: Arc::new(Mutex::new(Easel {
+                backdrop: Backdrop::new(gl, artist.by_processor)?,
                 artist,
                 piece_lightness,
                 wanted: None,
@@ -123,12 +126,12 @@ impl View3d {
         })
     }
 
-    /// How long a frame is to last on this machine.
-    pub(super) fn frame(&self) -> Duration {
-        self.frame
+    /// How long to wait after the frame that begins now.
+    pub(super) fn wait(&mut self) -> Duration {
+        self.pace.wait(Instant::now())
     }
 
-    /// Where the eye is.
+    /// Returns the camera.
     pub(super) fn camera(&self) -> &Camera {
         &self.camera
     }
@@ -185,6 +188,7 @@ impl View3d {
     pub(super) fn destroy(&self, gl: &glow::Context) {
         if let Ok(easel) = self.easel.lock() {
             easel.artist.destroy(gl);
+            easel.backdrop.destroy(gl);
         }
     }
 
@@ -256,7 +260,7 @@ impl View3d {
         Ray { origin: self.camera.eye(), direction: direction.normalize() }
     }
 
-    /// Where a point of the world is in the window; none if it is behind the eye.
+    /// Place of a point of the world in the window; `None` if it is behind the eye.
     pub(super) fn seen_at(&self, area: &Area, point: DVec3) -> Option<Pos2> {
         let (width, height) = area.size();
         let seen = self.camera.project(point, width, height)?;
@@ -275,7 +279,7 @@ impl View3d {
 
     /// Draws `scene`, and `more` marks in the world.
     pub(super) fn draw(&self, ui: &egui::Ui, area: &Area, scene: &Scene, style: &Style, more: &[(Triangles, Rgb)]) {
-        background(ui, area.rect, style);
+        self.background(ui, area.rect, style);
         if let Some(ground) = &self.ground {
             let bodies = self.shadowed.iter().zip(&scene.bodies).map(|(solid, body)| (&**solid, body.pose));
             floor::draw(ui, area, &self.camera, ground, &ground.shadow(bodies), style);
@@ -297,7 +301,19 @@ impl View3d {
         self.label(ui, area, &labels, style);
     }
 
-    /// What the graphics library is told of the scene.
+    /// Fills the view, behind everything.
+    fn background(&self, ui: &egui::Ui, rect: Rect, style: &Style) {
+        let colours = style.theme.colours();
+        let easel = Arc::clone(&self.easel);
+        let callback = egui_glow::CallbackFn::new(move |_, painter| {
+            if let Ok(easel) = easel.lock() {
+                easel.backdrop.draw(painter.gl(), colours.above, colours.below);
+            }
+        });
+        ui.painter().add(egui::PaintCallback { rect, callback: Arc::new(callback) });
+    }
+
+    /// Describes the scene for the graphics library.
     fn drawing(&self, area: &Area, scene: &Scene, style: &Style, pixels: f64) -> (Drawing, Vec<Label>) {
         let view = view(&self.camera);
         let size = [area.size().0 * pixels, area.size().1 * pixels];
@@ -343,15 +359,21 @@ impl View3d {
     fn label(&self, ui: &egui::Ui, area: &Area, labels: &[Label], style: &Style) {
         let painter = ui.painter_at(area.rect);
         let halo = colour(style.theme.colours().below).gamma_multiply(0.75);
+        // Within the picture, whatever the arrow does, and below titles.
+        let room = area.rect.shrink(4.0);
+        let room = room.with_min_y((room.top() + TITLE).min(room.bottom()));
+        let mut taken: Vec<Rect> = Vec::new();
         for label in labels {
             let Some(at) = self.seen_at(area, label.point) else { continue };
             let words =
                 painter.layout_no_wrap(label.words.clone(), FontId::proportional(LETTERS), colour(label.colour));
-            // Within the picture, whatever the arrow does.
-            let room = area.rect.shrink(4.0);
             let place = Align2::LEFT_CENTER.anchor_size(at + egui::vec2(9.0, 0.0), words.size());
             let place = place.translate(room.clamp(place.min) - place.min);
-            let place = place.translate((room.max - place.max).min(egui::Vec2::ZERO));
+            let mut place = place.translate((room.max - place.max).min(egui::Vec2::ZERO));
+            while let Some(other) = taken.iter().find(|other| other.intersects(place)) {
+                place = place.translate(egui::vec2(0.0, other.bottom() + 1.0 - place.top()));
+            }
+            taken.push(place);
             painter.rect_filled(place.expand2(egui::vec2(4.0, 1.0)), 4.0, halo);
             painter.galley(place.min, words, colour(label.colour));
         }
@@ -388,21 +410,6 @@ fn shadowed(scene: &Scene) -> Vec<Arc<Solid>> {
 
 /// Triangles of a body.
 const MOST_SHADOWING: usize = 3000;
-
-/// Lighter above than below, as in pictures.
-fn background(ui: &egui::Ui, rect: Rect, style: &Style) {
-    let colours = style.theme.colours();
-    let (above, below) = (colour(colours.above), colour(colours.below));
-    let mut mesh = egui::Mesh::default();
-    for (corner, colour) in
-        [(rect.left_top(), above), (rect.right_top(), above), (rect.right_bottom(), below), (rect.left_bottom(), below)]
-    {
-        mesh.colored_vertex(corner, colour);
-    }
-    mesh.add_triangle(0, 1, 2);
-    mesh.add_triangle(0, 2, 3);
-    ui.painter().add(mesh);
-}
 
 /// As egui writes it.
 pub(super) fn colour(rgb: Rgb) -> Color32 {

@@ -1,5 +1,5 @@
-//! Who runs: palpus' walk, its proof and its march, and parry's GJK and EPA. Each remembers what
-//! its interface lets it remember.
+//! The contenders: palpus' walk, its proof and its march, and parry's GJK and EPA. Each keeps the
+//! memory that its interface allows.
 
 use glam::DVec3;
 use palpus::algebra::Placement;
@@ -70,7 +70,7 @@ pub(crate) enum Contender {
 }
 
 impl Contender {
-    /// Those that answer the question of a motion.
+    /// Returns the contenders that answer the question of a motion.
     pub(crate) fn all(motion: Motion) -> Vec<Self> {
         let names: &[Name] = if motion.overlaps() {
             &[Name::Local, Name::Proven, Name::ParryEpa]
@@ -128,7 +128,7 @@ impl Contender {
             Self::Proven { scratch, proof, memory, last } => {
                 let answer = depth_proven(a, b, &place.palpus, &[seed(last.as_ref())], memory, proof, scratch);
                 *last = Some(answer);
-                // What is not proven is no answer.
+                // An unproven depth is no answer.
                 if answer.certainty == Certainty::GloballyOptimal { -answer.depth } else { f64::NAN }
             }
             Self::March { last } => {
@@ -162,7 +162,7 @@ impl Contender {
     }
 }
 
-/// What is known beforehand.
+/// The start from the last answer.
 fn seed(last: Option<&Depth>) -> Seed {
     last.map_or(Seed::CentroidLine, Depth::seed)
 }

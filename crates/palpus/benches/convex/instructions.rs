@@ -32,7 +32,7 @@ const ROWS: [(Name, Motion); 10] = [
 /// The shape pairs.
 const SHAPES: [&str; 5] = ["hull 20", "hull 100", "hull 500", "hull 2000", "boxes"];
 
-/// What to run for a count.
+/// A run whose instructions are counted.
 pub(crate) struct Counted {
     row: usize,
     shape: usize,

@@ -16,10 +16,9 @@
 //! not counted. Ratios are of p50, palpus over parry.
 //!
 //! "Beaten" is the share of the poses at which another contender found a smaller depth or distance.
-//! Where palpus' proof is beaten (some poses of needles and cylinders, by 0.3 % to 3 % of the
-//! depth), parry is wrong: trying all face normals and edge pairs gives palpus' depth to the last
-//! digits, and parry's is less than any way out. So the proof is not beaten in truth; the walk
-//! alone is.
+//! If palpus' proof is beaten (some poses of needles and cylinders, by 0.3 % to 3 % of the
+//! depth), parry is wrong. Trying all face normals and edge pairs gives palpus' depth to the last
+//! digits, and parry's is smaller than any valid depth. So only the walk alone is beaten.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a bench is run to be read")]
 
@@ -37,7 +36,7 @@ use crate::contenders::{Contender, Subject};
 use crate::motions::{Case, Motion};
 use crate::table::Row;
 
-/// What was asked for.
+/// Arguments of the run.
 #[derive(Default)]
 struct Options {
     only: Option<String>,
@@ -53,7 +52,7 @@ impl Options {
         while let Some(word) = words.next() {
             let mut value = || words.next().ok_or(format!("{word} needs a value"));
             match word.as_str() {
-                // What cargo itself adds.
+                // Cargo adds this one.
                 "--bench" => {}
                 "--only" => options.only = Some(value()?),
                 "--out" => options.out = Some(value()?.into()),

@@ -13,7 +13,7 @@ use crate::motions::Motion;
 /// How often the whole is run; each pose counts with its fastest.
 pub(crate) const ROUNDS: usize = 5;
 
-/// What one contender did in one case.
+/// Result of one contender in one case.
 #[derive(Clone, Default)]
 pub(crate) struct Result {
     /// Nanoseconds per pose, by stretch.
@@ -71,7 +71,7 @@ pub(crate) fn run(
     }
 }
 
-/// What it costs to read the clock twice.
+/// Cost of reading the clock twice.
 fn clock_cost() -> f64 {
     static COST: OnceLock<f64> = OnceLock::new();
     *COST.get_or_init(|| {

@@ -5,9 +5,9 @@ use std::cell::Cell;
 
 /// An allowance of work, and what has been spent of it.
 ///
-/// One unit is about what it takes to look at one pair of nodes: the register of tolerances says
-/// what other things cost. The engine never asks a clock how far it may go; whoever has one sets
-/// the allowance ([`crate::render::Pacer`]).
+/// One unit is about the cost of looking at one pair of nodes; the register of tolerances lists the
+/// cost of other steps. The engine never reads a clock to limit its work; a caller with a clock
+/// sets the allowance ([`crate::render::Pacer`]).
 #[derive(Debug, Default)]
 pub struct Work {
     most: Option<u64>,
@@ -27,7 +27,7 @@ impl Work {
         Self::default()
     }
 
-    /// At most about `most` units: what has begun is finished.
+    /// At most about `most` units: a step that has begun is finished.
     pub fn of(most: Option<u64>) -> Self {
         Self { most, spent: Cell::new(0) }
     }
@@ -42,7 +42,7 @@ impl Work {
         Quota { work: self, until: self.most.unwrap_or(u64::MAX) }
     }
 
-    /// An equal share of what is left for the first of `parts` that are still to come.
+    /// Returns an equal share of the rest for the first of `parts` remaining parts.
     pub fn share(&self, parts: u64) -> Quota<'_> {
         self.all().part(parts)
     }

@@ -1,9 +1,9 @@
 //! Hands that the caller lends for work that falls into independent parts: the engine has no
 //! threads of its own.
 //!
-//! The engine cuts the work into parts by the size of the work alone, never by how many hands there
-//! are, and puts the answers together in the parts' order. So what comes out is the same whoever
-//! did it, and how many they were.
+//! The engine cuts the work into parts by the size of the work alone, never by the number of
+//! workers, and puts the answers together in the parts' order. So the result does not depend on the
+//! workers.
 
 use std::sync::OnceLock;
 

@@ -20,9 +20,9 @@ use crate::body::decompose::thicken::{WaysIn, inner_corners};
 pub struct BodySettings {
     /// Metres per unit of the model; finite and positive.
     pub scale: f64,
-    /// Relative to the model's bounding diagonal: how far a piece may deviate from the surface
-    /// where the file's few digits have bent its planes; from 0 to 1e-3. See [`Self::EXACT`] and
-    /// [`Self::HAPTIC`].
+    /// Relative to the model's bounding diagonal: how far a piece may deviate from the
+    /// surface where the file's few digits have bent its planes; from 0 to 1e-3. See
+    /// [`Self::EXACT`] and [`Self::HAPTIC`].
     pub flatness: f64,
     /// Pieces of closed surfaces reach into the solid as far as their part of the surface is the
     /// nearest, so that deep penetration is seen. Without, a piece is only as thick as its patch.
@@ -99,8 +99,8 @@ impl Body {
     /// under another name are not to be restored.
     pub const FINGERPRINT: &str = env!("PALPUS_BODY_FINGERPRINT");
 
-    /// Makes a body of polygons as read from a file; `progress` is told the fraction done, rising
-    /// to one.
+    /// Makes a body of polygons as read from a file; `progress` is called with the fraction done,
+    /// rising to one.
     pub fn from_soup(
         soup: &PolygonSoup,
         settings: &BodySettings,
@@ -109,7 +109,7 @@ impl Body {
         Self::from_soup_with(soup, settings, &Alone, progress)
     }
 
-    /// As [`Self::from_soup`], with the hands of `workers`. The body is the same whoever they are.
+    /// As [`Self::from_soup`], on `workers`. The body does not depend on them.
     pub fn from_soup_with(
         soup: &PolygonSoup,
         settings: &BodySettings,
@@ -120,8 +120,8 @@ impl Body {
     }
 
     /// Makes again the body that `parts` were of. `ground` must be that of the soup and the
-    /// settings that they were made from: what else they could be is the caller's to know; parts
-    /// that cannot belong together are an error.
+    /// settings that they were made from: what else they could be is the caller's to know;
+    /// parts that cannot belong together are an error.
     pub fn restore(ground: Ground, parts: BodyParts, workers: &dyn Workers) -> Result<Self, BodyError> {
         parts.check(ground.mesh.triangles().len(), workers).map_err(BodyError::Parts)?;
         Ok(Self::finish(ground, parts, workers))
@@ -237,7 +237,7 @@ impl Body {
     }
 }
 
-/// A mesh and what the pieces are found with: what of a body is quick to compute.
+/// A mesh and the data to find pieces: the parts of a body that are quick to compute.
 #[derive(Clone, Debug)]
 pub struct Ground {
     mesh: Mesh,
@@ -338,8 +338,8 @@ fn convex_pieces(
 /// The largest [`BodySettings::flatness`]: a thousandth of the model is a feature, not noise.
 const LARGEST_FLATNESS: f64 = 1e-3;
 
-/// How much of the work is done, for the progress report: when mesh, edges and tree stand; when the
-/// decomposition does, the ways in, the pieces, the hierarchy.
+/// Share of the work done, for the progress report: after mesh, edges and tree; after the
+/// decomposition, the inward paths, the pieces, the hierarchy.
 const GROUND_SHARE: f64 = 0.05;
 const BELOW_WAYS: f64 = 0.3;
 const BELOW_PIECES: f64 = 0.5;

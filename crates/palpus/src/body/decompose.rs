@@ -16,7 +16,7 @@
 //! costs the square of a patch's size.
 //!
 //! Deviations from \[EL01\]'s cresting search. Growth takes the candidate across the *sharpest*
-//! side first instead of first come first served: what is bent most is hardest to place later
+//! side first instead of first come first served: the most bent parts are hardest to place later
 //! (armadillo 7304 → 7265 patches, teacup 198 → 193, torus 50). Step 4 is added (armadillo → 7248,
 //! teacup → 192, teaspoon 123 → 115). Containment is decided by one test, see `contain`. Tried and
 //! left out: choosing always the seed that now yields the largest patch took ten to thirty times as

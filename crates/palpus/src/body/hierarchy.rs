@@ -86,9 +86,9 @@ pub enum HierarchyError {
 }
 
 impl Hierarchy {
-    /// A tree from its nodes, children before parents, and the hulls of its inner nodes in the
-    /// nodes' order; `None` unless it is one tree with each of so many `pieces` in one leaf. That
-    /// its volumes hold what is below is the caller's promise.
+    /// Makes a tree from its nodes, children before parents, and the hulls of its inner nodes in
+    /// the nodes' order; `None` unless it is one tree with each of so many `pieces` in one leaf.
+    /// The caller promises that its volumes hold their descendants.
     pub fn from_parts(
         nodes: impl IntoIterator<Item = (NodeKind, Sphere, OrientedBox)>,
         hulls: Vec<Polytope>,
@@ -254,8 +254,8 @@ mod tests {
                 .collect();
             convex_hull(&corners, 1e-12).unwrap().into_polytope().unwrap().0
         };
-        // The second is a pyramid on the first one's top: each of its slopes runs down to vertices
-        // of both.
+        // The second is a pyramid on the first one's top: each of its slopes runs down to
+        // vertices of both.
         let base = cuboid(0.0, 1.0);
         let apex = DVec3::new(0.5, 0.5, 1.2);
         let top: Vec<DVec3> = base.vertices().iter().copied().filter(|v| v.z > 0.5).chain([apex]).collect();

@@ -2,7 +2,7 @@
 //! \[K02 §3.2\].
 
 mod aabb;
-#[expect(clippy::module_inception, reason = "the room is named after what is built in it, and this is it")]
+#[expect(clippy::module_inception, reason = "the room is named after its main type")]
 mod body;
 mod decompose;
 mod hierarchy;

@@ -229,9 +229,9 @@ impl Polytope {
         Ring(self.lists.all.part(self.lists.ring(v)))
     }
 
-    /// How far any vertex stands off the plane of a face around it, or an end of its edges outside
-    /// of that plane: the most by which a face's plane may differ from a supporting one, in metres.
-    /// It is rounding unless faces were merged that are not quite flat.
+    /// How far any vertex stands off the plane of a face around it, or an end of its edges
+    /// outside of that plane: the most by which a face's plane may differ from a supporting one, in
+    /// metres. It is rounding unless faces were merged that are not quite flat.
     #[inline]
     pub fn bulge(&self) -> f64 {
         self.bulge
@@ -306,8 +306,7 @@ impl Polytope {
         }
     }
 
-    /// The same, for one who has a vertex near to it: climbs from `hint`, unless looking at all is
-    /// quicker.
+    /// Returns the support vertex, climbing from `hint` unless looking at all is quicker.
     #[inline]
     pub fn support_from(&self, hint: u32, direction: DVec3) -> u32 {
         self.directory.scan(direction).unwrap_or_else(|| self.climb(hint, direction).0)

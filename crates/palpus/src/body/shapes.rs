@@ -39,7 +39,7 @@ pub(super) fn torus(major: f64, minor: f64, n: u32, m: u32) -> Mesh {
 pub(super) fn model(name: &str) -> Option<PolygonSoup> {
     let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/models")).join(name);
     let Ok(text) = std::fs::read(&path) else {
-        eprintln!("skipped: the model {name} is not there");
+        eprintln!("skipped: the model {name} is missing");
         return None;
     };
     let mut soup = PolygonSoup::new();

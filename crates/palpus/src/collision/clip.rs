@@ -47,7 +47,7 @@ pub(super) fn closest_parameters(p: DVec3, d: DVec3, q: DVec3, e: DVec3) -> Segm
     SegmentParameters { s: ((e * t - r).dot(d) / dd).clamp(0.0, 1.0), t }
 }
 
-/// Where the part of an edge that lies over a face comes nearest to the face's plane.
+/// The point of the part of an edge over a face that is nearest to the face's plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum OverFace {
     /// The edge crosses the face.
@@ -56,8 +56,8 @@ pub(super) enum OverFace {
     Tail,
     /// At the edge's second end.
     Head,
-    /// Where it enters or leaves the prism, or it misses the prism: over this side (index into the
-    /// face's loop).
+    /// The point at which it enters or leaves the prism over this side (index into the face's
+    /// loop), or the side over which it misses the prism.
     Side(usize),
 }
 

@@ -28,11 +28,13 @@ pub struct TraversalCounters {
     /// Pairs of the front that were due or awake and were left for the next query, since the work
     /// allowed was done.
     pub postponed: u32,
+    /// Pairs within tolerance at rest: their contacts are those of an earlier query, moved along.
+    pub resting: u32,
     /// Node pairs in the tree down to the front's cut.
     pub front: u32,
     /// Leaf pairs of the front within tolerance.
     pub near: u32,
-    /// 1 if the front began anew: in the first query, after a jump, or when it was told to forget.
+    /// 1 if the front began anew: in the first query, after a jump, or after it was cleared.
     pub restarted: u32,
 }
 
@@ -58,6 +60,7 @@ impl std::ops::AddAssign for TraversalCounters {
             merged,
             crowded,
             postponed,
+            resting,
             front,
             near,
             restarted,
@@ -73,6 +76,7 @@ impl std::ops::AddAssign for TraversalCounters {
         self.merged += merged;
         self.crowded += crowded;
         self.postponed += postponed;
+        self.resting += resting;
         self.front += front;
         self.near += near;
         self.restarted += restarted;

@@ -6,31 +6,32 @@
 //! hardly moves, and most of what lies on it need not even be looked at:
 //!
 //! 1. A pair on the cut at distance D more than the tolerance t *sleeps*. It cannot matter before
-//!    the bodies have moved D − t against each other; the [`Odometer`] sums up the motion, and the
-//!    [`WakeBoard`] knows who is due.
+//!    the bodies have moved D − t against each other. The [`MotionBound`] sums up the motion, and
+//!    the [`WakeBoard`] finds the pairs that are due.
 //! 2. A pair that is due is measured again: by spheres, by the gap along the normal that separated
 //!    it last, by boxes when these promise a short sleep only, by hulls when those do. When it is
 //!    still apart, it goes on sleeping; otherwise it is split and its halves are measured.
 //! 3. A pair of leaves within tolerance is *awake*: it is marched every tick, from the features on
-//!    which it ended last time.
+//!    which it ended last time. Of many such pairs, those whose last answers are still good enough
+//!    are at rest (`rest`).
 //! 4. Halves that both sleep long are *merged*: the pair that they came from is measured, and when
 //!    it is far enough it sleeps in their place. When it is not, it says itself after how much
 //!    motion it makes sense to try again.
 //!
-//! Steps 2 to 4 have a file each (`due`, `awake`, `merge`).
+//! Steps 2 to 4 have a file each (`due`, `awake` and `rest`, `merge`).
 //!
-//! A frame so costs what is in contact and what is due, however large the models. The answer is
-//! that of a walk from the root in each frame: both split the same pairs by the same tests, but the
-//! front knows for most that their test would fail.
+//! The cost of a query grows with the contacts and the pairs that are due, not with the size of the
+//! models. The result is that of a walk from the root in each query. Both split the same pairs by
+//! the same tests, but the front knows for most pairs that their test would fail.
 //!
-//! A query may be given a [`Quota`] of work. Due pairs have the first half of it, since what they
-//! find is new; then those awake are marched, in turns from query to query, for a quarter of the
-//! rest, since what follows costs more than a march does. What is left is as overdue next time, and
-//! is looked at then; meanwhile [`Front::unseen_separation`] says how near a pair that was not
-//! looked at can be, and the list of those unvisited which contacts were not.
+//! A query may be given a [`Quota`] of work. Due pairs have the first half of it, since their
+//! results are new. Then awake pairs are marched, in turns from query to query, for a quarter of
+//! the rest, since the stages after a march cost more than it does. Pairs that are left stay due
+//! and come in the next query. Meanwhile [`Front::unseen_separation`] bounds their separation from
+//! below, and the list of unvisited pairs names those with contacts.
 //!
 //! All memory is obtained at construction. A pair for which there is no room to split stays due
-//! every tick, and what is below it is searched without memory (`below`); that is slower, and
+//! every tick, and its descendants are searched without memory (`below`); that is slower, and
 //! counted. After a jump the front begins anew at the roots.
 //!
 //! After the *front* of [Ehmann and Lin 2001, §5.2] and [Li and Chen, *Incremental 3D collision
@@ -42,12 +43,13 @@ mod below;
 mod due;
 mod merge;
 mod pair;
+mod rest;
 mod validate;
 
 use glam::DVec3;
 
 use super::march::{initial_features, march};
-use super::odometer::Odometer;
+use super::motion_bound::MotionBound;
 use super::thickness::Thickness;
 use super::wakes::{BLOCK, WakeBoard};
 use super::{
@@ -58,6 +60,7 @@ use crate::algebra::{Placement, Quota, Work};
 use crate::body::{FeaturePair, NodeKind};
 use below::NodePair;
 use pair::{NONE, Pair, State};
+use rest::Rest;
 
 /// The cut between what is looked at and what sleeps, for one pair of bodies.
 #[derive(Clone, Debug)]
@@ -66,8 +69,9 @@ pub struct Front {
     /// places 2k and 2k + 1.
     pairs: Vec<Pair>,
     memories: Vec<WarmStart>,
+    rests: Vec<Rest>,
     wakes: WakeBoard,
-    odometer: Odometer,
+    motion_bound: MotionBound,
     /// Thicknesses of a and of b.
     thickness: [Thickness; 2],
     /// Places of leaf pairs within tolerance.
@@ -77,7 +81,7 @@ pub struct Front {
     /// Places from here on were never used.
     fresh: u32,
     stack: Vec<u32>,
-    /// Those of the last query: tolerance, and about how far the bodies move in a tick.
+    /// Tolerance of the last query, and about how far the bodies move in a tick.
     tolerance: f64,
     pace: f64,
     /// The length of motion that is a jump.
@@ -85,12 +89,19 @@ pub struct Front {
     begun: bool,
     /// The first so many of those awake were not visited by the last query.
     unvisited: usize,
-    /// Where the board is searched first.
+    /// Of these, so many first ones had to be.
+    late: usize,
+    /// Places on the way into `awake`.
+    sorted: [Vec<u32>; 2],
+    rest_share: f64,
+    /// Rests from before this sum of the motion bound are over.
+    rests_from: u64,
+    /// The block of the board at which the search for due pairs starts.
     first_block: usize,
     /// There was no room for some pair since the front began: being due then says nothing about its
     /// distance.
     was_crowded: bool,
-    /// Of a search below a pair of nodes.
+    /// Stack of the search below a pair of nodes.
     below: Vec<NodePair>,
     /// Nodes of the pair that was nearest last.
     last_nearest: Option<[u32; 2]>,
@@ -107,8 +118,9 @@ impl Front {
         Self {
             pairs: vec![Pair::of(0, 0, NONE); places],
             memories: vec![WarmStart::BLANK; places],
+            rests: vec![Rest::NONE; places],
             wakes: WakeBoard::new(places),
-            odometer: Odometer::new(root_a, root_b),
+            motion_bound: MotionBound::new(root_a, root_b),
             thickness: [Thickness::of(a), Thickness::of(b)],
             awake: Vec::with_capacity(places),
             free: Vec::with_capacity(places / 2),
@@ -119,6 +131,10 @@ impl Front {
             jump: JUMP * root_a.half.length().min(root_b.half.length()),
             begun: false,
             unvisited: 0,
+            late: 0,
+            sorted: [(); 2].map(|()| Vec::with_capacity(places)),
+            rest_share: 0.0,
+            rests_from: 0,
             first_block: 0,
             was_crowded: false,
             below: Vec::with_capacity(2 * depth),
@@ -129,7 +145,7 @@ impl Front {
     /// Forgets the past; the next query begins at the roots.
     pub fn clear(&mut self) {
         self.begun = false;
-        self.odometer.clear();
+        self.motion_bound.clear();
         self.last_nearest = None;
     }
 
@@ -141,8 +157,8 @@ impl Front {
         self.within_quota(placed, &Work::unlimited().all(), found)
     }
 
-    /// The same, as far as one gets with `quota`, and at least one pair farther than last time.
-    /// Pairs that are too thick for what is asked are as overdue at the next query.
+    /// Does the work of [`Self::within`] up to `quota`, and visits at least one pair more than the
+    /// last query. Pairs thicker than `thinner_than` stay due until the next query.
     pub fn within_quota(
         &mut self,
         query: &PlacedPair<'_>,
@@ -160,7 +176,7 @@ impl Front {
         };
         self.visit_awake(query, before, &quota.half().half(), found, &mut counters);
         if !done {
-            counters.postponed += self.wakes.count_below(self.blocks(), self.odometer.sum());
+            counters.postponed += self.wakes.count_below(self.blocks(), self.motion_bound.sum());
         }
         counters.dropped = found.dropped();
         counters.front = self.node_pairs() as u32;
@@ -183,7 +199,7 @@ impl Front {
     /// How far the bodies have moved against each other since the last query, model units: at least
     /// as far as any distance of two points has changed. `None` before the first query.
     pub(crate) fn motion_to(&self, pose_ba: &Placement) -> Option<f64> {
-        self.odometer.motion_to(pose_ba)
+        self.motion_bound.motion_to(pose_ba)
     }
 
     /// Every pair of pieces that was neither found nor left for a later turn is at least this far
@@ -191,24 +207,13 @@ impl Front {
     /// unless the quota was spent.
     pub fn unseen_separation(&self) -> f64 {
         let least = self.wakes.least(self.blocks());
-        if least >= self.odometer.sum() {
+        if least >= self.motion_bound.sum() {
             self.tolerance
         } else if least == 0 || self.was_crowded {
             f64::NEG_INFINITY
         } else {
-            self.tolerance - self.odometer.since(least)
+            self.tolerance - self.motion_bound.since(least)
         }
-    }
-
-    /// How many pairs of pieces were within tolerance at their last visit and not visited by the
-    /// last query.
-    pub(crate) fn unvisited(&self) -> usize {
-        self.unvisited
-    }
-
-    /// Place and pieces of one of them.
-    pub(crate) fn unvisited_pair(&self, placed: &PlacedPair<'_>, k: usize) -> (u32, [u32; 2]) {
-        (self.awake[k], self.pieces(placed, self.awake[k]))
     }
 
     /// Places that pairs may be remembered at.
@@ -222,7 +227,7 @@ impl Front {
         if let Some(k) = self.awake.iter().position(|&awake| awake == place) {
             self.awake.rotate_left(k);
         }
-        self.unvisited = 0;
+        (self.unvisited, self.late) = (0, 0);
     }
 
     /// Keeps where the pair's depth walk ended, or its march when it is apart, for the next tick's
@@ -247,7 +252,7 @@ impl Front {
     /// more, wherever they are.
     pub(crate) fn remember_barren(&mut self, pair: &LeafPair, angle: f64) {
         if let Some(place) = pair.place {
-            let barren_until = self.odometer.turned() + angle;
+            let barren_until = self.motion_bound.turned() + angle;
             // No walk follows the pair meanwhile.
             let memory = &mut self.memories[place as usize];
             *memory = WarmStart { barren_until, facet: None, ..*memory };
@@ -256,7 +261,7 @@ impl Front {
 
     /// True if that is known of the pair, and still holds.
     pub(crate) fn is_barren(&self, pair: &LeafPair) -> bool {
-        pair.memory.is_some_and(|memory| memory.barren_until >= self.odometer.turned())
+        pair.memory.is_some_and(|memory| memory.barren_until >= self.motion_bound.turned())
     }
 
     /// Node pairs in the tree down to the cut.
@@ -264,12 +269,12 @@ impl Front {
         self.fresh as usize - 2 * self.free.len() - 1
     }
 
-    /// Step 1: what has moved since the last query is spent. A wider tolerance spends clearances
-    /// just so.
+    /// Step 1: takes the motion since the last query off all clearances. A wider tolerance does the
+    /// same.
     fn move_on(&mut self, query: &PlacedPair<'_>, counters: &mut TraversalCounters) {
-        let moved = self.odometer.advance(query.pose_ba);
+        let moved = self.motion_bound.advance(query.pose_ba);
         let wider = query.tolerance - self.tolerance;
-        let spent = wider <= 0.0 || self.odometer.spend(wider);
+        let spent = wider <= 0.0 || self.motion_bound.spend(wider);
         self.tolerance = query.tolerance;
         match moved {
             Some(moved) if self.begun && spent && moved <= self.jump => {
@@ -288,18 +293,19 @@ impl Front {
         self.free.clear();
         self.awake.clear();
         self.fresh = 2;
-        self.unvisited = 0;
+        (self.unvisited, self.late) = (0, 0);
         self.first_block = 0;
         self.was_crowded = false;
         self.pairs[0] = Pair::of(query.a.hierarchy.root(), query.b.hierarchy.root(), NONE);
         // A wake value of 0 is due whenever the sum is not.
-        self.odometer.spend(0.0);
+        self.motion_bound.spend(0.0);
         self.wakes.set(0, 0);
         self.pace = 0.0;
         self.begun = true;
+        self.end_rests();
     }
 
-    /// False for a pair whose pieces are all thicker than what the query is about.
+    /// False for a pair whose pieces are all thicker than the query's limit.
     #[inline]
     fn is_wanted(&self, query: &PlacedPair<'_>, place: u32) -> bool {
         let Pair { a, b, .. } = self.pairs[place as usize];
@@ -314,7 +320,7 @@ impl Front {
 
     fn sleep(&mut self, query: &PlacedPair<'_>, place: u32, distance: f64) {
         self.pairs[place as usize].state = State::Asleep;
-        self.wakes.set(place, self.odometer.due(distance - query.tolerance));
+        self.wakes.set(place, self.motion_bound.due(distance - query.tolerance));
     }
 
     /// Marches a pair from where it ended last, or cold.
@@ -347,12 +353,13 @@ impl Front {
         (answer, before)
     }
 
-    fn leaf_pair(&self, query: &PlacedPair<'_>, place: u32, answer: March, memory: Option<WarmStart>) -> LeafPair {
+    fn leaf_pair(&mut self, query: &PlacedPair<'_>, place: u32, answer: March, memory: Option<WarmStart>) -> LeafPair {
         let [piece_a, piece_b] = self.pieces(query, place);
+        self.end_rest(place, [piece_a, piece_b]);
         LeafPair { piece_a, piece_b, place: Some(place), proximity: answer.proximity, memory }
     }
 
-    /// Those of a pair of leaves.
+    /// Pieces of a pair of leaves.
     fn pieces(&self, placed: &PlacedPair<'_>, place: u32) -> [u32; 2] {
         let pair = self.pairs[place as usize];
         [piece_of(placed.a, pair.a), piece_of(placed.b, pair.b)]

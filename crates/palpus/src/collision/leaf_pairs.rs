@@ -1,12 +1,12 @@
 //! The leaf pairs that a query found, as many as there is room for: of more, the deepest.
 //!
 //! 1. Pairs are kept in the order in which they are found.
-//! 2. When there is no room any more, each newcomer takes the place of the pair that is least deep,
-//!    if that one is less deep than itself; what was left out is counted.
+//! 2. When there is no room any more, each new pair replaces the least deep one if it is deeper;
+//!    pairs left out are counted.
 //!
-//! How deep an overlapping pair is, is not known before its depth walk. It is told from the
-//! direction in which it was deep last tick, or in which the march noticed the overlap: how far the
-//! pieces overlap along that direction.
+//! The depth of an overlapping pair is unknown before its depth walk. It is estimated along the
+//! direction of the last tick's depth, or along that in which the march noticed the overlap: how
+//! far the pieces overlap along that direction.
 
 use std::collections::BinaryHeap;
 
@@ -21,11 +21,11 @@ pub struct LeafPair {
     pub piece_a: u32,
     /// Piece of b.
     pub piece_b: u32,
-    /// Where in the front the pair is remembered; `None` if there was no room for it.
+    /// The pair's place in the front; `None` if there was no room for it.
     pub(crate) place: Option<u32>,
     /// Apart or overlapping.
     pub proximity: Proximity,
-    /// What was remembered of the pair.
+    /// The pair's warm start from the last query.
     pub memory: Option<WarmStart>,
 }
 
@@ -60,7 +60,7 @@ impl LeafPairs {
         self.dropped = 0;
     }
 
-    /// Those found.
+    /// Returns the pairs that were found.
     pub fn as_slice(&self) -> &[LeafPair] {
         &self.pairs
     }
@@ -168,7 +168,7 @@ mod tests {
             };
             let (place, piece_a, piece_b) = (Some(0), 0, k as u32);
             // Overlapping pairs are measured at this pose: all as deep as a cube, and deeper than
-            // what is apart.
+            // pairs that are apart.
             found.push(LeafPair { piece_a, piece_b, place, proximity, memory: None }, &placed);
         }
         let overlapping = separations.iter().filter(|&&separation| separation <= 0.0).count();

@@ -14,10 +14,9 @@
 //!    vertex over the face, or an edge along a side.
 //! 4. A vertex below a face is a local minimum. Either the vertex is inside of the whole body (they
 //!    overlap), or some other face sees it from above and the march goes on there.
-//! 5. Otherwise the pair is closest. The answer is not believed but proven: no vertex of either
-//!    body may reach farther along the normal than the closest points do, which one ring per body
-//!    decides. When one does, by little, a second walk looks below the rounding that the first one
-//!    ignores.
+//! 5. Otherwise the pair is closest. The answer is then checked: no vertex of either body may reach
+//!    farther along the normal than the closest points do, which one ring per body decides. When
+//!    one does, by little, a second walk looks below the rounding that the first one ignores.
 //!
 //! The next state depends on the state alone, so a repeated state means a cycle. A cycle, an
 //! exhausted budget or a failed proof falls back to GJK, which answers under the same contract, and
@@ -46,8 +45,7 @@ use crate::algebra::tolerance::{MARCH_NOISE, MARCH_STEPS};
 use crate::body::Feature::{Edge, Face, Vertex};
 use crate::body::{Feature, FeaturePair, Polytope};
 
-/// Finds the closest points of a and b; all of the answer is in b's frame. `pose_ba` is the frame
-/// of a in b.
+/// Finds the closest points of a and b, in b's frame. `pose_ba` is the frame of a in b.
 ///
 /// `start` may be any features of the two; the last answer's make the query cheap. Bodies nearer
 /// than [`TOUCHING`](crate::algebra::tolerance::TOUCHING) times the sum of their radii count as
@@ -139,7 +137,7 @@ enum Walk {
     Lost(FeaturePair, StopReason),
 }
 
-/// Closest points that are yet to be believed.
+/// Candidates for the closest points, before their check.
 #[derive(Clone, Copy)]
 struct Candidate {
     closest: Closest,
@@ -148,7 +146,7 @@ struct Candidate {
     excess: f64,
 }
 
-/// What a walk works on.
+/// Input of a walk.
 struct Field<'a> {
     a: &'a Polytope,
     b: &'a Polytope,
@@ -255,8 +253,8 @@ impl Field<'_> {
         best
     }
 
-    /// The same points with the normal of a face that holds one of them, or one square to an edge
-    /// that does, if that leaves less beyond them.
+    /// Returns the same points with the normal of a face that holds one of them, or with a normal
+    /// square to an edge that holds one, if less reaches beyond them along it.
     ///
     /// A vertex that overhangs the end of a parallel face or edge by the last digit tilts the line
     /// between near points.

@@ -8,7 +8,7 @@ mod front;
 mod gjk;
 mod leaf_pairs;
 mod march;
-mod odometer;
+mod motion_bound;
 #[cfg(test)]
 mod oracle;
 mod proximity;

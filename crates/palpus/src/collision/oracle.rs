@@ -1,9 +1,9 @@
 //! Test bodies and the exhaustive distance oracle that the march and GJK are held against.
 //!
-//! The oracle's weakness: it looks at every vertex against every polygon and every edge against
-//! every edge, so it shares with its subjects only the closed forms of `algebra::closest`; edges
-//! that are parallel within 1e-8 are answered there with an error of up to 1e-8 of their length,
-//! but then a vertex against a face answers too.
+//! The oracle's weakness: it compares every vertex with every polygon and every edge with every
+//! edge, so it shares with its subjects only the closed forms of `algebra::closest`. For edges
+//! parallel within 1e-8 their error is up to 1e-8 of their length, but then a vertex and a face
+//! give the answer too.
 
 use glam::{DMat3, DQuat, DVec3};
 

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::body::FeaturePair;
 
-/// Whether two convex polytopes are apart or overlap.
+/// Result of a distance search: two convex polytopes are apart or overlap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Proximity {
     /// They are apart; the closest points.
@@ -29,7 +29,7 @@ pub struct Closest {
     pub features: FeaturePair,
 }
 
-/// What the distance search knows of an overlap: a start for the depth walk \[K02 §3.3.2\].
+/// Result of the distance search for an overlap: a start for the depth walk \[K02 §3.3.2\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Overlap {
     /// The feature pair at which the overlap was noticed.
@@ -55,7 +55,7 @@ pub enum StopReason {
 pub struct March {
     /// Apart or overlapping, in b's frame.
     pub proximity: Proximity,
-    /// Where to start from next time.
+    /// Features from which the next search starts.
     pub features: FeaturePair,
     /// Feature pairs visited, the fallback's iterations included.
     pub steps: u32,

@@ -24,7 +24,7 @@ pub(super) struct View<'a> {
     pub(super) reach: f64,
 }
 
-/// What one step of the march decides; features in the order p, q, geometry in q's frame.
+/// Decision of one step of the march; features in the order p, q, geometry in q's frame.
 pub(super) enum Step {
     /// Go on with this pair.
     Move(Feature, Feature),

@@ -89,7 +89,7 @@ fn the_direction_of_a_shallow_overlap_leads_out() {
     }
 }
 
-/// What is proven before a march, or the march.
+/// Result before the march: a bound that suffices, or the march itself.
 enum Bounded {
     Within(March),
     /// The bodies are at least this far apart, in metres, more than the bound; shown by the unit

@@ -6,7 +6,7 @@
 use super::Side;
 use crate::body::{NodeKind, Polytope};
 
-/// Of one body, model units.
+/// Thicknesses of one body's pieces and nodes, model units.
 #[derive(Clone, Debug)]
 pub(super) struct Thickness {
     pieces: Vec<f32>,
@@ -14,7 +14,7 @@ pub(super) struct Thickness {
 }
 
 impl Thickness {
-    /// Of all pieces and nodes.
+    /// Computes the thickness of all pieces and nodes.
     pub(super) fn of(side: Side<'_>) -> Self {
         let pieces: Vec<f32> = side.pieces.iter().map(|piece| thickness(piece) as f32).collect();
         let mut nodes = vec![f32::INFINITY; side.hierarchy.nodes().len()];
@@ -32,18 +32,18 @@ impl Thickness {
         Self { pieces, nodes }
     }
 
-    /// Of the thinnest piece of all.
+    /// Thickness of the thinnest piece of all.
     pub(super) fn of_all(&self) -> f64 {
         f64::from(self.pieces.iter().copied().fold(f32::INFINITY, f32::min))
     }
 
-    /// Of a piece.
+    /// Thickness of a piece.
     #[inline]
     pub(super) fn of_piece(&self, piece: u32) -> f64 {
         f64::from(self.pieces[piece as usize])
     }
 
-    /// Of the thinnest piece below a node.
+    /// Thickness of the thinnest piece below a node.
     #[inline]
     pub(super) fn of_node(&self, node: u32) -> f64 {
         f64::from(self.nodes[node as usize])

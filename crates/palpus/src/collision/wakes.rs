@@ -1,12 +1,12 @@
 //! When each sleeping pair has to be looked at: a board of wake values, searched block by block.
 //!
-//! A pair's wake value is the odometer's sum up to which it may sleep. The board keeps one value a
-//! place and the least value of each block of places; a tick reads one number a block and opens
-//! only the blocks in which something is due. Setting and silencing a value touch two numbers, so
-//! that pairs come and go for nothing.
+//! A pair's wake value is the motion bound's sum up to which it may sleep. The board keeps one
+//! value for each place and the least value of each block of places. A tick reads one number for
+//! each block and opens only the blocks in which a pair is due. Setting and clearing a value touch
+//! two numbers, so that pairs come and go at no cost.
 //!
-//! A heap would hand out the due pairs in order, which nobody needs, and would have to be repaired
-//! along a path for each of them; a wheel of buckets moves many entries at once when it turns over,
+//! A heap would hand out the due pairs in order, which is not needed, and would have to be repaired
+//! along a path for each of them. A wheel of buckets moves many entries at once when it turns over,
 //! which a loop at 1 kHz feels.
 
 /// Places that share a least value.

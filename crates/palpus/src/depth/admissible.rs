@@ -1,7 +1,7 @@
 //! The depth along normals that the pieces own on their meshes \[K02 §3.4\].
 //!
 //! A hull adds faces that are not surface, and a depth along the normal of such a face would push
-//! out of a surface that nobody sees. So the depth that becomes a contact is the least h over the
+//! out of a surface that does not exist. So the depth of a contact is the least h over the
 //! *admissible* facets of the CSO alone:
 //!
 //! * a normal of b (of an own face, or borrowed at the end of an arc) against a vertex of a that
@@ -16,8 +16,8 @@
 //! the same h.
 //!
 //! 1. If the walk has ended on an admissible facet, that is the least of all and stands.
-//! 2. Else every admissible facet is tried that is no deeper than the one of last time. A normal
-//!    outside of the cap of all that the other piece owns is none ([`Cap`]). h along a normal is at
+//! 2. Else every admissible facet is tried that is no deeper than the last tick's. A normal outside
+//!    of the cap of all that the other piece owns is left out ([`Cap`]). h along a normal is at
 //!    least n·c for any vertex c of the CSO, so that one known support sorts most of the others
 //!    out: a normal by one product, an arc by its two ends (along an arc n·c is concave where it is
 //!    not negative).
@@ -126,8 +126,8 @@ pub fn half_admissible_depth(
     search.answer(&mut walk.clip)
 }
 
-/// The angle (rad) by which the pieces may turn against each other without coming to own a normal
-/// of a facet together, wherever they are; 0 where that is not known.
+/// The angle (rad) by which the pieces may turn against each other without coming to own a
+/// normal of a facet together, wherever they are; 0 if it is unknown.
 ///
 /// Each normal of one piece must come to what the other owns, or the ends of an arc to an arc of
 /// the other: these ends are normals.
@@ -148,7 +148,7 @@ pub(crate) fn barren_angle(a: &OwnNormals<'_>, b: &OwnNormals<'_>, pose_ba: &Pla
     least
 }
 
-/// Of the faces that a piece owns, and those it borrows.
+/// Normals of the faces that a piece owns, and of those that it borrows.
 fn normals<'n>(own: &'n OwnNormals<'_>) -> impl Iterator<Item = DVec3> + 'n {
     let faces = own.faces().iter().map(|face| own.plane(face.face).normal);
     faces.chain(own.borrowed().iter().map(|borrowed| borrowed.plane.normal))

@@ -64,7 +64,7 @@ impl Antipodal {
     }
 }
 
-/// What is known about a depth.
+/// Certainty of a depth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Certainty {
     /// No neighbouring facet of the CSO is nearer: what \[K02\] promises.
@@ -91,7 +91,7 @@ pub struct Depth {
     pub antipodal: Antipodal,
     /// A hub pair of that facet: where the next tick starts.
     pub hub: HubPair,
-    /// What is known about the answer.
+    /// Certainty of the answer.
     pub certainty: Certainty,
     /// Moves of the walk.
     pub steps: u32,

@@ -12,7 +12,7 @@
 //! grown was nearer than the depth, so nothing is grown in vain, even while u is only the h of the
 //! seeds. From nothing it is the expanding polytope algorithm (van den Bergen 2001), which finds
 //! depth and proof at once; a walk from the direction it ends in gives the exact features. Along
-//! motion the walk comes first, and what is proven from is kept: the surface of the last tick,
+//! motion the walk comes first, and the proof starts from a stored surface: that of the last tick,
 //! whose corners are pairs of vertices of the bodies, is after a small motion still a surface
 //! within the CSO. It is judged anew and repaired where motion brought it too near.
 //!
@@ -23,11 +23,11 @@
 //! 3. Else judge the whole kept surface at the new pose and grow it where it is too near; if
 //!    repairing it takes too much, grow a new one from a tetrahedron.
 //! 4. Keep the surface. One that has gathered many more triangles than it began with is dropped:
-//!    what it gathered was for poses of the past.
+//!    most of them were for poses of the past.
 //!
-//! That sleeping triangles and measured ones make one surface around the origin: it was one when
-//! last judged whole, and no triangle of it has passed over the origin since, as long as each has
-//! moved less than it was away at each measurement.
+//! Triangles that sleep and triangles that were measured together make one surface around the
+//! origin. It was one when last judged whole, and no triangle of it has passed over the origin
+//! since, as long as each has moved less than its distance at each measurement.
 //!
 //! Proven means: no direction has an h smaller than the depth by more than
 //! [`PROOF_RELATIVE`](crate::algebra::tolerance::PROOF_RELATIVE) of it or by rounding.
@@ -58,7 +58,7 @@ impl ProofScratch {
         Self { surface: Surface::new(), growths: 0 }
     }
 
-    /// What the last proof took: times that a surface grew.
+    /// Number of times that a surface grew in the last proof.
     pub fn growths(&self) -> u32 {
         self.growths
     }

@@ -10,13 +10,13 @@
 //!
 //! 1. Set the facet up: climb to the vertex that supports its face; or see whether its two edges
 //!    still cross, and if not, take the best face beside them.
-//! 2. Unless a proof follows, glance, at first and at last, at the normals around it: mostly those
-//!    of one body tell that all facets which share as much as a corner with this one are higher.
-//!    Then this is the end.
+//! 2. Unless a proof follows, make a quick test, at first and at last, of the normals around it:
+//!    mostly those of one body show that all facets which share as much as a corner with this one
+//!    are higher. Then this is the end.
 //! 3. Otherwise look across each side (of a face of many sides, across the one beyond which the
 //!    origin lies); move to the lowest facet that is lower than the present one, and look again.
-//! 4. With none there, no facet is nearer that shares a side. The hubs at which the glance could
-//!    not tell are for the walk over hubs to look at.
+//! 4. With none there, no facet is nearer that shares a side. The walk over hubs looks at the hubs
+//!    at which the quick test was undecided.
 //! 5. The offset is measured with true supports.
 //!
 //! Flush features (a box on a table) make facets of many corners, and turning about their sides
@@ -42,7 +42,7 @@ use glance::{Doubt, Glance};
 use spokes::{Lowest, Met, Spokes};
 use view::{View, farthest_side};
 
-/// Where going downhill ended.
+/// End of a descent.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bottom {
     pub(super) walked: Walked,
@@ -76,7 +76,7 @@ pub(super) fn descend(cso: &Cso<'_>, antipodal: Antipodal, thorough: bool) -> Op
     None
 }
 
-/// The facet of `antipodal` at this pose, for one who knows that none is lower. None as in
+/// The facet of `antipodal` at this pose, if it is known that none is lower. `None` as in
 /// [`descend`].
 pub(super) fn settle(cso: &Cso<'_>, antipodal: Antipodal) -> Option<Walked> {
     let pose_ab = cso.pose_ba.inverse();
@@ -84,7 +84,7 @@ pub(super) fn settle(cso: &Cso<'_>, antipodal: Antipodal) -> Option<Walked> {
     downhill.end(&downhill.set_up(antipodal)?, 0)
 }
 
-/// A facet, and what setting it up has told.
+/// A facet, with the values that its construction gave.
 struct Here {
     corner: Corner,
     /// Its features support its normal, as far as their planes support their bodies.
@@ -251,8 +251,8 @@ impl Downhill<'_, '_> {
         Ok(())
     }
 
-    /// Both ways from an edge pair along the arc of edge `g` of p: about the two ends of edge `e`
-    /// of q.
+    /// Both ways from an edge pair along the arc of edge `g` of p: about the two ends of edge
+    /// `e` of q.
     #[inline]
     fn around_edges(&self, view: &View<'_>, g: u32, e: u32, normal: DVec3, lowest: &mut Lowest) -> Result<(), Odd> {
         let (edge_p, edge_q) = (view.p.edge(g), view.q.edge(e));

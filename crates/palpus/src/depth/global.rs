@@ -53,7 +53,7 @@ pub use containment_query::ContainmentQuery;
 use convex::{ConvexMemory, ConvexPair, convex_pair};
 pub use interior::Interior;
 use obstacle::Gate;
-use scene::{Leaf, Ray, Scene};
+use scene::{Key, Leaf, Ray, Scene};
 use way_out::{project, slide};
 
 /// Bounds the penetration depth of two bodies.
@@ -105,7 +105,7 @@ pub struct DepthBracket {
 }
 
 impl DepthBracket {
-    /// Of free bodies.
+    /// Result for free bodies.
     fn free(distance: f64) -> Self {
         Self {
             lower: 0.0,
@@ -125,13 +125,18 @@ impl DepthBracket {
 pub struct GlobalMemory {
     translation: Option<DVec3>,
     pose_ba: Option<Pose>,
-    /// Where the candidates of the leaves were listed.
+    /// Pose at which the candidates of the leaves were listed.
     listed_ba: Option<Pose>,
     leaves: Vec<Leaf>,
     kept: Vec<(Cell, Cell)>,
     gates: BTreeMap<Ray, Gate>,
     /// Leaves after the last search from nothing.
     fresh: usize,
+    /// The leaves of that search, without obstacles that were added. Cones are only ever cut, so
+    /// now and then a search begins with these again.
+    base: Vec<Leaf>,
+    /// The last search began with them.
+    rebased: bool,
     convex: Option<Box<ConvexMemory>>,
 }
 
@@ -146,7 +151,7 @@ impl<'a> GlobalDepth<'a> {
 
     /// Calls `answer` for each run of [`Self::RUN`] of the poses numbered from 0 to `count`, with a
     /// memory that is empty when the run begins, and returns its answers in order. So they are the
-    /// same for any number of workers. `progress` is told the fraction done.
+    /// same for any number of workers. `progress` is called with the fraction done.
     pub fn run_all<T: Send + Sync>(
         count: usize,
         workers: &dyn Workers,
@@ -219,7 +224,7 @@ impl<'a> GlobalDepth<'a> {
             *memory = GlobalMemory { convex: memory.convex.take(), ..GlobalMemory::default() };
         }
         if memory.leaves.is_empty() || !self.is_near(pose_ba, memory.listed_ba.as_ref(), DEPTH_LISTED) {
-            memory.leaves.iter_mut().for_each(|leaf| leaf.candidates = None);
+            memory.leaves.iter_mut().chain(&mut memory.base).for_each(|leaf| leaf.candidates = None);
             memory.listed_ba = Some(*pose_ba);
         }
         let last = memory.translation.map(|last| (last, DEPTH_REACH * last.length()));
@@ -236,9 +241,19 @@ impl<'a> GlobalDepth<'a> {
         let (lower, translation, leaves) = Search::new(scene, goal, free, &memory.leaves).run();
         if memory.leaves.is_empty() {
             memory.fresh = leaves.len();
+            memory.base.clone_from(&leaves);
+            for leaf in &mut memory.base {
+                leaf.chain.retain(|key| !matches!(key, Key::Added(_)));
+            }
         }
-        // Cones are only ever cut: now and then, begin anew.
-        memory.leaves = if leaves.len() > 2 * memory.fresh { Vec::new() } else { leaves };
+        // A base that was cut as much itself has worn out.
+        let many = leaves.len() > 2 * memory.fresh;
+        memory.leaves = match (many, memory.rebased) {
+            (false, _) => leaves,
+            (true, false) => memory.base.clone(),
+            (true, true) => Vec::new(),
+        };
+        memory.rebased = many && !memory.rebased;
         (lower, translation)
     }
 

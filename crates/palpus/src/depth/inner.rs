@@ -20,8 +20,8 @@
 //! Triangles lie without gaps: those that a growth makes take the places of those that it has taken
 //! away.
 //!
-//! A triangle of no height lies, as far as the proof can tell, on edges that others have too, and
-//! those are judged. It counts as seen from everywhere, so that it goes together with its
+//! A triangle of no height lies, as far as the proof can tell, on edges that others have too,
+//! and those are judged. It counts as seen from everywhere, so that it goes together with its
 //! neighbours.
 
 mod grow;
@@ -103,9 +103,9 @@ pub(super) struct Nearest {
 pub(super) struct Surface {
     tips: Vec<Tip>,
     joints: Vec<Joint>,
-    /// Of each triangle: outward and unit; zero for one of no height.
+    /// Outward unit normal of each triangle; zero without height.
     normals: Vec<DVec3>,
-    /// Of each triangle, the least height of its tips along the normal; infinite for one of no
+    /// For each triangle, the least height of its tips along the normal; infinite for one of no
     /// height, and for one that was taken away.
     offsets: Vec<f64>,
     /// Lengths below this are rounding.
@@ -207,7 +207,7 @@ impl Surface {
         &self.tips
     }
 
-    /// The triangles, once [`Self::compact`] has dropped those that are none any more.
+    /// Returns the triangles; [`Self::compact`] must have dropped the removed ones.
     pub(super) fn joints(&self) -> &[Joint] {
         &self.joints
     }
@@ -291,7 +291,7 @@ fn judged_from(p: DVec3, [q, r]: [DVec3; 2], [u, v]: [DVec3; 2], slack_squared: 
     (normal, normal.dot(p).min(normal.dot(q)).min(normal.dot(r)))
 }
 
-/// The least of some values, none of which is NaN; infinity if there are none.
+/// The least of some values, no NaN among them; infinity for no value.
 #[inline]
 fn least(values: &[f64]) -> f64 {
     let (fours, rest) = values.as_chunks::<4>();

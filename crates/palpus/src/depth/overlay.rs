@@ -1,4 +1,4 @@
-//! Where two normal cones overlap on the sphere \[K02 §3.3.3, steps 1–4\].
+//! Overlaps of two normal cones on the sphere \[K02 §3.3.3, steps 1–4\].
 //!
 //! The facets of the CSO around its vertex `c = b − a` are the corners of the overlap of b's normal
 //! cone and that of the reflected a. Over the overlap h(n) = n·c, which is concave along every arc

@@ -78,7 +78,7 @@ pub struct Patch {
 #[derive(Clone, Copy, Debug)]
 struct Found {
     place: DVec2,
-    /// Of the midpoint.
+    /// Height of the midpoint.
     height: f64,
     gap: f64,
     features: FeaturePair,
@@ -257,7 +257,7 @@ impl Default for Patch {
     }
 }
 
-/// Where two segments cross.
+/// Intersection of two segments.
 fn crossing([p, q]: [DVec2; 2], [r, s]: [DVec2; 2]) -> Option<DVec2> {
     let (along, other) = (q - p, s - r);
     let across = along.perp_dot(other);

@@ -58,7 +58,7 @@ impl Default for WalkScratch {
 pub fn depth(a: &Polytope, b: &Polytope, pose_ba: &Placement, seeds: &[Seed], scratch: &mut WalkScratch) -> Depth {
     let cso = Cso { a, b, pose_ba };
     scratch.trail.clear();
-    // What every tick of a contact asks.
+    // The usual case: a contact in its next tick.
     if let [Seed::Previous { antipodal: Some(antipodal), .. }] = *seeds
         && let Some(walked) = walk_downhill(&cso, antipodal, true, &mut scratch.trail)
     {
@@ -201,7 +201,7 @@ fn lowest_faces(cso: &Cso<'_>) -> [Option<Start>; COLD_WALKS] {
     lowest
 }
 
-/// Where a climb starts that knows nothing.
+/// Start of a climb without any hint.
 const FIRST: HubPair = HubPair { a: 0, b: 0 };
 
 /// Walks until the end is confirmed; the best end that was measured on the way.

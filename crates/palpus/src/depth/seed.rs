@@ -1,4 +1,4 @@
-//! Where a walk starts \[K02 §3.3.2\].
+//! Starts of a walk \[K02 §3.3.2\].
 //!
 //! 1. Each seed gives a direction and a vertex of each body from which to climb to the supports
 //!    along it.
@@ -18,7 +18,7 @@ pub enum Seed {
     Previous {
         /// The facet of the CSO on which the walk ended; none if the distance search answered.
         antipodal: Option<Antipodal>,
-        /// Where to climb from.
+        /// Vertices to climb from.
         hub: HubPair,
         /// From b into a, in b's frame.
         normal: DVec3,

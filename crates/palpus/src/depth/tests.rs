@@ -122,7 +122,7 @@ fn farthest(polytope: &Polytope, direction: DVec3) -> u32 {
     (0..polytope.vertices().len() as u32).max_by(|v, w| height(v).total_cmp(&height(w))).unwrap()
 }
 
-/// What every answer must hold, whatever its optimality.
+/// Checks the identities of every answer, whatever its optimality.
 fn assert_identities(a: &Polytope, b: &Polytope, pose_ba: &Placement, answer: &Depth, what: &str) {
     assert_identities_within(a, b, pose_ba, answer, 1e-12, what);
 }

@@ -3,8 +3,8 @@
 //! 1. Take the corner of least offset in the overlap at the first hub.
 //! 2. Look at the hubs of its facet, each once: the least corner below the present one becomes the
 //!    next.
-//! 3. Stop when there is none. Offsets decrease strictly, so the walk ends; a cap on moves stands
-//!    behind it.
+//! 3. Stop if no such facet exists. Offsets decrease strictly, so the walk ends; a cap on moves
+//!    stands behind it.
 //!
 //! Deviations from \[K02\]: the overlay is on the sphere; a facet of many corners (flush faces) is
 //! left by the side beyond which the origin lies instead of by trying every corner, which finds a
@@ -19,7 +19,7 @@ use super::seed::Start;
 use crate::algebra::tolerance::{FACET_HUBS, FLUSH_FACET, OFFSET_SLACK, WALK_DECREASE, WALK_STEPS};
 use crate::collision::StopReason;
 
-/// Where a walk ended.
+/// End of a walk.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Walked {
     pub(super) corner: Corner,
@@ -139,7 +139,7 @@ impl Visited {
         }
     }
 
-    /// True if the hub was not there.
+    /// True for a new hub.
     #[inline]
     fn insert(&mut self, hub: HubPair) -> bool {
         // Fibonacci hashing: the odd multiplier is 2³² over the golden ratio.

@@ -36,7 +36,7 @@ impl ContactBatch {
     /// order.
     ///
     /// Runs end at multiples of [`Self::RUN`], so ranges that begin there give the answers that one
-    /// range over all of them gives. `progress` is told the fraction done.
+    /// range over all of them gives. `progress` is called with the fraction done.
     ///
     /// ```
     /// use std::sync::Arc;
@@ -44,12 +44,14 @@ impl ContactBatch {
     /// use palpus::detect::ContactBatch;
     /// use palpus::{Body, Pose, QuerySettings, glam::DVec3};
     ///
-    /// let corners = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]].map(DVec3::from_array);
+    /// let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
     /// let body = Arc::new(Body::from_convex(&corners)?);
     /// let batch = ContactBatch::new(body.clone(), body, QuerySettings::default());
-    /// let poses: Vec<Pose> = (0..300).map(|k| Pose::from_translation(DVec3::Z * 0.01 * f64::from(k))).collect();
+    /// let pose = |k: u32| Pose::from_translation(DVec3::Z * 0.01 * f64::from(k));
+    /// let poses: Vec<Pose> = (0..300).map(pose).collect();
     /// let deep = batch.run(0..poses.len(), &Alone, &mut |_| (), |query, numbers| {
-    ///     numbers.filter(|&k| query.contacts(&poses[k]).iter().any(|contact| contact.separation < 0.0)).count()
+    ///     let mut deep = |k: usize| query.contacts(&poses[k]).iter().any(|c| c.separation < 0.0);
+    ///     numbers.filter(|&k| deep(k)).count()
     /// });
     /// assert_eq!(deep.iter().sum::<usize>(), 100);
     /// # Ok::<(), palpus::BodyError>(())

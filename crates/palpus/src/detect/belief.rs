@@ -1,28 +1,31 @@
-//! Whether a depth is to be believed, and what stands in for one that is not.
+//! Checks of depths against the surfaces of the bodies, and a replacement for a depth that fails.
 //!
 //! A piece is not the solid that it is part of. A probe that has come in through the near wall of a
 //! thin part overlaps pieces of the far wall from behind, whose own way out leads through the whole
 //! part; a large piece may bridge a hollow, and report its own long way out where another piece's
 //! surface is near. In a hand that is a kick.
 //!
-//! A depth D along n says that one body's witness point lies D inside the other. So it is believed
-//! only if
+//! A depth D along n says that one body's witness point lies D inside the other. The depth is
+//! accepted only if
 //!
 //! 1. a's point lies inside b, and no surface of b is nearer than nearly D, or
 //! 2. b's point lies inside a, and no surface of a is nearer than nearly D.
 //!
-//! Of a depth that is the least of its two pieces along any direction, surfaces of the piece itself
-//! deny nothing: the way out through one that is nearer to the point is longer for the other piece
-//! as a whole. A peg in a wall that its middle has passed is still pushed out to the side that it
-//! came from. (Of a depth that was moved to an admissible normal that cannot be said: the nearer
-//! surface may not have been tried.)
+//! If the depth is the least of its two pieces along any direction, surfaces of the piece itself
+//! are no objection: the way out through one that is nearer to the point is longer for the other
+//! piece as a whole. A peg in a wall that its middle has passed is still pushed out to the
+//! side that it came from. (For a depth that was moved to an admissible normal this does not hold:
+//! the nearer surface may not have been tried.)
 //!
-//! Depths that rest on the pieces' first choice of a direction are asked only when they are larger
-//! than the contact tolerance: a smaller one is within the skin that contacts have anyway, and
-//! asking costs a search for the nearest surface. A body that is not closed has no inside to ask
-//! about and is believed.
+//! Depths along the pieces' first choice of a direction are checked only when they are larger than
+//! the contact tolerance. A smaller one is within the skin that contacts have anyway, and the check
+//! costs a search for the nearest surface.
 //!
-//! Bodies that overlap must not be let go of. When no depth is believed, the shallowest is
+//! A body that is not closed has no inside. There it is enough that no part of its surface is
+//! nearer than nearly D. Otherwise only b's point inside a could confirm a corner of a closed a
+//! below an open b, and that point is as near to the sides of the corner as they are steep.
+//!
+//! Bodies that overlap must not be let go of. When no depth is accepted, the shallowest is
 //! *corrected*: its witness point is inside the solid, and the nearest surface is the way out from
 //! there. And when no pieces overlap at all, since the probe is between pieces, the witness of the
 //! last overlap is looked up in the same way ([`LastOverlap`]): if it still is inside, the bodies
@@ -99,11 +102,11 @@ fn on_feature(piece: &Polytope, feature: Feature, point: DVec3) -> DVec3 {
     }
 }
 
-/// True if `point` (in the body's frame) is inside the body, and `depth` or farther from all of its
-/// triangles but those of `own`.
+/// True if `point` (in the body's frame) is inside the body, if it has an inside, and `depth` or
+/// farther from all of its triangles but those of `own`.
 fn lies_within(body: &Body, own: &[u32], point: DVec3, depth: f64) -> bool {
     let denies = |triangle: u32| own.binary_search(&triangle).is_err();
-    body.mesh().is_closed() && body.tree().nearest_among(point, depth, denies).is_none() && body.tree().inside(point)
+    body.tree().nearest_among(point, depth, denies).is_none() && (!body.mesh().is_closed() || body.tree().inside(point))
 }
 
 /// The same contact as the solids themselves have it: the deeper of its witness points, out to the
@@ -151,12 +154,19 @@ fn at_point_of_b(contact: &Contact, point_b: DVec3, out: DVec3) -> Contact {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct LastOverlap {
     contact: Option<PairMemory>,
+    /// Its depth, model units; 0 without one.
+    depth: f64,
 }
 
 impl LastOverlap {
     /// Forgets it.
     pub(super) fn clear(&mut self) {
-        self.contact = None;
+        *self = Self::default();
+    }
+
+    /// Its depth, model units; 0 if the bodies did not overlap.
+    pub(super) fn depth(&self) -> f64 {
+        self.depth
     }
 
     /// Keeps the deepest of this query's contacts, if bodies overlap.
@@ -164,6 +174,7 @@ impl LastOverlap {
         let overlapping = contacts.iter().filter(|contact| contact.separation < 0.0);
         let deepest = overlapping.min_by(|x, y| x.separation.total_cmp(&y.separation));
         self.contact = deepest.map(|contact| PairMemory::of(contact, pose_ba));
+        self.depth = deepest.map_or(0.0, |contact| -contact.separation);
     }
 
     /// The contact that its witness points are now, if one of them still is inside the other body.

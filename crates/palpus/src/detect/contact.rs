@@ -41,8 +41,8 @@ impl Contact {
         self.slope > 0.0 && (self.piece_a, self.piece_b) == (other.piece_a, other.piece_b)
     }
 
-    /// True unless a place or a size in it is no number: of bodies absurdly far apart, squares of
-    /// distances are none.
+    /// True if all places and sizes are finite. Bodies extremely far apart have distances whose
+    /// squares overflow.
     pub fn is_finite(&self) -> bool {
         self.point_a.is_finite() && self.point_b.is_finite() && self.normal.is_finite() && self.separation.is_finite()
     }

@@ -1,9 +1,9 @@
-//! What a query cost and what happened in it.
+//! Counters of a query: its cost and its events.
 
 use crate::algebra::tolerance::{WORK_PATCH, WORK_STEP, WORK_WALK};
 use crate::collision::TraversalCounters;
 
-/// What a query cost and what happened in it.
+/// Counters of a query: its cost and its events.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct QueryCounters {
     /// The descent, and the search for the nearest pair when one was asked for.
@@ -21,8 +21,8 @@ pub struct QueryCounters {
     pub moved: u32,
     /// Moved depths that the solids' own surfaces deny, left out.
     pub disbelieved: u32,
-    /// Contacts of a witness point with the nearest surface, for want of a depth of pieces that is
-    /// believed; 0 or 1.
+    /// Contacts of a witness point with the nearest surface, made when no depth of the pieces was
+    /// accepted; 0 or 1.
     pub stood_in: u32,
     /// Overlaps without an admissible depth, left out: there is no normal that both pieces own.
     pub inadmissible: u32,
@@ -54,8 +54,7 @@ pub struct QueryCounters {
 }
 
 impl QueryCounters {
-    /// What all this comes to, in units of [`crate::algebra::Work`], but for the answers
-    /// themselves.
+    /// The cost in units of [`crate::algebra::Work`], without the contacts that were returned.
     pub(super) fn work(&self) -> u64 {
         self.traversal.work()
             + WORK_WALK * u64::from(self.walks)

@@ -2,11 +2,11 @@
 //! part is thin.
 //!
 //! 1. A tick in which no point moves farther than a share of the tolerance is taken as it is. A
-//!    faster one is cut into *sub-steps* of about that length, and contacts of thin pieces are
-//!    looked for at each: those that are thinner than a few times the tick's motion. So every such
-//!    contact is met within the tolerance on the side from which it is entered, and its depth is
-//!    walked from there. Whoever enters a thicker piece in one tick is still near the side from
-//!    which they came; only the tip of an edge can be cut.
+//!    faster one is cut into *sub-steps* of about that length. At each, contacts of thin pieces are
+//!    looked for: those thinner than a few times the tick's motion. So every such contact is met
+//!    within the tolerance on the side from which it is entered, and its depth is walked from
+//!    there. A body that enters a thicker piece in one tick is still near the side from which it
+//!    came; only the tip of an edge can be cut.
 //! 2. In fast ticks each contact is *traced*: where its two points go from one pose to the next. A
 //!    point of a that goes through b's piece, or leaves it by a face that looks away from the side
 //!    it came from, has tunnelled; so has one of b in a's piece. So has a pair that overlaps before
@@ -14,10 +14,10 @@
 //! 3. Such a pair is put on the list of *sides*. As long as it is there, it is a contact along the
 //!    normal of the side that it came from, whatever its march says: its separation is the gap
 //!    between the two supports along that normal.
-//! 4. A side is let go when the pair is apart along it, when its point is no longer below the piece
-//!    (it has slid off the edge), when the query finds a contact on the same side again, and when
-//!    it has been pushed a fixed number of tolerances deeper than where it tunnelled: whoever
-//!    pushes on that far is through.
+//! 4. A side is dropped when the pair is apart along it, when its point is no longer below the
+//!    piece (it has slid off the edge), when the query finds a contact on the same side again, and
+//!    when it has been pushed a fixed number of tolerances deeper than where it tunnelled. A tool
+//!    pushed on that far goes through.
 //!
 //! A direct rendering has no proxy that could stay behind on the surface. This gives it the one
 //! thing of a proxy that matters for thin parts, the memory of a side, for the pairs that need it
@@ -64,7 +64,7 @@ struct KeptSide {
     contact: PairMemory,
     /// Its normal, in b's frame.
     normal: DVec3,
-    /// Whether it was a's point that went through b.
+    /// True if a's point went through b.
     by_a: bool,
     /// Vertices near the supports along the normal.
     hub: [u32; 2],
@@ -171,7 +171,7 @@ impl Guard {
 }
 
 impl KeptSide {
-    /// The contact on this side at the pose, unless it is to be let go.
+    /// Returns the contact on this side at the pose; `None` if the side is dropped.
     fn contact(&mut self, asked: &Asked<'_>) -> Option<Contact> {
         let Asked { place, tolerance, .. } = asked;
         let (piece_a, piece_b) = asked.pieces(self.contact.pieces[0], self.contact.pieces[1]);

@@ -1,8 +1,7 @@
-//! The contacts of the last query, by pair: what is felt of a pair that was not looked at anew.
+//! The contacts of the last query by pair, for pairs that this query does not measure again.
 //!
-//! A contact, or each corner of a patch, is remembered as a [`PairMemory`] and extrapolated to the
-//! next pose. All that it says is what was true of this pair, so no contact pushes that was not
-//! there.
+//! A contact, or each corner of a patch, is kept as a [`PairMemory`] and extrapolated to the next
+//! pose. Each comes from an earlier contact of the same pair, so extrapolation invents none.
 
 use super::Contact;
 use super::memory::PairMemory;
@@ -20,7 +19,7 @@ pub(super) struct HeldContacts {
     tick: u64,
 }
 
-/// What is known of the pair at a place.
+/// The contacts of the pair at a place.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     pieces: [u32; 2],
@@ -39,7 +38,7 @@ impl HeldContacts {
         Self { entries: vec![entry; places], last: memories(), now: memories(), capacity, tick: 1 }
     }
 
-    /// What was not kept in the last tick is forgotten.
+    /// Starts a tick; drops the contacts that were not kept in the last one.
     pub(super) fn begin_tick(&mut self) {
         self.tick += 1;
         std::mem::swap(&mut self.last, &mut self.now);
@@ -58,6 +57,13 @@ impl HeldContacts {
         let contacts = &contacts[..contacts.len().min(self.capacity - self.now.len())];
         *entry = Entry { pieces, tick: self.tick, first: self.now.len() as u32, count: contacts.len() as u32 };
         self.now.extend(contacts.iter().map(|contact| PairMemory::of(contact, pose_ba)));
+    }
+
+    /// The contacts that were kept of the pair in the last tick; `None` if nothing is known of it.
+    pub(super) fn known(&self, place: u32, pieces: [u32; 2]) -> Option<&[PairMemory]> {
+        let entry = self.entries.get(place as usize)?;
+        let is_known = entry.tick + 1 == self.tick && entry.pieces == pieces;
+        is_known.then(|| &self.last[entry.first as usize..(entry.first + entry.count) as usize])
     }
 
     /// Adds to `found` the contacts nearer than `tolerance` that were kept of the pair in the last

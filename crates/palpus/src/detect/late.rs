@@ -1,10 +1,12 @@
-//! What becomes of the pairs for which the quota did not suffice.
+//! Contacts of the pairs that a query did not measure: its quota of work left them out, or they are
+//! at rest.
 
 use glam::DVec3;
 
 use super::QueryCounters;
 use super::pair::Found;
 use super::search::{Asked, PairSearch};
+use crate::algebra::tolerance::{CROWD_ALL, CROWD_FROM, REST_ERROR, REST_FIRST, REST_GROWTH, REST_SAFETY, REST_TRAVEL};
 use crate::collision::{LeafPair, Proximity, support_gap};
 
 impl PairSearch {
@@ -12,8 +14,8 @@ impl PairSearch {
     /// last tick.
     #[cold]
     pub(super) fn hold_the_rest(&mut self, asked: &Asked<'_>, first: usize, counters: &mut QueryCounters) {
-        // Those that woke just now come first and are not in turn; the others go on where the quota
-        // ended.
+        // Pairs that woke just now come first and are not part of the rotation; the rotation goes
+        // on where the quota ended.
         let mut resumed = false;
         let count = self.leaves.as_slice().len();
         for k in first..count {
@@ -24,8 +26,9 @@ impl PairSearch {
                 self.answer_unheld(asked, &leaf, left, counters);
                 continue;
             };
-            if !self.hold(asked, place, [leaf.piece_a, leaf.piece_b], left, counters) {
-                self.answer_unheld(asked, &leaf, left, counters);
+            match self.hold(asked, place, [leaf.piece_a, leaf.piece_b], left) {
+                Some(held) => counters.held += held,
+                None => self.answer_unheld(asked, &leaf, left, counters),
             }
             if !resumed {
                 self.resume = Some(place);
@@ -34,13 +37,18 @@ impl PairSearch {
         }
     }
 
-    /// Those that were not marched.
+    /// Extrapolates the contacts of the pairs that were not marched.
     pub(super) fn hold_unvisited(&mut self, asked: &Asked<'_>, counters: &mut QueryCounters) {
-        for k in 0..self.front.unvisited() {
-            let (place, pieces) = self.front.unvisited_pair(&asked.placed(), k);
-            if !self.hold(asked, place, pieces, 0, counters) {
-                counters.unseen += 1;
-                self.unseen_separation = f64::NEG_INFINITY;
+        let [late, all] = self.front.unvisited();
+        for k in 0..all {
+            let (place, pieces) = self.front.unvisited_pair(k);
+            match self.hold(asked, place, pieces, 0) {
+                Some(held) => counters.held += if k < late { held } else { 0 },
+                None => {
+                    debug_assert!(k < late, "a pair at rest has an answer");
+                    counters.unseen += 1;
+                    self.unseen_separation = f64::NEG_INFINITY;
+                }
             }
         }
         if let Some(place) = self.resume.take() {
@@ -49,19 +57,53 @@ impl PairSearch {
     }
 
     /// Answers a pair from the last tick, and leaves room for one contact of each of the pairs
-    /// `left`; false if nothing is known of it.
-    fn hold(
-        &mut self,
-        asked: &Asked<'_>,
-        place: u32,
-        pieces: [u32; 2],
-        left: usize,
-        counters: &mut QueryCounters,
-    ) -> bool {
+    /// `left`; returns how many contacts it has, `None` if nothing is known of it.
+    fn hold(&mut self, asked: &Asked<'_>, place: u32, pieces: [u32; 2], left: usize) -> Option<u32> {
         let most = self.capacity - left;
-        let carried = self.held.carry(place, pieces, &asked.place, asked.tolerance, most, &mut self.contacts);
-        counters.held += carried.unwrap_or(0);
-        carried.is_some()
+        let held = self.held.carry(place, pieces, &asked.place, asked.tolerance, most, &mut self.contacts);
+        self.touching += u32::from(held.is_some_and(|held| held > 0));
+        held
+    }
+
+    /// Notes how crowded the contacts are: in the next query, pairs rest accordingly.
+    pub(super) fn count_crowd(&mut self) {
+        if self.holding {
+            self.crowd = ((f64::from(self.touching) - CROWD_FROM) / (CROWD_ALL - CROWD_FROM)).clamp(0.0, 1.0);
+            self.front.set_rest_share(self.crowd);
+        }
+    }
+
+    /// Says for how long the answer of a pair is good that has just been found: the contacts from
+    /// `known` on. Carried along from its last answer, it would have been `foretold` as its least
+    /// separation.
+    ///
+    /// The length of the rests steers itself: a pair that is found where it was foretold rests
+    /// longer next time, another shorter.
+    pub(super) fn rest(&mut self, asked: &Asked<'_>, leaf: &LeafPair, known: usize, foretold: Option<f64>) {
+        let found = least_separation(self.contacts[known..].iter().map(|contact| contact.separation));
+        if found == f64::INFINITY {
+            // Whether it is a contact may change at any time.
+            return;
+        }
+        let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
+        let most = REST_TRAVEL * piece_a.radius().min(piece_b.radius());
+        let length = match (foretold, self.front.motion_since_rest(leaf)) {
+            (Some(foretold), Some(moved)) => {
+                let error = (found - foretold).abs();
+                let allowed = REST_ERROR * (asked.tolerance + self.last_overlap.depth().max(-found));
+                let fits = moved * allowed / error.max(f64::MIN_POSITIVE);
+                (REST_SAFETY * fits).min(REST_GROWTH * moved)
+            }
+            _ => REST_FIRST * most,
+        };
+        self.front.rest(leaf, length.min(most));
+    }
+
+    /// The least separation of the pair's contacts in the last tick, moved along to this one; of
+    /// none, infinite. `None` if nothing is known of it.
+    pub(super) fn foretell(&self, asked: &Asked<'_>, leaf: &LeafPair) -> Option<f64> {
+        let held = self.held.known(leaf.place?, [leaf.piece_a, leaf.piece_b])?;
+        Some(least_separation(held.iter().map(|memory| memory.extrapolate(&asked.place).separation)))
     }
 
     /// A pair of which the last tick knew nothing: the march's answer if it is apart, otherwise
@@ -81,4 +123,8 @@ impl PairSearch {
         let (gap, _) = support_gap(piece_a, piece_b, &asked.place, normal, [0; 2]);
         self.unseen_separation = self.unseen_separation.min(gap);
     }
+}
+
+fn least_separation(separations: impl Iterator<Item = f64>) -> f64 {
+    separations.fold(f64::INFINITY, f64::min)
 }

@@ -1,4 +1,4 @@
-//! What is remembered of one contact, and where it is at a later pose.
+//! Memory of one contact, and its extrapolation to a later pose.
 //!
 //! The two points go with their bodies, each in its own frame, and the normal with the body whose
 //! face it is (else with b). Extrapolated, the separation is the distance of the two points along
@@ -15,7 +15,7 @@ use crate::body::{Feature, FeaturePair};
 /// A contact of an earlier pose.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PairMemory {
-    /// Of a and of b.
+    /// Pieces of a and of b.
     pub(super) pieces: [u32; 2],
     pub(super) features: FeaturePair,
     /// In a's frame.

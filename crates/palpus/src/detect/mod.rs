@@ -4,6 +4,8 @@ mod batch;
 mod belief;
 mod contact;
 mod counters;
+#[cfg(test)]
+mod crowd_tests;
 mod guard;
 mod held;
 mod late;

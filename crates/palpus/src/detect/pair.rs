@@ -1,4 +1,4 @@
-//! What one pair of pieces comes to: a contact at its closest points or at its depth, or none.
+//! The result of one pair of pieces: a contact at its closest points or at its depth, or none.
 
 use super::contact::points_about;
 use super::search::{Asked, PairSearch};
@@ -10,21 +10,21 @@ use crate::depth::{
     half_admissible_depth,
 };
 
-/// What a pair of pieces within tolerance comes to.
+/// Result of a pair of pieces within tolerance.
 pub(super) enum Found {
     /// Closest points that are no contact of this pair.
     Nothing,
     /// A contact along the direction of least distance or depth.
     Admissible(Contact),
-    /// A contact along another direction, the least that the pieces own; and with its points on its
-    /// features, to be believed or not.
+    /// A contact along another direction, the least of those that the pieces own; and the same
+    /// contact with its points on its features, for the check of its depth.
     Moved(Contact, Contact),
     /// An overlap without a normal that both pieces own.
     Inadmissible,
 }
 
 impl PairSearch {
-    /// What a leaf pair comes to.
+    /// Finds the result of a leaf pair.
     pub(super) fn contact(&mut self, asked: &Asked<'_>, leaf: &LeafPair, counters: &mut QueryCounters) -> Found {
         let closest = match leaf.proximity {
             Proximity::Disjoint(closest) => closest,
@@ -127,10 +127,12 @@ impl PairSearch {
     ) {
         debug_assert!(self.contacts.len() + left <= self.capacity);
         if let Some(slope) = self.patch_slope
+            && self.crowd < 1.0
             && let Some(contact) = self.contacts.get(known).copied()
         {
             let room = self.capacity - known - left;
-            self.spread(asked, &contact, slope, room, counters);
+            // A crowd of contacts says what the corners of each would say.
+            self.spread(asked, &contact, slope * (1.0 - self.crowd), room, counters);
         }
         if let Some(place) = leaf.place {
             self.held.keep(place, [leaf.piece_a, leaf.piece_b], &self.contacts[known..], &asked.place);
@@ -139,8 +141,8 @@ impl PairSearch {
 }
 
 impl PairSearch {
-    /// Replaces `contact`, the last one, by the corners of its patch, if there are at most `room`
-    /// of them.
+    /// Replaces `contact`, the last one, by the corners of its patch, if at most `room` corners
+    /// result.
     fn spread(&mut self, asked: &Asked<'_>, contact: &Contact, slope: f64, room: usize, counters: &mut QueryCounters) {
         let Contact { features, point_a, point_b, normal, .. } = *contact;
         let (piece_a, piece_b) = asked.pieces(contact.piece_a, contact.piece_b);

@@ -5,7 +5,7 @@ use crate::body::Polytope;
 use crate::collision::LeafPair;
 use crate::depth::{CertificateMemory, Depth, ProofScratch, Seed, WalkScratch, depth_proven};
 
-/// What proofs need: working memory, and what they remember of the pairs that were proven last.
+/// Working memory of proofs, and their results of the last query.
 #[derive(Clone, Debug)]
 pub(super) struct Prover {
     scratch: ProofScratch,

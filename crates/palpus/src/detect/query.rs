@@ -7,7 +7,7 @@ use super::{Contact, QueryCounters};
 use crate::algebra::{Clock, NoClock, Pose, Quota, Work};
 use crate::body::Body;
 
-/// Whether depths are proven.
+/// Selects whether depths are proven.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Proof {
     /// The walk alone: the depth is locally least, as \[K02 §3.3\] has it. What a servo loop uses.
@@ -17,14 +17,14 @@ pub enum Proof {
     Prove,
 }
 
-/// What a [`ContactQuery`] looks for. Its memory is obtained for these settings.
+/// Settings of a [`ContactQuery`], which obtains its memory for them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QuerySettings {
     /// Contacts are nearer than this, model units; 0 finds overlaps only.
     pub tolerance: f64,
     /// The most contacts of one query, at least one; of more, the deepest are kept.
     pub capacity: usize,
-    /// Whether depths are proven globally least.
+    /// Selects whether depths are proven globally least.
     pub proof: Proof,
     /// Contacts at the corners of flush pieces' patches, for tilts up to this angle (rad, above 0
     /// and below a right angle); `None`: one exact contact for each pair of pieces. See
@@ -121,22 +121,22 @@ impl ContactQuery {
         self.search.contacts()
     }
 
-    /// What the last query cost, and what happened in it.
+    /// Returns the counters of the last query.
     pub fn counters(&self) -> &QueryCounters {
         &self.counters
     }
 
-    /// What the last query did not look at since its quota was spent is at least this far apart,
-    /// model units: infinite when it looked at everything, minus infinite when it had just begun.
+    /// Pairs that the last query skipped since its quota was spent are at least this far apart,
+    /// model units. Infinite if it skipped none; minus infinite if it had just begun.
     ///
-    /// Contacts that are held, and pairs that were none at their last visit since only virtual
-    /// features were near, are looked at in this sense.
+    /// Pairs with extrapolated contacts do not count as skipped; nor do pairs whose closest points
+    /// were on virtual features at their last visit.
     pub fn unseen_separation(&self) -> f64 {
         self.search.unseen_separation()
     }
 
-    /// The same of the pairs that may have come near since they were last looked at: not of those
-    /// that were within tolerance then, and whose contacts are extrapolated or dropped.
+    /// The least separation of the skipped pairs that were beyond the tolerance at their last
+    /// visit. Pairs within tolerance, with contacts that are extrapolated or dropped, do not count.
     pub fn unlooked_separation(&self) -> f64 {
         self.search.unlooked_separation()
     }
@@ -151,7 +151,7 @@ impl ContactQuery {
         &self.b
     }
 
-    /// What the next query looks for.
+    /// Returns the settings of the next query.
     pub fn settings(&self) -> &QuerySettings {
         &self.settings
     }
@@ -167,9 +167,9 @@ impl ContactQuery {
         self.search.set_patch_angle(angle);
     }
 
-    /// The bodies were not looked at for some time, since they were far from each other, and lay at
-    /// `pose_ba` just before they are looked at again: what is remembered of contacts is forgotten,
-    /// and the motion from there on is a motion like any other.
+    /// Tells the query that the bodies were far from each other for some time, and lay at `pose_ba`
+    /// just before the next query. Cached contacts are dropped, and the motion from `pose_ba` on
+    /// counts as continuous.
     pub fn came_from(&mut self, pose_ba: &Pose) {
         self.search.came_from(pose_ba);
     }

@@ -1,24 +1,24 @@
 //! All contacts of two bodies within the tolerance \[K02 §3.4, §4.1\].
 //!
 //! 1. The sleeping front over both hierarchies ([`Front`]) answers the leaf pairs within tolerance.
-//! 2. A pair of pieces that is apart is a contact at its closest points, unless those are not of
-//!    the surface or their direction is none that both meshes have there ([`Body::owns`]): the far
-//!    side of a thin wall, seen from within the wall, is no surface to touch, and beyond the end of
-//!    an edge's arc the neighbouring piece is the nearer one.
+//! 2. A pair of pieces that is apart is a contact at its closest points. It is left out if these
+//!    are not on the surface, or if one of the meshes does not have their direction there
+//!    ([`Body::owns`]). The far side of a thin wall, seen from within the wall, cannot be touched;
+//!    and beyond the end of an edge's arc the neighbouring piece is nearer.
 //! 3. A pair that overlaps is a contact at its penetration depth, walked from the pair's last
-//!    normal, the witness of the march and the line of centroids; where the walk ends on a normal
-//!    that not both meshes have, it is the least depth along one that both pieces own
-//!    ([`admissible_depth`](crate::depth::admissible_depth)), and then left out unless it is
-//!    believed (`belief`); a pair without such a normal is no contact. When nothing else is left of
+//!    normal, the witness of the march and the line of centroids. Where the walk ends on a normal
+//!    that one of the meshes does not have, the depth is the least along a normal that both pieces
+//!    own ([`admissible_depth`](crate::depth::admissible_depth)); it is left out if the check of
+//!    `belief` rejects it. A pair without such a normal is no contact. When nothing else is left of
 //!    an overlap, the shallowest of these stays.
 //!
 //! Asked to ([`Proof::Prove`]), the query proves each depth globally least for its pair of pieces,
-//! or replaces it by a better one that it proves, before virtual features are looked at. A depth
-//! that was moved to a normal of the meshes afterwards is therefore not the least of the pair, but
-//! the least is known.
+//! or replaces it by a better one that it proves, before virtual features are looked at. A
+//! depth that was moved to a normal of the meshes afterwards is therefore not the least of the
+//! pair, but the least is known.
 //!
-//! When the pose has jumped since the last query, what is remembered of a pair's depth is a guess
-//! like any other: the walk then starts cold, from several seeds, and keeps the best end.
+//! When the pose has jumped since the last query, the cached normal of a pair is only one guess
+//! among others: the walk then starts cold, from several seeds, and keeps the best end.
 //!
 //! A pair of pieces is one contact, at its exact witness points, or on request the corners of its
 //! *patch* ([`Patch`]): as many contacts as it takes to say where flush features touch.
@@ -46,7 +46,7 @@ pub(super) struct PairSearch {
     pub(super) capacity: usize,
     pub(super) leaves: LeafPairs,
     pub(super) contacts: Vec<Contact>,
-    /// Of the leaf pairs, those that overlap without an admissible depth.
+    /// Indices of the leaf pairs that overlap without an admissible depth.
     pub(super) inadmissible: Vec<u32>,
     pub(super) scratch: WalkScratch,
     pub(super) admissible: AdmissibleScratch,
@@ -57,6 +57,12 @@ pub(super) struct PairSearch {
     pub(super) patch_slope: Option<f64>,
     pub(super) patch: Patch,
     pub(super) held: HeldContacts,
+    /// `held` has memory.
+    pub(super) holding: bool,
+    /// Pairs with contacts in the query that is under way.
+    pub(super) touching: u32,
+    /// How crowded the contacts of the last query were, 0 to 1.
+    pub(super) crowd: f64,
     /// The leaf pair with which the next query begins, if the quota was spent.
     pub(super) resume: Option<u32>,
     pub(super) unseen_separation: f64,
@@ -88,6 +94,9 @@ impl PairSearch {
             patch_slope: settings.patch_angle.map(f64::tan),
             patch: Patch::new(),
             held,
+            holding: settings.holding,
+            touching: 0,
+            crowd: 0.0,
             resume: None,
             unseen_separation: f64::INFINITY,
             unlooked: f64::INFINITY,
@@ -112,6 +121,7 @@ impl PairSearch {
         (self.unseen_separation, self.unlooked) = (f64::INFINITY, f64::INFINITY);
         let doubtful = self.answer_leaves(asked, quota, &mut counters);
         self.hold_unvisited(asked, &mut counters);
+        self.count_crowd();
         self.hold_overlap(asked, doubtful, &mut counters);
         let all = self.contacts.len();
         self.contacts.retain(Contact::is_finite);
@@ -131,12 +141,14 @@ impl PairSearch {
         counters
     }
 
-    /// The contacts of the leaf pairs, as far as the quota goes; answers the shallowest of those
-    /// that were not believed.
+    /// Finds the contacts of the leaf pairs, as far as the quota goes; returns the shallowest of
+    /// the rejected ones.
     fn answer_leaves(&mut self, asked: &Asked<'_>, quota: &Quota<'_>, counters: &mut QueryCounters) -> Option<Contact> {
         self.contacts.clear();
         self.inadmissible.clear();
         let mut doubtful = None;
+        let rests = self.crowd > 0.0;
+        self.touching = 0;
         let count = self.leaves.as_slice().len();
         for k in 0..count {
             let leaf = self.leaves.as_slice()[k];
@@ -146,6 +158,7 @@ impl PairSearch {
             }
             let known = self.contacts.len();
             let before = counters.work();
+            let foretold = if rests { self.foretell(asked, &leaf) } else { None };
             match self.contact(asked, &leaf, counters) {
                 Found::Nothing => counters.virtual_closest += 1,
                 Found::Admissible(contact) if is_believed_beyond(asked, &contact) => {
@@ -161,7 +174,11 @@ impl PairSearch {
                     self.inadmissible.push(k as u32);
                 }
             }
+            self.touching += u32::from(self.contacts.len() > known);
             self.keep(asked, &leaf, known, count - k - 1, counters);
+            if rests {
+                self.rest(asked, &leaf, known, foretold);
+            }
             quota.spend(WORK_ANSWER + counters.work() - before);
         }
         doubtful
@@ -233,6 +250,7 @@ impl PairSearch {
     pub(super) fn came_from(&mut self, pose_ba: &Pose) {
         self.contacts.clear();
         self.held.clear();
+        self.front.end_rests();
         if let Some(guard) = &mut self.guard {
             guard.clear();
         }
@@ -256,7 +274,7 @@ impl PairSearch {
     }
 }
 
-/// What is asked of a query.
+/// Input of a query.
 #[derive(Clone, Copy)]
 pub(super) struct Asked<'q> {
     pub(super) a: &'q Body,

@@ -9,8 +9,9 @@ use crate::algebra::tolerance::{GUARD_THICK, WORK_ANSWER};
 use crate::collision::PlacedPair;
 
 impl PairSearch {
-    /// A fast tick's poses on the way, so that nothing thin is jumped over; the quota may cut them
-    /// short. What is thin then, if the tick is fast and anything is.
+    /// Queries the intermediate poses of a fast tick, so that no thin part is jumped over; the
+    /// quota may end this early. Returns the thickness below which a part is thin in this tick, if
+    /// the tick is fast and any part is thin.
     ///
     /// Only pairs one of whose pieces is thin are looked at on the way; the others have the whole
     /// tick to go.

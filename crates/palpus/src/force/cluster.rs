@@ -42,15 +42,15 @@ use link::{Cell, Run};
 /// Parameters of clustering.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkageSettings {
-    /// t of \[K02\], m: contacts at this separation or farther are none.
+    /// t of \[K02\], m: contacts at this separation or farther are ignored.
     pub tolerance: f64,
     /// δ of \[K02\], m: midpoints nearer than this are linked. 0 links nothing.
     pub radius: f64,
     /// rad, at most π: opening of the cone that must hold the normals of a cluster; `None` never
     /// cuts.
     pub split_angle: Option<f64>,
-    /// The most contacts that are clustered. Of more, half are the deepest, and half the deepest of
-    /// those that push elsewhere than these: what stops the tool when it is thrown back.
+    /// The most contacts that are clustered. Of more, half are the deepest. The other half are the
+    /// deepest with clearly different normals: they stop the tool when it is thrown back.
     pub most: usize,
 }
 
@@ -235,7 +235,7 @@ impl Linkage {
         let (deepest, others) = self.order.split_at_mut(half);
         let normal = |i: u32| contacts[i as usize].normal;
         let pushed = deepest.iter().map(|&i| normal(i)).sum::<DVec3>().normalize_or_zero();
-        // Those that push elsewhere come before the rest.
+        // Contacts with clearly different normals come before the rest.
         let mut turned = 0;
         for k in 0..others.len() {
             if normal(others[k]).dot(pushed) < ELSEWHERE {

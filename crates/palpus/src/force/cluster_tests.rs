@@ -267,7 +267,7 @@ fn of_too_many_the_deepest_stay_and_those_that_push_elsewhere() {
         found.sort_unstable();
         assert_eq!(found, expected, "seed {SEED:#x}");
     }
-    // Where none push elsewhere, the deepest have all seats.
+    // If all push alike, the deepest are kept.
     let mut linkage = Linkage::new(200);
     linkage.run(&contacts[..100], &settings, |contact| contact.normal);
     let deepest = |i: &u32| contacts[*i as usize].separation;

@@ -26,8 +26,8 @@
 //! limit: pushing and turning go together as on the limit surface of the patch (Goyal, Ruina,
 //! Papadopoulos 1991).
 //!
-//! Strain is a function of two stored points, not a sum of velocities: while it sticks, a contact
-//! that returns to its place returns to its force, after any number of ticks.
+//! Strain is a function of two stored points, not a sum of velocities. A sticking contact whose
+//! points return to their places has its old force again, after any number of ticks.
 //!
 //! **Clusters.** The normal force belongs to a cluster, whose members share it in proportion to
 //! their engagement and tilt share: s_i = α_i w_i / Σ α w. Each member's load and tangential
@@ -45,9 +45,9 @@
 //!
 //! **An implicit step** (behind a coupling) presses contacts that did not touch at its beginning: a
 //! tool that slides over the edge of a facet is off the surface for a tick, and pressed all the
-//! same. So there the load of a contact is at least its share of what was pressed at the end of the
-//! last step; what it really comes to hold is found in the step. However many contacts bear a load,
-//! together they are as stiff as one.
+//! same. So there the load of a contact is at least its share of the load at the end of the last
+//! step; the step itself finds the load that the contact can hold. However many contacts bear a
+//! load, together they are as stiff as one.
 //!
 //! Deviations from HA00: static and dynamic coefficients, with the slip between (their
 //! elasto-plastic transition blends them); and both points are taken along, strain kept, where the
@@ -125,7 +125,7 @@ pub struct Grip {
     pub point: DVec3,
     /// N, on a: −stiffness · z.
     pub force: DVec3,
-    /// N/m: what is felt of k_t here.
+    /// Effective tangential stiffness at this contact, N/m.
     pub stiffness: f64,
     /// The most that it holds, for each newton of the cluster's normal force.
     pub coefficient: f64,
@@ -282,7 +282,7 @@ impl FrictionTracker {
 }
 
 impl Grasp<'_> {
-    /// What of the load of its cluster member `k` bears; all of it if it is the only one.
+    /// The share of the cluster's load that member `k` bears; 1 if it is the only one.
     fn share_of(&self, k: usize, cluster: &Cluster) -> f64 {
         if cluster.member_count == 1 {
             return 1.0;
@@ -312,7 +312,7 @@ fn carry(adhesion: &mut Adhesion, place: DVec3, normal: DVec3, grasp: &Grasp<'_>
     strain
 }
 
-/// Step 3: shortens `strain` to what is held, and answers the μ that it is held with.
+/// Step 3: shortens `strain` to the limit of friction, and returns the μ of that limit.
 fn stick_or_slide(
     adhesion: &mut Adhesion,
     strain: &mut DVec3,

@@ -3,8 +3,8 @@
 mod cluster;
 #[cfg(test)]
 mod cluster_tests;
-mod crowding;
 mod friction;
+mod load_sharing;
 mod penalty;
 mod representative;
 mod shading;
@@ -15,8 +15,8 @@ pub(crate) mod testing;
 mod tilt;
 
 pub use cluster::{Linkage, LinkageCounters, LinkageSettings};
-pub use crowding::Crowding;
 pub use friction::{Adhesion, FrictionCounters, FrictionSettings, FrictionTracker, Grasp, Grip};
+pub use load_sharing::LoadSharing;
 pub use penalty::{Centers, NetWrench, PenaltySettings, normal_force};
 pub use representative::{Cluster, represent};
 pub use shading::{ShadingSettings, SmoothNormal, shade};

@@ -3,7 +3,7 @@
 //! The weights are t − d with t the tolerance of the query, so that deeper contacts count more; of
 //! the corners of a patch, times their tilt shares, so that all of them together count as one.
 //! Normals that cancel leave eq. 3 without an answer; the deepest member's direction then stands
-//! in, and the caller is told. Clusters cut by normals ([`super::LinkageSettings::split_angle`])
+//! in, and a flag reports it. Clusters cut by normals ([`super::LinkageSettings::split_angle`])
 //! cannot cancel.
 
 use glam::DVec3;
@@ -49,7 +49,8 @@ enum ClusterFault {
     /// The normal is not unit.
     #[error("the normal is not unit")]
     Normal,
-    /// A member is deeper, or the deepest one has another separation.
+    /// A member is deeper than the cluster, or the deepest member's separation differs from the
+    /// cluster's.
     #[error("the separation is not that of the deepest member")]
     Separation,
     /// The midpoint is outside the box about those of the members.

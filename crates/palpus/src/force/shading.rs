@@ -13,10 +13,10 @@
 //!    by r_b n_b − r_a n_a: so each side weighs as its radius, 1 / curvature. A flat side decides
 //!    alone, two equally round ones have equal say. Whatever the features, this moves continuously
 //!    with the witness points as long as each surface is smooth there.
-//! 3. *Believe* a side as far as it agrees with the true normal: wholly within half of `most_turn`,
-//!    less and less beyond, and not at all from `most_turn` on; what is not believed goes to the
-//!    true normal. (A deep contact may rest on a rim of a piece, far from where its surface looks.)
-//!    The result is then within `most_turn` of the true normal.
+//! 3. *Trust* a side as far as it agrees with the true normal: wholly within half of `most_turn`,
+//!    less and less beyond, and not at all from `most_turn` on; the rest of the weight goes to the
+//!    true normal. (A deep contact may rest on a rim of a piece, where the surface has quite
+//!    another direction.) The result is then within `most_turn` of the true normal.
 //!
 //! Deviation: the paper says "Gouraud" and no more; \[MS96\] has a point against one surface. The
 //! rule for two surfaces is ours.
@@ -65,8 +65,7 @@ pub fn shade(normal: DVec3, side_a: Option<SmoothNormal>, side_b: Option<SmoothN
     direction.normalize_or(normal)
 }
 
-/// How far `smooth` is believed: 1 within half of `most_turn` of `normal`, falling to 0 at
-/// `most_turn`.
+/// Weight of `smooth`: 1 within half of `most_turn` of `normal`, falling to 0 at `most_turn`.
 fn belief(smooth: DVec3, normal: DVec3, most_turn: f64) -> f64 {
     let (none, all) = (most_turn.cos(), (0.5 * most_turn).cos());
     let cosine = smooth.dot(normal);

@@ -1,9 +1,9 @@
 //! The smooth surface of a body under each feature of each of its convex pieces.
 //!
-//! Once per body, the triangles of the mesh that really lie in each face of each piece (a face may
-//! also list triangles that only touch it, and a virtual one has some that lie in it by a part: a
-//! contact is on neither, and its point may be no nearer to one than to another), and the answer at
-//! each vertex.
+//! Computed once per body: the triangles of the mesh that really lie in each face of each piece,
+//! and the normal at each vertex. (A face may also list triangles that only touch it, and a virtual
+//! face some that lie in it by a part. A contact is on neither, and its point may be as near to one
+//! as to another.)
 
 use glam::DVec3;
 
@@ -69,7 +69,7 @@ impl SmoothBody {
     ///
     /// A crease takes the directions between those of its faces. Where the true normal leaves them,
     /// the contact goes over to a face, which has one direction: so the turn is at most the angle
-    /// that is left to the nearest of its bounds.
+    /// from there to the nearest bound of the crease.
     pub fn confine(body: &Body, piece: u32, feature: Feature, normal: DVec3, direction: DVec3) -> DVec3 {
         let polytope = &body.polytopes()[piece as usize];
         match feature {

@@ -6,8 +6,8 @@
 //!
 //! cellᵢ = { s, |s| ≤ r : s·(xⱼ − xᵢ) ≤ dⱼ − dᵢ + eᵢⱼ for all j },  αᵢ = |cellᵢ| / (π r²),
 //!
-//! where j runs over the corners of i's own patch and of the patches that share i's corner with it,
-//! with x the places across i's direction, d the separations, and the allowance e, see below.
+//! where j runs over the corners of i's own patch and of the patches that share i's corner with it.
+//! x are the places across i's direction, d the separations, and e the allowance described below.
 //! Without it the cells are a power diagram, and the shares the Monge–Ampère measure of the lower
 //! hull of the contacts. So:
 //!
@@ -21,15 +21,15 @@
 //! * A contact without a patch counts fully.
 //! * No frame and no order enter.
 //!
-//! **Continuity.** Each bound of a cell is continuous in both contacts, so the areas are. A corner
-//! that splits in two splits its cell, one that appears on the line between two has an empty one;
-//! so what the shares say of places is continuous even where the number of contacts changes.
+//! **Continuity.** Each bound of a cell is continuous in both contacts, so the areas are. A
+//! corner that splits in two splits its cell; one that appears on the line between two has an empty
+//! cell. So sums over places are continuous even where the number of contacts changes.
 //!
-//! **The allowance.** e = |x| (|nᵢ × nⱼ| + r (1 − wⱼ/wᵢ)³₊): contacts that push along other
-//! directions are other surfaces, and a contact that bears no load takes no share from one that
-//! does. Without the second part the top of a slightly crowned face would lose its load to corners
-//! that are not touching. The cube leaves contacts with similar loads alone: shares are those of
-//! the last tick to the tool's step, and one that answered loads strongly would swing.
+//! **The allowance.** e = |x| (|nᵢ × nⱼ| + r (1 − wⱼ/wᵢ)³₊): contacts with different directions are
+//! different surfaces, and a contact without load takes no share from one with load. Without the
+//! second part the top of a slightly crowned face would lose its load to corners in the air. The
+//! cube leaves contacts with similar loads alone: the tool's step uses the shares of the last tick,
+//! and shares that depended strongly on loads would oscillate.
 
 use std::f64::consts::PI;
 
@@ -56,7 +56,7 @@ pub struct Tilted {
 }
 
 impl Tilted {
-    /// What the contact brings to tilt shares that go by geometry alone.
+    /// Input of tilt shares that depend on geometry alone.
     pub(crate) fn unloaded(contact: &Contact) -> Self {
         Self {
             place: contact.midpoint(),
@@ -69,9 +69,9 @@ impl Tilted {
     }
 }
 
-/// The tilt shares of a crowd, and the memory to find them.
+/// The tilt shares of a set of contacts, and the memory to compute them.
 ///
-/// Corners of one patch stand side by side in the crowd.
+/// Corners of one patch stand side by side in the set.
 #[derive(Clone, Debug)]
 pub struct TiltShares {
     /// By their first coordinate: those at one place stand near each other.
@@ -92,7 +92,7 @@ struct Cell {
     count: usize,
 }
 
-/// What a contact does to another's cell.
+/// Effect of a contact on the cell of another.
 enum Bound {
     /// Nothing.
     None,
@@ -319,7 +319,7 @@ fn within_disc(p: DVec2, q: DVec2) -> Option<[DVec2; 2]> {
     if squared <= 0.0 {
         return None;
     }
-    // Where the line enters and leaves the disc, as shares of the way.
+    // Parameters at which the line enters and leaves the disc, as shares of its length.
     let middle = -p.dot(along) / squared;
     let reach = middle * middle - (p.length_squared() - 1.0) / squared;
     if reach * squared <= GRAZE * GRAZE {
@@ -338,7 +338,8 @@ fn within_disc(p: DVec2, q: DVec2) -> Option<[DVec2; 2]> {
     (leaves > 0.0 && enters < 1.0).then(|| [at(enters), at(leaves)])
 }
 
-/// Of the disc's radius: a line that is in the disc for less than twice this cuts nothing off.
+/// Share of the disc's radius: a line that is in the disc for less than twice this cuts nothing
+/// off.
 const GRAZE: f64 = 1e-7;
 
 /// Twice the area of the disc between two directions, counterclockwise from `p` to `q`. Where they

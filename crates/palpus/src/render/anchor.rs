@@ -1,5 +1,5 @@
-//! The anchor: where the coupling is tied to the device. It slips where a hand presses on against
-//! what the device can give.
+//! The anchor: where the coupling is tied to the device. It slips when a hand presses harder than
+//! the device can push back.
 //!
 //! A spring that has levelled off stretches on under a hand that is stronger than the device, and
 //! the hand would feel the full force on all of its way back. So the coupling is tied to the device

@@ -1,11 +1,11 @@
 //! The virtual coupling: what ties the tool to the device, and how strong it may be \[Colgate,
 //! Stanley, Brown 1995\].
 //!
-//! A device samples, holds and delays; what it renders is stable only up to a stiffness and a
-//! damping that its own mass and damping allow, and contacts are far stiffer than that. So the
-//! device holds a spring and damper, its other end holds the *tool* — the probe as a body of its
-//! own (`tool.rs`) — and the tool alone meets the contacts. What the hand feels has the coupling's
-//! stiffness at most, however many contacts there are.
+//! A device samples, holds and delays. It renders stably only up to a stiffness and damping that
+//! its own mass and damping allow, and contacts are far stiffer than that. So the device holds one
+//! end of a spring and damper. The other end holds the *tool*: the probe as a body of its own
+//! (`tool.rs`). Only the tool meets the contacts. The hand feels at most the coupling's stiffness,
+//! however many contacts there are.
 //!
 //! [`VirtualCoupling::tuned`] derives one from the device, in this order:
 //!
@@ -54,13 +54,13 @@ pub struct VirtualCoupling {
     pub angular_damping: f64,
     /// m, positive and at most the contact tolerance: contacts push from this separation on.
     pub skin: f64,
-    /// Of the tool, kg. Its inertia is that of the probe's mesh with this mass. 0: the tool has
-    /// none and is where all forces balance.
+    /// Mass of the tool, kg. Its inertia is that of the probe's mesh with this mass. With 0 the
+    /// tool has no mass and rests where all forces balance.
     pub mass: f64,
 }
 
 impl VirtualCoupling {
-    /// Ties nothing: stands in where there is none.
+    /// A coupling without stiffness, for direct rendering.
     pub(super) const SLACK: Self =
         Self { stiffness: 0.0, damping: 0.0, angular_stiffness: 0.0, angular_damping: 0.0, skin: 0.0, mass: 0.0 };
 

@@ -3,8 +3,8 @@
 //! 1. *Cluster* the contacts, by their midpoints and (shaded) directions.
 //! 2. *Represent* each cluster by one contact. With smooth clustering every contact represents
 //!    itself.
-//! 3. *Push*: the normal force of each cluster, at its midpoint; with smooth clustering, by the
-//!    share of the stiffness that the crowd of those that push the same way leaves to it.
+//! 3. *Push*: the normal force of each cluster, at its midpoint; with smooth clustering, by its
+//!    share of the stiffness (`LoadSharing`).
 //! 4. *Rub*: the friction of each member, where it holds. Corners of a patch stand for all of it,
 //!    and hold where an evenly loaded patch would: nearer to its middle, by [`FRICTION_SPREAD`].
 //!
@@ -30,8 +30,8 @@ pub struct Motion {
     pub centers: Centers,
     /// Velocity of a with respect to b, its linear part that of a's centre of mass.
     pub twist: Twist,
-    /// N: what the hardest pressed contact bore alone at the end of the last step, if that was
-    /// implicit; else 0.
+    /// Force that the hardest pressed contact bore alone at the end of the last step, N, if that
+    /// step was implicit; else 0.
     pub pressed: f64,
 }
 
@@ -48,7 +48,7 @@ pub struct Forces {
     pub separations: Vec<f64>,
     /// Unit force directions of the members: their normals, or the shaded stand-ins.
     pub directions: Vec<DVec3>,
-    /// Weights of the members in their clusters, m: what [`represent`] was told.
+    /// Weights of the members in their clusters, m, as given to [`represent`].
     pub weights: Vec<f64>,
     /// Anchors of the members, b's frame; empty without friction.
     pub holds: Vec<DVec3>,
@@ -135,7 +135,7 @@ pub fn force(
         let (members, directions) = (&forces.members[range.clone()], &forces.directions[range.clone()]);
         let (weights, first) = (&forces.weights[range.clone()], range.start as u32);
         let cluster = represent(contacts, members, directions, weights, first, settings.skin());
-        let share = if smooth { scratch.crowding.shares()[k] } else { 1.0 };
+        let share = if smooth { scratch.sharing.shares()[k] } else { 1.0 };
         forces.stiffnesses.push(settings.stiffness * share);
         forces.cancelled_normals += u32::from(cluster.cancelled);
         push(&cluster, motion, share, settings, forces);
@@ -144,26 +144,26 @@ pub fn force(
     rub(contacts, motion, settings, scratch, forces);
 }
 
-/// What contacts leave to each other: the weights of members in their clusters, and with smooth
-/// clustering, where every contact is a cluster of its own, the shares of the crowd.
+/// Computes the weights of members in their clusters. With smooth clustering every contact is a
+/// cluster of its own, and the shares of the load are computed as well.
 fn share(contacts: &[Contact], settings: &Settings, scratch: &mut Scratch, forces: &mut Forces) {
-    let Scratch { crowd, crowding, tilts, .. } = scratch;
+    let Scratch { tilted, sharing, tilts, .. } = scratch;
     let (skin, tolerance) = (settings.skin(), settings.contact_tolerance);
     let members = forces.members.iter().map(|&i| &contacts[i as usize]);
-    crowd.clear();
+    tilted.clear();
     match settings.clustering {
         Clustering::Smooth => {
-            crowd.extend(members.zip(&forces.directions).map(|(contact, &direction)| {
+            tilted.extend(members.zip(&forces.directions).map(|(contact, &direction)| {
                 let engagement = (skin - contact.separation).max(0.0);
                 Tilted { direction, engagement, ..Tilted::unloaded(contact) }
             }));
-            crowding.run(crowd, AHEAD * skin);
-            forces.weights.extend(crowd.iter().map(|corner| tolerance - corner.separation));
+            sharing.run(tilted, AHEAD * skin);
+            forces.weights.extend(tilted.iter().map(|corner| tolerance - corner.separation));
         }
         Clustering::Linkage => {
-            crowd.extend(members.map(Tilted::unloaded));
+            tilted.extend(members.map(Tilted::unloaded));
             for patch in patches(contacts, &forces.members) {
-                let corners = &crowd[patch];
+                let corners = &tilted[patch];
                 let shares = tilts.run(corners).iter().zip(corners);
                 forces.weights.extend(shares.map(|(share, corner)| share * (tolerance - corner.separation)));
             }
@@ -171,8 +171,8 @@ fn share(contacts: &[Contact], settings: &Settings, scratch: &mut Scratch, force
     }
 }
 
-/// Of the skin: contacts that are so much farther than the nearest share a load that is only
-/// coming.
+/// Share of the skin: contacts that are farther than the nearest by no more than this share a
+/// load that is about to come.
 const AHEAD: f64 = 0.5;
 
 /// The corners of one patch stand side by side among the `members`: their ranges.
@@ -199,7 +199,7 @@ fn rub(contacts: &[Contact], motion: &Motion, settings: &Settings, scratch: &mut
     let Some(friction) = &settings.friction else { return };
     let Forces { members, holds, .. } = forces;
     for patch in patches(contacts, members) {
-        let corners = &scratch.crowd[patch];
+        let corners = &scratch.tilted[patch];
         let (weight, sum) = scratch
             .tilts
             .run(corners)
@@ -237,7 +237,7 @@ fn bear(motion: &Motion, settings: &Settings, scratch: &mut Scratch, forces: &Fo
     let hard = settings.stiffness;
     let alone = |(&force, &stiffness): (&f64, &f64)| if stiffness > 0.0 { force * (hard / stiffness) } else { 0.0 };
     let most = normal_forces.iter().zip(stiffnesses).map(alone).fold(motion.pressed, f64::max);
-    let Scratch { crowd, crowding, loads, .. } = scratch;
+    let Scratch { tilted, sharing, loads, .. } = scratch;
     loads.clear();
     if motion.pressed <= 0.0 {
         loads.extend_from_slice(normal_forces);
@@ -247,7 +247,7 @@ fn bear(motion: &Motion, settings: &Settings, scratch: &mut Scratch, forces: &Fo
     let pressed = nearest + motion.pressed / hard;
     let bears = |engagement: f64, separation: f64| engagement.max(pressed - separation);
     match settings.clustering {
-        Clustering::Smooth => loads.extend(crowding.loads(crowd, bears).map(|load| hard * load)),
+        Clustering::Smooth => loads.extend(sharing.loads(tilted, bears).map(|load| hard * load)),
         Clustering::Linkage => {
             let own =
                 |(cluster, &force): (&Cluster, &f64)| force.max(hard * bears(cluster.engagement, cluster.separation));

@@ -8,7 +8,7 @@
 //! 2. *Rest*: what a step takes besides its query, followed in the same way.
 //! 3. *Allowance*: (target − rest) / price, and never so little that a query does not get on.
 //!
-//! Its answers depend on times, so whoever records a run records them; a run with the same answers
+//! The answers depend on measured times, so a recording must keep them. A run with the same answers
 //! is the same to the bit.
 
 use super::{Settings, Tick};

@@ -21,8 +21,8 @@ pub(super) struct Reach {
 }
 
 impl Reach {
-    /// Of a body at rest whose points are within `radius` of its centre of mass; contacts push from
-    /// `skin` on; both in m.
+    /// Reach of a body at rest whose points are within `radius` (m) of its centre of mass. Contacts
+    /// push below a separation of `skin` (m).
     pub(super) fn new(radius: f64, skin: f64) -> Self {
         Self { radius, skin, most: REACH_LEAST * skin, clear: f64::INFINITY }
     }
@@ -43,7 +43,7 @@ impl Reach {
         self.clear = f64::INFINITY;
     }
 
-    /// What this tick's query did not look at is at least `clear` (m) beyond the skin.
+    /// Tells that everything this tick's query left out is at least `clear` (m) beyond the skin.
     pub(super) fn see(&mut self, clear: f64) {
         self.clear = self.clear.min(clear.max(0.0));
     }
@@ -54,8 +54,8 @@ impl Reach {
     }
 
     /// The share of a step of `h` seconds with `twist`, at most 1, that keeps the body within its
-    /// reach, and away from what nobody looked at. What it was looked ahead for then is all that it
-    /// can meet.
+    /// reach and away from regions that no query covered. The body then meets only contacts that
+    /// were looked for.
     pub(super) fn share(&self, twist: &Twist, h: f64) -> f64 {
         let (travel, most) = (self.travel(twist, h), self.most.min(self.clear));
         if travel > most { most / travel } else { 1.0 }

@@ -1,6 +1,6 @@
 //! One probe and one environment: a [`World`] of two bodies \[K02 §4, §5\].
 //!
-//! What a device feels of the environment, in five stages:
+//! The force from the environment to the device, in five stages:
 //!
 //! 1. *Query*: all contacts of the two bodies within the tolerance; and in the same pass
 //! 2. *depth*: how deep those that overlap do.
@@ -10,8 +10,8 @@
 //!    moves on under them and the coupling, and the device feels the coupling.
 //! 5. *Saturate*: within the device's limits.
 //!
-//! With an allowance of work ([`Renderer::allow`]), what the query did not reach is felt as it was,
-//! carried along.
+//! With an allowance of work ([`Renderer::allow`]), pairs that the query did not reach keep their
+//! contacts, extrapolated to the new pose.
 
 use std::sync::Arc;
 
@@ -76,7 +76,7 @@ impl Renderer {
         self.world.tick(self.tool)
     }
 
-    /// Those of the next step.
+    /// Returns the settings of the next step.
     pub fn settings(&self) -> &Settings {
         self.world.tool_settings(self.tool)
     }

@@ -83,7 +83,7 @@ pub fn saturate(wrench: Wrench, limits: &Limits, policy: Saturation) -> Saturate
 fn shorten(v: DVec3, limit: f64) -> (DVec3, bool) {
     let Some((scaled, length)) = beyond(v, limit) else { return (v, false) };
     if limit < f64::MIN_POSITIVE {
-        // Of so few digits, a number is not made shorter by as little as roundings.
+        // Subnormal numbers have too few digits to be scaled by a factor near 1.
         return (DVec3::ZERO, true);
     }
     (scaled * (limit * (1.0 - SATURATION_ROUNDING) / length), true)

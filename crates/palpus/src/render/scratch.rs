@@ -1,14 +1,14 @@
 //! All working memory of the force stage, sized once.
 
-use crate::force::{Crowding, FrictionTracker, Linkage, TiltShares, Tilted};
+use crate::force::{FrictionTracker, Linkage, LoadSharing, TiltShares, Tilted};
 
 /// Working memory, and the adhesions that friction carries from tick to tick.
 #[derive(Clone, Debug)]
 pub struct Scratch {
     pub(super) linkage: Linkage,
-    pub(super) crowd: Vec<Tilted>,
-    pub(super) crowding: Crowding,
-    /// Of one patch after the other.
+    pub(super) tilted: Vec<Tilted>,
+    pub(super) sharing: LoadSharing,
+    /// Tilt shares of one patch at a time.
     pub(super) tilts: TiltShares,
     pub(super) friction: FrictionTracker,
     /// N: what the friction of each cluster rests on.
@@ -20,8 +20,8 @@ impl Scratch {
     pub fn new(capacity: usize) -> Self {
         Self {
             linkage: Linkage::new(capacity),
-            crowd: Vec::with_capacity(capacity),
-            crowding: Crowding::new(capacity),
+            tilted: Vec::with_capacity(capacity),
+            sharing: LoadSharing::new(capacity),
             tilts: TiltShares::new(capacity),
             friction: FrictionTracker::new(capacity),
             loads: Vec::with_capacity(capacity),

@@ -1,4 +1,4 @@
-//! What a renderer is told: at its construction, and when it is to go on otherwise.
+//! Settings of a renderer, at its construction or from a later step on.
 
 use glam::DVec3;
 
@@ -29,7 +29,7 @@ pub struct Settings {
     pub split_angle: Option<f64>,
     /// k, N/m, of each cluster. With a coupling, how stiff a contact feels in a row with it.
     pub stiffness: f64,
-    /// Of the normal motion of each cluster, N·s/m; 0 for none.
+    /// Damping of the normal motion of each cluster, N·s/m; 0 for none.
     pub damping: f64,
     /// rad: flush and nearly flush pieces touch at the corners of their overlap, which fade out as
     /// they open to this angle (see [`crate::depth::Patch`]). `None`: one exact witness point for
@@ -42,22 +42,21 @@ pub struct Settings {
     pub friction: Option<FrictionSettings>,
     /// How impacts ring in the hand; `None`: not at all.
     pub material: Option<Material>,
-    /// What ties the tool to the device; `None`: nothing, the probe is where the device is (direct
-    /// rendering, the paper's).
+    /// Coupling between tool and device. `None`: direct rendering, as in the paper; the probe
+    /// is where the device is.
     pub coupling: Option<VirtualCoupling>,
     /// The most that the device may be asked for.
     pub limits: Limits,
     /// How the limits are kept.
     pub saturation: Saturation,
-    /// Where the hand holds the probe, m, in the probe's frame. The device's pose
+    /// Point at which the hand holds the probe, m, in the probe's frame. The device's pose
     /// ([`super::ProbeState::of_grip`]), its torque and the linear part of its twist are all taken
     /// at this point. By default the origin of the probe's frame.
     pub grip_a: DVec3,
     /// The most contacts that one tick can hold; of more, the deepest are kept.
     pub capacity: usize,
-    /// ns: what a step should take; `None`: a share of the loop's period. The engine does not look
-    /// at it; whoever runs the loop gives it to a [`super::Pacer`], which says how much work each
-    /// step may do.
+    /// Time that a step should take, ns; `None`: a share of the loop's period. The engine ignores
+    /// it. The loop passes it to a [`super::Pacer`], which says how much work each step may do.
     pub time_budget: Option<u64>,
 }
 
@@ -80,7 +79,7 @@ impl Default for Settings {
             limits: Limits { force: 8.5, torque: 0.188 },
             saturation: Saturation::Separate,
             grip_a: DVec3::ZERO,
-            capacity: 4096,
+            capacity: 8192,
             time_budget: None,
         }
     }
@@ -94,9 +93,9 @@ pub enum Clustering {
     /// Exact single linkage, each cluster with the force of its deepest member: the paper's. The
     /// force jumps when clusters meet or part.
     Linkage,
-    /// Every contact with the share of its force that the crowd of those that push the same way
-    /// leaves to it, however far apart they are: continuous, and as stiff for any mesh of a surface
-    /// ([`crate::force::Crowding`]).
+    /// Every contact pushes on its own, with a share of the load of all contacts that push the same
+    /// way, however far apart they are. Continuous, and as stiff for any mesh of a surface
+    /// ([`crate::force::LoadSharing`]).
     ///
     /// The default, since it measures better wherever the two differ (`docs/feel.md`).
     #[default]
@@ -116,9 +115,9 @@ impl Clustering {
 pub struct SettingsError {
     /// Name of the field, with a dot before a field of a field.
     pub field: &'static str,
-    /// What it was.
+    /// The value that was given.
     pub value: f64,
-    /// What it must be.
+    /// The rule that it breaks.
     pub rule: &'static str,
 }
 
@@ -129,9 +128,9 @@ const MOST_CONTACTS: usize = 1 << 20;
 const LEAST_BUDGET: u64 = 1000;
 
 impl Settings {
-    /// For a tool on a device of these limits, whose loop turns every `period` seconds, with
-    /// contacts of this tolerance (m): coupled, and as hard as the device can show. What a scene
-    /// that names two meshes and nothing else gets.
+    /// Settings for a tool on a device of these limits, whose loop turns every `period` seconds,
+    /// with contacts of this tolerance (m): coupled, and as stiff as the device can display. A
+    /// scene that names only two meshes gets these.
     ///
     /// A good tolerance is a hundredth of the smaller body.
     #[must_use]
@@ -139,7 +138,8 @@ impl Settings {
         let default = Self::default();
         let stiffness = VirtualCoupling::contact_stiffness(&limits, contact_tolerance).unwrap_or(default.stiffness);
         let coupling = Some(VirtualCoupling::tuned(&limits, period, contact_tolerance));
-        // A torque that nobody can feel is shown, and not missed every tick.
+        // A device without torque would saturate in every tick; show the torque in the window
+        // instead.
         let saturation = if limits.torque > 0.0 { default.saturation } else { Saturation::UnderActuated };
         Self { contact_tolerance, stiffness, coupling, limits, saturation, ..default }
     }
@@ -153,9 +153,9 @@ impl Settings {
         Self { friction: Some(friction), ..self }
     }
 
-    /// The settings of contacts as they hold. With a coupling, at least so hard that the largest
-    /// force comes half way into the skin, sideways too; what is softer of it is in the coupling
-    /// ([`VirtualCoupling::softened`]).
+    /// Returns the settings for contacts in the implicit step. With a coupling, contacts are at
+    /// least so stiff that the largest force sinks half the skin, sideways too; the coupling is
+    /// softened by the difference ([`VirtualCoupling::softened`]).
     pub(super) fn held(&self) -> Self {
         let hard = self.coupling.map_or(0.0, |coupling| self.limits.force / (TOOL_SINKS * coupling.skin));
         if !(hard.is_finite() && hard > self.stiffness) {
@@ -217,7 +217,7 @@ impl Settings {
         check(budget >= LEAST_BUDGET, "time_budget", budget as f64, "at least 1000 ns")
     }
 
-    /// What clustering needs to know.
+    /// Settings of the clustering.
     pub fn linkage(&self) -> LinkageSettings {
         let (radius, most) = match self.clustering {
             Clustering::Linkage => (self.cluster_radius, usize::MAX),
@@ -232,7 +232,7 @@ impl Settings {
         self.coupling.map_or(self.contact_tolerance, |coupling| coupling.skin)
     }
 
-    /// What the penalty force needs to know.
+    /// Settings of the penalty force.
     pub fn penalty(&self) -> PenaltySettings {
         PenaltySettings { stiffness: self.stiffness, damping: self.damping }
     }

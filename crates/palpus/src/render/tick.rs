@@ -1,11 +1,11 @@
 //! Everything that one turn of the loop produced.
 //!
-//! **Frames.** Contacts, clusters, forces and wrenches are written in b's frame, which is the
-//! scene's: the environment does not move; in a [`World`](super::World), in the world's frame. The
-//! probe's pose is a's in b, `pose_ba`; whoever has a device or a camera in another frame converts
-//! there. A device holds the grip: [`ProbeState::of_grip`] turns the grip's pose into the probe's.
-//! Wrenches that the device is told are about the grip ([`super::Settings::grip_a`]), those in
-//! [`Forces::net`] about each body's centre of mass.
+//! **Frames.** Contacts, clusters, forces and wrenches are in b's frame, which is the scene's: the
+//! environment does not move. In a [`World`](super::World) they are in the world's frame. The
+//! probe's pose is a's in b, `pose_ba`; a caller whose device or camera uses another frame
+//! converts. A device holds the grip: [`ProbeState::of_grip`] converts the grip's pose into the
+//! probe's. Wrenches for the device are about the grip ([`super::Settings::grip_a`]); those in
+//! [`Forces::net`] are about each body's centre of mass.
 
 use glam::DVec3;
 
@@ -14,7 +14,7 @@ use crate::algebra::{Pose, Twist, Wrench};
 use crate::detect::{Contact, QueryCounters};
 use crate::force::{FrictionCounters, LinkageCounters};
 
-/// Where the probe is and how it moves, in b's frame.
+/// Pose and twist of the probe, in b's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ProbeState {
@@ -38,7 +38,7 @@ impl ProbeState {
     }
 }
 
-/// Where a tick's time went, ns, by the caller's clock.
+/// Times of the stages of a tick, ns, by the caller's clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StageTimes {
     /// The descent through both hierarchies and the distance marches.
@@ -55,7 +55,7 @@ pub struct StageTimes {
     pub total: u64,
 }
 
-/// What happened in one step of the tool.
+/// Events in one step of the tool.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ToolCounters {
     /// Times that the system was solved.
@@ -70,7 +70,7 @@ pub struct ToolCounters {
     pub reset: u32,
 }
 
-/// What happened in a tick, counted.
+/// Counters of a tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
     /// Leaf pairs, marches, fallbacks, walks, depths moved off virtual features.
@@ -103,8 +103,8 @@ pub struct Tick {
     pub dt: f64,
     /// As given; a twist that was not finite stands here as rest.
     pub probe: ProbeState,
-    /// Where the contacts were looked for: a placed in b's frame. The tool's pose with a coupling,
-    /// else the probe's.
+    /// The pose of the query: a placed in b's frame. The tool's pose with a coupling, else the
+    /// probe's.
     pub tool_ba: Pose,
     /// For the device: about the grip, within the limits.
     pub commanded: Wrench,
@@ -124,26 +124,26 @@ pub struct Tick {
     pub unseen_separation: f64,
     /// Clusters, their forces, and the wrenches on both bodies.
     pub forces: Forces,
-    /// Of the contacts, so many are with other tools: what stands there for the piece of b is that
-    /// tool's.
+    /// Number of contacts with other tools. In these the index of b's piece is that of the other
+    /// tool's piece.
     pub contacts_between: u32,
-    /// What other tools do to this one, about this one's centre of mass; part of [`Forces::net`].
+    /// Wrench from other tools, about this tool's centre of mass; part of [`Forces::net`].
     pub from_other: Wrench,
     /// J: what they gave this one in this step, by moving it at the grip and by turning it. With a
     /// coupling at the step's end, else since the last.
     pub work_from_other: [f64; 2],
-    /// What driven and free objects do to the tool, about its centre of mass; part of
+    /// Wrench from driven and free objects, about the tool's centre of mass; part of
     /// [`Forces::net`].
     pub from_objects: Wrench,
     /// J: what they gave it in this step; as [`Self::work_from_other`].
     pub work_from_objects: [f64; 2],
-    /// Where the time went.
+    /// Times of the stages.
     pub times: StageTimes,
-    /// What happened.
+    /// Counters.
     pub counters: Counters,
 }
 
-/// What can be copied out of a tick without looking at every contact.
+/// Summary of a tick that can be copied without visiting every contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TickSummary {
     /// See [`Tick::index`].
@@ -164,7 +164,7 @@ pub struct TickSummary {
     pub contacts_between: u32,
     /// Number of clusters.
     pub clusters: u32,
-    /// Separation of the deepest contact, m; infinite when there is none.
+    /// Separation of the deepest contact, m; infinite without contacts.
     pub separation: f64,
     /// See [`Tick::work`].
     pub work: u64,
@@ -216,7 +216,7 @@ impl Tick {
         }
     }
 
-    /// Separation of the deepest contact, m; infinite when there is none.
+    /// Separation of the deepest contact, m; infinite without contacts.
     pub fn separation(&self) -> f64 {
         self.forces.clusters.iter().map(|cluster| cluster.separation).fold(f64::INFINITY, f64::min)
     }

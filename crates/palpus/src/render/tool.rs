@@ -47,7 +47,7 @@ use crate::body::Body;
 pub(super) struct Tool {
     coupling: VirtualCoupling,
     limits: Limits,
-    /// What the device can give as of now, where that is less.
+    /// The device's current limits, where they are below the nominal ones.
     available: Limits,
     /// In a's frame: where it is held.
     grip_a: DVec3,
@@ -62,7 +62,7 @@ pub(super) struct Tool {
     /// How far it may move.
     pub(super) reach: Reach,
     anchor: Anchor,
-    /// Of the step that has begun.
+    /// The coupling's spring and damper in the current step.
     bond: Bond,
 }
 
@@ -75,7 +75,7 @@ struct Bond {
     stretch: DVec3,
     /// From the tool's orientation to the device's, rad.
     turn: DVec3,
-    /// Of the device's grip.
+    /// Twist of the device's grip.
     device: Twist,
     stiffness: f64,
     angular_stiffness: f64,
@@ -120,7 +120,7 @@ impl Tool {
         self.available = *available;
     }
 
-    /// Where it is; where the device is, before the first step and after [`Self::clear`].
+    /// Returns the tool's pose; that of the device before the first step and after [`Self::clear`].
     pub(super) fn pose_ba(&mut self, device: &ProbeState) -> Pose {
         if let Some(pose) = self.pose_ba {
             return pose;
@@ -164,7 +164,7 @@ impl Tool {
     fn bond(&mut self, device: &ProbeState, pose: &Pose) -> Bond {
         let VirtualCoupling { stiffness, damping, angular_stiffness, angular_damping, .. } = self.coupling;
         let most_force = self.limits.force.min(self.available.force);
-        // A torque limit of 0 says that no torque is felt; the tool is to be aligned all the same.
+        // A torque limit of 0 says that no torque is felt; the tool must be aligned all the same.
         let felt = self.limits.torque > 0.0;
         let most_torque = if felt { self.limits.torque.min(self.available.torque) } else { f64::INFINITY };
         let ahead = device.pose_ba.point(self.grip_a) - pose.point(self.grip_a);

@@ -173,7 +173,7 @@ fn friction_holds_within_its_cone_and_slides_at_its_edge() {
     let held = renderer.tick().commanded.force;
     assert!(held.x < -0.5 && held.x > -1e-3 * 5000.0 * 1000.0 / 6000.0 && held.z > 2.5, "{held}");
     assert_eq!(renderer.tick().counters.friction.sliding, 0);
-    // 20 mm sideways: it slides, and what is felt is the dynamic coefficient.
+    // 20 mm sideways: it slides, with the dynamic coefficient.
     let mut ratios = Vec::new();
     for k in 0..1200 {
         let x = 1e-3 + (f64::from(k) * 2e-5).min(0.02);

@@ -1,8 +1,8 @@
 //! Contacts as a tool's implicit step sees them: linear in the velocity at the end of the step
 //! (outline in `tool.rs`, 3 and 4).
 //!
-//! All are about one point, the tool's centre of mass. Whose velocity it is does not matter here:
-//! that of a tool over a resting environment, or that of one tool with respect to another.
+//! All are about one point, the tool's centre of mass. The velocity may be that of a tool over a
+//! resting environment, or that of one tool relative to another.
 
 use glam::DVec3;
 
@@ -81,8 +81,8 @@ impl Touches {
         self.rubs.clear();
     }
 
-    /// What `forces` are now, about `center`; contacts push from a separation of `skin` on. As far
-    /// as it does not depend on the solution.
+    /// Linearises `forces` about `center`, as far as that does not depend on the solution. Contacts
+    /// push below a separation of `skin`.
     pub(super) fn gather(&mut self, forces: &Forces, center: DVec3, skin: f64) {
         self.clear();
         for (k, (cluster, &stiffness)) in forces.clusters.iter().zip(&forces.stiffnesses).enumerate() {
@@ -131,14 +131,14 @@ impl Touches {
         }
     }
 
-    /// Of each contact that presses at the end of the step: its normal, and where it is from the
+    /// Normals of the contacts that press at the end of the step, and their places relative to the
     /// centre of mass.
     pub(super) fn pressing(&self) -> impl Iterator<Item = (DVec3, DVec3)> {
         self.pushes.iter().filter(|push| push.predicted > 0.0).map(|push| (push.normal, push.offset))
     }
 
-    /// What pushes and rubs are at the end of the step if the tool moves with `twist`; true if that
-    /// is news.
+    /// Predicts normal and friction forces at the end of the step if the tool moves with `twist`;
+    /// true if the set of active ones has changed.
     pub(super) fn revise(&mut self, twist: &Twist, h: f64, lag: f64) -> bool {
         let mut news = false;
         self.clusters.iter_mut().for_each(|cluster| cluster.predicted = 0.0);
@@ -175,7 +175,7 @@ impl Touches {
         pushes.chain(rubs).fold(Wrench::ZERO, |sum, given| sum + given)
     }
 
-    /// N: what the contact that is pressed hardest at the end of the step would bear alone, at
+    /// The load that the hardest pressed contact would bear alone at the end of the step, N, at
     /// `stiffness` (N/m).
     pub(super) fn pressed(&self, stiffness: f64) -> f64 {
         let alone =

@@ -1,5 +1,5 @@
-//! What a tap sounds like to the hand: a decaying vibration at each impact, by the material and the
-//! speed of approach \[Okamura, Cutkosky, Dennerlein 2001; Kuchenbecker, Fiene, Niemeyer 2006\].
+//! Contact transients: a decaying vibration at each impact, by material and speed of approach
+//! \[Okamura, Cutkosky, Dennerlein 2001; Kuchenbecker, Fiene, Niemeyer 2006\].
 //!
 //! No device is as stiff as wood or steel, so every surface feels soft at the tick of impact. The
 //! real thing rings, and a device can ring: an impact at speed v adds the force n g v e^(−βt) sin
@@ -92,15 +92,17 @@ impl Transient {
         }
     }
 
-    /// N at the grip, after a tick of `h` s whose contacts were told; at most `most`.
+    /// The transient's force at the grip, N and at most `most`, after a tick of `h` s with the
+    /// contacts given before.
     pub(super) fn ring(&mut self, material: &Material, h: f64, most: f64) -> DVec3 {
         let angle = std::f64::consts::TAU * material.frequency * h;
         for pressed in &mut self.pressed {
-            // Away from what was hit first: so it is that a blow of something hard begins.
+            // The vibration starts with a push away from the surface, as a blow on a hard object
+            // does.
             self.state[0] += pressed.normal * (material.gain * std::mem::take(&mut pressed.approach));
             pressed.rested += h;
         }
-        // What a loop cannot sample it does not show.
+        // A frequency that the loop cannot sample is left out.
         if angle * TRANSIENT_SAMPLES > std::f64::consts::TAU {
             self.state = [DVec3::ZERO; 2];
             return DVec3::ZERO;

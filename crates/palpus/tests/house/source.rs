@@ -1,5 +1,5 @@
-//! Rust source as far as the house's law reads it: words and marks, without comments, strings and
-//! what is for tests only.
+//! Rust source as far as the house's law reads it: words and marks, without comments, strings
+//! and what is for tests only.
 
 /// A word, a path's `::`, or any other mark, with the line on which it stands.
 #[derive(Clone, Debug, PartialEq)]

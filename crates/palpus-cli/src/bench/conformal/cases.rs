@@ -14,7 +14,7 @@ use crate::bench::scale::pairs::{PAIRS, posed};
 use crate::bench::table::find;
 use crate::bodies;
 
-/// What a case is, before its bodies are prepared.
+/// A case before its bodies are prepared.
 pub(super) struct Plan {
     pub(super) name: &'static str,
     kind: Kind,
@@ -88,7 +88,7 @@ pub(super) struct Case {
     pub(super) analytic: Option<Analytic>,
 }
 
-/// What is known of the force on a.
+/// Exact knowledge about the force on a.
 pub(super) enum Analytic {
     /// It points from where a's frame stands towards b's axis, z.
     ToAxis,
@@ -153,7 +153,7 @@ impl Case {
 
 /// m: an M16 thread's.
 const PITCH: f64 = 0.002;
-/// Of the smaller body: the tolerance of a scene that names none.
+/// Share of the smaller body: the tolerance of a scene that names none.
 const CHOSEN: f64 = 0.01;
 /// As many as the hole has.
 const SIDES: usize = 32;

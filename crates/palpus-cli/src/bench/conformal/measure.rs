@@ -17,7 +17,7 @@ const ALLOWED: u64 = 6000;
 /// Contacts that the truth may have.
 const TRUE_CAPACITY: usize = 1 << 15;
 
-/// What came of a case. Times in µs.
+/// Results of a case. Times in µs.
 #[derive(Debug, Serialize)]
 pub(super) struct Row {
     pub(super) name: String,
@@ -49,10 +49,13 @@ impl Row {
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub(super) struct PerTick {
     front: f64,
+    woken: f64,
+    looked: f64,
     near: f64,
     marched: f64,
     march_steps: f64,
     carried: f64,
+    resting: f64,
     virtual_closest: f64,
     inadmissible: f64,
     walks: f64,
@@ -67,10 +70,13 @@ impl PerTick {
         let descent = &counters.traversal;
         for (sum, count) in self.all().into_iter().zip([
             descent.front,
+            descent.woken,
+            descent.node_pairs,
             descent.near,
             descent.leaf_tests,
             descent.march_steps,
             counters.held,
+            descent.resting,
             counters.virtual_closest,
             counters.inadmissible,
             counters.walks,
@@ -83,15 +89,18 @@ impl PerTick {
         }
     }
 
-    fn all(&mut self) -> [&mut f64; 12] {
-        let Self { front, near, marched, march_steps, carried, virtual_closest, .. } = self;
+    fn all(&mut self) -> [&mut f64; 15] {
+        let Self { front, woken, looked, near, marched, march_steps, carried, resting, virtual_closest, .. } = self;
         let Self { inadmissible, walks, moved, disbelieved, patches, dropped, .. } = self;
         [
             front,
+            woken,
+            looked,
             near,
             marched,
             march_steps,
             carried,
+            resting,
             virtual_closest,
             inadmissible,
             walks,
@@ -109,8 +118,7 @@ impl PerTick {
     }
 }
 
-/// Of the net force and torque on the probe, at the 99th percentile of the poses that were
-/// compared.
+/// Errors of the net force and torque on the probe, at the 99th percentile of the compared poses.
 #[derive(Debug, Serialize)]
 pub(super) struct Accuracy {
     /// °: how far the force turns in a tick.
@@ -119,9 +127,9 @@ pub(super) struct Accuracy {
     pub(super) true_turn: f64,
     /// °: from the truth's direction.
     pub(super) direction: f64,
-    /// Of the truth's size.
+    /// Error as a share of the truth's size.
     pub(super) size: f64,
-    /// Of the truth's force times the probe's size.
+    /// Error as a share of the truth's force times the probe's size.
     pub(super) torque: f64,
     /// ° and share, from what is known by analysis.
     pub(super) analytic: Option<[f64; 2]>,

@@ -70,10 +70,13 @@ fn text(rows: &[Row]) -> String {
     let mut work = table(&[
         "pairs a tick",
         "front",
+        "due",
+        "looked",
         "near",
         "marched",
         "steps",
         "carried",
+        "at rest",
         "no surface",
         "no normal",
         "walked",

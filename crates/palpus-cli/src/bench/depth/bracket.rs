@@ -19,7 +19,7 @@ use crate::plots::{BLUE, Drawn, Figure, Panel, Series, VERMILION, write_svg};
 /// Poses along the path, and its half length as a share of the ring's size.
 const POSES: i32 = 240;
 const HALF_WAY: f64 = 0.75;
-/// Of the ring's size: where on the path the bounds are shown over the budget.
+/// The place on the path at which bounds are shown over the budget, as a share of the ring's size.
 const PLACE: f64 = 0.02;
 /// The least budget, the factor from one to the next, and how many.
 const BUDGET: f64 = 10.0;

@@ -121,7 +121,7 @@ fn within_limits(felt: &Wrench) -> Wrench {
 }
 
 /// The rotation vector from one pose to the next, for small turns.
-fn turned(from: &Pose, to: &Pose) -> DVec3 {
+pub(super) fn turned(from: &Pose, to: &Pose) -> DVec3 {
     let turn = to.rotation * from.rotation.conjugate();
     turn.xyz() * (2.0 * turn.w.signum())
 }

@@ -37,6 +37,29 @@ pub(super) const TRUTH: [Column; 3] = [
     column("line of action, p99 / max (mm)", &["line of action error p99", "line of action error max"], 1e3, 2),
 ];
 
+/// The parts of the difference: the coupling's springs, the motion, and the rest, 99th percentiles.
+pub(super) const TRUTH_PARTS: [Column; 4] = [
+    column(
+        "direction: springs / motion / rest, p99 (°)",
+        &["direction by springs p99", "direction by motion p99", "direction left p99"],
+        1.0,
+        2,
+    ),
+    column(
+        "size: springs / motion / rest, p99 (%)",
+        &["size by springs p99", "size by motion p99", "size left p99"],
+        1.0,
+        2,
+    ),
+    column(
+        "line of action: springs / motion / rest, p99 (mm)",
+        &["line of action by springs p99", "line of action by motion p99", "line of action left p99"],
+        1e3,
+        2,
+    ),
+    column("lag (ms)", &["lag"], 1e3, 2),
+];
+
 pub(super) const LOOP: [Column; 9] = [
     column("peak force (N)", &["peak force in the loop"], 1.0, 3),
     column("force step, p99 / max (mN/ms)", &["loop force step p99", "loop force step max"], 1e3, 3),

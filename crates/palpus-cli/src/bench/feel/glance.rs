@@ -36,7 +36,7 @@ const LINES: [Line; 6] = [
         1.0,
         "N/m",
     ),
-    line("the same, held by nobody", "box-rest", "none", "greatest stable stiffness", 1.0, "N/m"),
+    line("the same, without a hand", "box-rest", "none", "greatest stable stiffness", 1.0, "N/m"),
     line(
         "deepest that bodies are shown in each other, ball in gut",
         "intestine",
@@ -100,7 +100,14 @@ mod tests {
 
     #[test]
     fn what_was_measured_stands_in_its_cell() {
-        let row = |scene, method, hand, measure, value| Row { scene, method, hand, measure, unit: "", value };
+        let row = |scene, method: &'static str, hand, measure, value| Row {
+            scene,
+            method: method.into(),
+            hand,
+            measure,
+            unit: "",
+            value,
+        };
         assert_eq!(markdown(&[row("rails", "paper", "normal", "step while merging", 100.0)]), None);
         let rows = [
             row("rails", "paper", "", "step while merging", 100.0),
@@ -109,7 +116,7 @@ mod tests {
         ];
         let text = markdown(&rows).unwrap();
         assert!(text.contains("two contacts merge (%) | 100 |  |  |  |"), "{text}");
-        assert!(text.contains("held by nobody (N/m) |  | ≥ 51200 |  |  |"), "{text}");
+        assert!(text.contains("without a hand (N/m) |  | ≥ 51200 |  |  |"), "{text}");
         assert!(text.contains("spoon in cup (µJ) |  |  | 0.04 |  |"), "{text}");
     }
 }

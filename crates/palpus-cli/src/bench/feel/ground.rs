@@ -181,7 +181,8 @@ const UNPRESSED: [&str; 2] = ["peg-hole", "nut-bolt"];
 /// Over how many judgements a press comes and goes, to either side: a tenth of a second.
 const PRESS_BLUR: usize = 20;
 
-/// Where a hand presses while its script overlaps: against the deepest contact's normal, with ease.
+/// Computes the directions in which a hand presses while its script overlaps: against the deepest
+/// contact's normal, smoothed.
 fn presses(name: &str, judged: &[(Pose, Option<Contact>)]) -> Vec<DVec3> {
     let against = |(_, contact): &(Pose, Option<Contact>)| match contact {
         Some(contact) if contact.separation < 0.0 && !UNPRESSED.contains(&name) => -contact.normal,
@@ -201,8 +202,8 @@ fn presses(name: &str, judged: &[(Pose, Option<Contact>)]) -> Vec<DVec3> {
     presses
 }
 
-/// Says how deep two bodies overlap at a pose, whoever brought them there: the engine's own query,
-/// asked without any memory of what was before, so that it is the same for all methods.
+/// Measures how deep two bodies overlap at a pose, for all methods alike: by the engine's own
+/// query, without memory of earlier poses.
 pub(super) struct Judge {
     query: ContactQuery,
 }

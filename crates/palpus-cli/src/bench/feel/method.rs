@@ -11,6 +11,7 @@ use palpus_baselines::{
 };
 
 use super::ground::Ground;
+use crate::bench::TICK;
 
 /// Answer of a method in one step.
 #[derive(Clone, Copy, Debug)]
@@ -27,7 +28,16 @@ pub(super) struct FeltTick {
 pub(super) trait Method {
     /// One step.
     fn step(&mut self, probe: &ProbeState, dt: f64) -> FeltTick;
+
+    /// The wrench once the probe has been held still at the pose of the last step until nothing
+    /// moves; `None` for a method that is not asked.
+    fn at_rest(&self, _probe: &ProbeState) -> Option<Wrench> {
+        None
+    }
 }
+
+/// Steps of a probe that is held still: ten times the decay of the coupling's damper.
+const STILL: usize = 30;
 
 /// Parameters of a method beside the scene.
 #[derive(Clone, Copy, Debug)]
@@ -61,6 +71,19 @@ pub(super) enum Skin {
     Tolerance,
     /// From the tool's skin on.
     Tool,
+    /// From touching on.
+    Surface,
+}
+
+impl Skin {
+    /// That separation, m.
+    pub(super) fn width(self, ground: &Ground) -> f64 {
+        match self {
+            Self::Tolerance => ground.settings.contact_tolerance,
+            Self::Tool => ground.coupled.skin(),
+            Self::Surface => 0.0,
+        }
+    }
 }
 
 /// A method by name.
@@ -222,6 +245,13 @@ impl Method for Rendered {
     fn step(&mut self, probe: &ProbeState, dt: f64) -> FeltTick {
         let tick = self.0.step(probe, dt, &NoClock);
         FeltTick { wrench: tick.commanded, separation: tick.separation(), shown: tick.tool_ba }
+    }
+
+    fn at_rest(&self, probe: &ProbeState) -> Option<Wrench> {
+        let held = ProbeState { twist: Twist::default(), ..*probe };
+        let mut renderer = self.0.clone();
+        (0..STILL).for_each(|_| _ = renderer.step(&held, TICK, &NoClock));
+        Some(renderer.tick().commanded)
     }
 }
 

@@ -20,9 +20,11 @@ mod ground;
 mod held;
 mod method;
 mod open;
+mod open_benchmark;
 mod report;
 mod row;
 mod scripted;
+mod truth;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -35,6 +37,7 @@ use palpus_io::Threads;
 use self::closed::HANDS;
 use self::ground::{Ground, SCENES};
 use self::method::{Entry, METHODS, Tuning};
+pub(super) use self::open_benchmark::{Asked as OpenAsked, run as open_benchmark};
 use self::row::{Row, Rows};
 use crate::{files, output};
 

@@ -8,8 +8,7 @@
 //!   by their number; a jump by any number.
 //! * *Step while merging*, on the rails: the largest while depth stays the same and two contacts
 //!   become one, over the mean force.
-//! * *Truth*, where there is one: the angle to the true force; its size, once the one factor that
-//!   fits best is allowed for; how far the line of action passes from the true one.
+//! * *Truth*, where there is one ([`super::truth`]).
 //! * *Pop-through*: episodes in which the bodies overlap by more than a tenth of a millimetre, and
 //!   less than a tenth of the force (or of torque over reach) that belongs to it is felt.
 
@@ -18,12 +17,13 @@ use palpus::algebra::Wrench;
 use palpus::render::ProbeState;
 
 use super::ground::{Ground, JUDGED};
-use super::method::{Entry, Skin, Tuning};
+use super::method::{Entry, Method, Skin, Tuning};
 use super::row::{Rows, largest, mean, quantile};
+use super::truth;
 use crate::bench::TICK;
 
 /// Forces of less than this part of the largest have no direction worth naming.
-const FAINT: f64 = 0.05;
+pub(super) const FAINT: f64 = 0.05;
 /// Steps of less than this part of the largest force are not set against the motion: both would be
 /// rounding.
 const SMALL_STEP: f64 = 0.002;
@@ -42,33 +42,58 @@ pub(super) struct Curve {
     pub(super) wrenches: Vec<Wrench>,
 }
 
-/// Feels the scene's script.
-pub(super) fn measure(ground: &Ground, entry: &Entry, rows: &mut Rows) -> anyhow::Result<Curve> {
-    // The truth is known without friction only.
-    let tuning = Tuning { friction: ground.truth.is_none(), ..Tuning::of(ground) };
-    let mut method = entry.build(ground, &tuning)?;
-    let mut wrenches = Vec::with_capacity(ground.script.len());
-    let mut deepest = 0.0f64;
-    for probe in &ground.script {
-        let felt = method.step(probe, TICK);
-        deepest = deepest.max(-felt.separation);
-        wrenches.push(felt.wrench);
-    }
-    let add = &mut |measure, unit, value| rows.add("", measure, unit, value);
-    add("deepest seen", "m", deepest);
-    steps(ground, &wrenches, add);
-    if ground.name == "rails" {
-        merging(ground, &wrenches, add);
-    }
-    add("pop-throughs", "", pop_throughs(ground, &wrenches) as f64);
-    if ground.truth.is_some() {
-        against_truth(ground, entry, &wrenches, add);
-    }
-    let times = (0..wrenches.len()).map(|k| k as f64 * TICK).collect();
-    Ok(Curve { times, wrenches })
+/// Answers of a method along a script.
+#[derive(Default)]
+pub(super) struct Played {
+    pub(super) wrenches: Vec<Wrench>,
+    /// Wrenches of the probe held still at every [`JUDGED`]th pose, if they are asked for.
+    pub(super) still: Vec<Wrench>,
+    /// The deepest contact by the method, m.
+    pub(super) deepest: f64,
 }
 
-type Add<'a> = &'a mut dyn FnMut(&'static str, &'static str, f64);
+/// Feels the scene's script.
+pub(super) fn measure(ground: &Ground, entry: &Entry, rows: &mut Rows) -> anyhow::Result<Curve> {
+    let mut method = entry.build(ground, &tuning(ground))?;
+    let played = play(ground, method.as_mut(), ground.truth.is_some() && matches!(entry.skin, Skin::Tool));
+    rows.add("", "deepest seen", "m", played.deepest);
+    judge(ground, entry.skin, &played, rows);
+    let times = (0..played.wrenches.len()).map(|k| k as f64 * TICK).collect();
+    Ok(Curve { times, wrenches: played.wrenches })
+}
+
+/// As in the scene; the truth is known without friction only.
+pub(super) fn tuning(ground: &Ground) -> Tuning {
+    Tuning { friction: ground.truth.is_none(), ..Tuning::of(ground) }
+}
+
+/// Steps the method along the script; `is_held` asks for the wrenches at rest too.
+pub(super) fn play(ground: &Ground, method: &mut dyn Method, is_held: bool) -> Played {
+    let mut played = Played::default();
+    for (k, probe) in ground.script.iter().enumerate() {
+        let felt = method.step(probe, TICK);
+        played.deepest = played.deepest.max(-felt.separation);
+        played.wrenches.push(felt.wrench);
+        if is_held && k % JUDGED == 0 {
+            played.still.extend(method.at_rest(probe));
+        }
+    }
+    played
+}
+
+/// Adds the measures of wrenches along the script, from any engine.
+pub(super) fn judge(ground: &Ground, skin: Skin, played: &Played, rows: &mut Rows) {
+    let Played { wrenches, still, .. } = played;
+    let add = &mut |measure, unit, value| rows.add("", measure, unit, value);
+    steps(ground, wrenches, add);
+    if ground.name == "rails" {
+        merging(ground, wrenches, add);
+    }
+    add("pop-throughs", "", pop_throughs(ground, wrenches) as f64);
+    truth::measure(ground, skin, wrenches, still, add);
+}
+
+pub(super) type Add<'a> = &'a mut dyn FnMut(&'static str, &'static str, f64);
 
 fn steps(ground: &Ground, wrenches: &[Wrench], add: Add<'_>) {
     let peak = largest(&wrenches.iter().map(|w| w.force.length()).collect::<Vec<_>>());
@@ -121,7 +146,7 @@ fn merging(ground: &Ground, wrenches: &[Wrench], add: Add<'_>) {
 }
 
 /// Degrees; exact for small angles, where a cosine is not.
-fn angle_between(a: DVec3, b: DVec3) -> f64 {
+pub(super) fn angle_between(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b)).to_degrees()
 }
 
@@ -145,55 +170,4 @@ fn pop_throughs(ground: &Ground, wrenches: &[Wrench]) -> usize {
 pub(super) fn is_missing(ground: &Ground, depth: f64, wrench: &Wrench, stiffness: f64) -> bool {
     let felt = wrench.force.length() + wrench.torque.length() / ground.reach;
     depth > MUST_BE_FELT && felt < FELT_PART * stiffness * depth
-}
-
-fn against_truth(ground: &Ground, entry: &Entry, wrenches: &[Wrench], add: Add<'_>) {
-    let Some(truth) = &ground.truth else { return };
-    let skin = match entry.skin {
-        Skin::Tolerance => ground.settings.contact_tolerance,
-        Skin::Tool => ground.coupled.skin(),
-    };
-    // The true force on a contact of unit stiffness, and the true torque about the grip where there
-    // is one.
-    let true_of = |probe: &ProbeState| {
-        let grip = probe.pose_ba.point(ground.settings.grip_a);
-        let mut force = DVec3::ZERO;
-        let mut torque = Some(DVec3::ZERO);
-        for contact in truth.contacts(&probe.pose_ba) {
-            let push = contact.normal * (skin - contact.separation).max(0.0);
-            force += push;
-            torque = torque.zip(contact.point).map(|(sum, point)| sum + (point - grip).cross(push));
-        }
-        (force, torque)
-    };
-    let pairs: Vec<_> = ground.script.iter().map(true_of).zip(wrenches).collect();
-    let peak = largest(&pairs.iter().map(|((force, _), _)| force.length()).collect::<Vec<_>>());
-    if peak == 0.0 {
-        return;
-    }
-    // The factor of least squares.
-    let product: f64 = pairs.iter().map(|((force, _), felt)| force.length() * felt.force.length()).sum();
-    let square: f64 = pairs.iter().map(|((force, _), _)| force.length_squared()).sum();
-    let gain = product / square;
-    let (mut angle, mut size, mut lever) = (Vec::new(), Vec::new(), Vec::new());
-    for ((force, torque), felt) in &pairs {
-        if force.length() < FAINT * peak {
-            continue;
-        }
-        let none = felt.force.length() == 0.0;
-        angle.push(if none { 180.0 } else { angle_between(felt.force, *force) });
-        size.push((felt.force.length() / (gain * force.length()) - 1.0).abs() * 100.0);
-        if let Some(torque) = torque {
-            lever.push(felt.torque.distance(*torque * gain) / (gain * force.length()));
-        }
-    }
-    add("felt stiffness", "N/m", gain);
-    add("direction error p99", "°", quantile(&angle, 0.99));
-    add("direction error max", "°", largest(&angle));
-    add("size error p99", "%", quantile(&size, 0.99));
-    add("size error max", "%", largest(&size));
-    if !lever.is_empty() {
-        add("line of action error p99", "m", quantile(&lever, 0.99));
-        add("line of action error max", "m", largest(&lever));
-    }
 }

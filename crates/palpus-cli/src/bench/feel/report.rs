@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::Z_WIDTH;
 use super::closed::{HANDS, PACE_SEED};
-use super::columns::{Column, FLUSH, LOOP, OPEN, PEG, REST, SUMMARY, SUMMARY_OF_HANDS, TRUTH, column};
+use super::columns::{Column, FLUSH, LOOP, OPEN, PEG, REST, SUMMARY, SUMMARY_OF_HANDS, TRUTH, TRUTH_PARTS, column};
 use super::ground::Ground;
 use super::held::HARDEST;
 use super::method::Entry;
@@ -18,18 +18,18 @@ use crate::markup::escaped;
 use crate::plots::Svg;
 
 /// A table of words.
-struct Table {
-    title: String,
-    head: Vec<String>,
-    rows: Vec<Vec<String>>,
+pub(super) struct Table {
+    pub(super) title: String,
+    pub(super) head: Vec<String>,
+    pub(super) rows: Vec<Vec<String>>,
 }
 
 /// A part of the page: a heading, text, tables and plots.
-struct Section<'a> {
-    title: String,
-    text: String,
-    tables: Vec<Table>,
-    figures: &'a [Svg],
+pub(super) struct Section<'a> {
+    pub(super) title: String,
+    pub(super) text: String,
+    pub(super) tables: Vec<Table>,
+    pub(super) figures: &'a [Svg],
 }
 
 #[derive(Serialize)]
@@ -54,10 +54,7 @@ pub(super) struct Measured<'a> {
 pub(super) fn write(out: &Path, measured: &Measured<'_>) -> anyhow::Result<()> {
     let sections = sections(measured);
     let Measured { rows, figures, quick, .. } = *measured;
-    let mut csv = String::from("scene,method,hand,measure,unit,value\n");
-    for Row { scene, method, hand, measure, unit, value } in rows {
-        writeln!(csv, "{scene},{method},{hand},{measure},{unit},{value}")?;
-    }
+    let csv = csv(rows);
     let json = serde_json::to_string_pretty(&Document { pace_seed: PACE_SEED, quick, rows })?;
     for (name, text) in
         [("feel.csv", csv), ("feel.json", json), ("feel.md", markdown(&sections)), ("feel.html", html(&sections))]
@@ -72,6 +69,16 @@ pub(super) fn write(out: &Path, measured: &Measured<'_>) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// All rows as a table of values.
+pub(super) fn csv(rows: &[Row]) -> String {
+    let mut csv = String::from("scene,method,hand,measure,unit,value\n");
+    for Row { scene, method, hand, measure, unit, value } in rows {
+        // A string takes everything.
+        let _ = writeln!(csv, "{scene},{method},{hand},{measure},{unit},{value}");
+    }
+    csv
+}
+
 fn sections<'a>(measured: &Measured<'a>) -> Vec<Section<'a>> {
     let Measured { grounds, flush, entries, rows, figures, .. } = *measured;
     let mut sections = vec![introduction(measured)];
@@ -80,6 +87,7 @@ fn sections<'a>(measured: &Measured<'a>) -> Vec<Section<'a>> {
         let mut tables = vec![pick.by_method("Open loop", entries, &OPEN)];
         if ground.truth.is_some() {
             tables.push(pick.by_method("Against the truth (without friction)", entries, &TRUTH));
+            tables.push(pick.by_method("Springs, motion and rest behind the coupling", entries, &TRUTH_PARTS));
         }
         tables.push(pick.by_hand("Closed loop", entries, &LOOP));
         tables.push(pick.by_hand("Held", entries, &REST));
@@ -132,20 +140,20 @@ fn introduction(measured: &Measured<'_>) -> Section<'static> {
         across("Open loop", &scripted, &SUMMARY, ""),
         across("In a normal hand", &scripted, &SUMMARY_OF_HANDS, "normal"),
     ];
-    tables.push(across("Nobody holds it", &scripted, &SUMMARY_OF_HANDS, "none"));
+    tables.push(across("Without a hand", &scripted, &SUMMARY_OF_HANDS, "none"));
     tables.push(across("Flush faces, play and machine parts in a normal hand", flush, &FLUSH, "normal"));
     tables.retain(|table| !table.rows.is_empty());
     Section { title: "What contact feels like".to_owned(), text, tables, figures: &[] }
 }
 
-fn heads(first: &[&str], columns: &[Column]) -> Vec<String> {
+pub(super) fn heads(first: &[&str], columns: &[Column]) -> Vec<String> {
     first.iter().copied().chain(columns.iter().map(|column| column.head)).map(str::to_owned).collect()
 }
 
 /// The rows of one scene.
-struct Pick<'a> {
-    rows: &'a [Row],
-    scene: &'a str,
+pub(super) struct Pick<'a> {
+    pub(super) rows: &'a [Row],
+    pub(super) scene: &'a str,
 }
 
 impl Pick<'_> {
@@ -156,7 +164,7 @@ impl Pick<'_> {
     }
 
     /// One cell for each column; empty where nothing was measured.
-    fn cells(&self, method: &str, hand: &str, columns: &[Column]) -> Vec<String> {
+    pub(super) fn cells(&self, method: &str, hand: &str, columns: &[Column]) -> Vec<String> {
         let cell = |column: &Column| {
             let values: Vec<f64> =
                 column.measures.iter().filter_map(|measure| self.value(method, hand, measure)).collect();
@@ -208,7 +216,7 @@ impl Pick<'_> {
 }
 
 /// The table without rows and columns in which nothing stands; the first `named` columns only name.
-fn without_empty(mut table: Table, named: usize) -> Table {
+pub(super) fn without_empty(mut table: Table, named: usize) -> Table {
     table.rows.retain(|row| row[named..].iter().any(|cell| !cell.is_empty()));
     let kept: Vec<bool> = (0..table.head.len())
         .map(|column| column < named || table.rows.iter().any(|row| !row[column].is_empty()))
@@ -259,7 +267,7 @@ fn short(value: f64, digits: usize) -> String {
     format!("{value:.decimals$}")
 }
 
-fn markdown(sections: &[Section<'_>]) -> String {
+pub(super) fn markdown(sections: &[Section<'_>]) -> String {
     let mut text = String::new();
     for (k, section) in sections.iter().enumerate() {
         text += &format!("{} {}\n\n{}\n\n", if k == 0 { "#" } else { "##" }, section.title, section.text);
@@ -327,7 +335,7 @@ mod tests {
 
     #[test]
     fn what_was_not_measured_has_no_column() {
-        let row = |hand, measure, value| Row { scene: "s", method: "m", hand, measure, unit: "", value };
+        let row = |hand, measure, value| Row { scene: "s", method: "m".into(), hand, measure, unit: "", value };
         let rows = [row("none", "limit cycle", 0.5), row("firm", "limit cycle", 2.0)];
         let pick = Pick { rows: &rows, scene: "s" };
         let mut entries = [super::super::METHODS[0]];

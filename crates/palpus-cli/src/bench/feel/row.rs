@@ -1,12 +1,14 @@
 //! One number of the answer, and numbers of many.
 
+use std::borrow::Cow;
+
 use serde::Serialize;
 
 /// A measured number.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Row {
     pub(super) scene: &'static str,
-    pub(super) method: &'static str,
+    pub(super) method: Cow<'static, str>,
     /// Empty where no hand takes part.
     pub(super) hand: &'static str,
     pub(super) measure: &'static str,
@@ -17,22 +19,22 @@ pub(super) struct Row {
 /// The rows of one run.
 pub(super) struct Rows {
     scene: &'static str,
-    method: &'static str,
+    method: Cow<'static, str>,
     pub(super) rows: Vec<Row>,
 }
 
 impl Rows {
-    pub(super) fn new(scene: &'static str, method: &'static str) -> Self {
-        Self { scene, method, rows: Vec::new() }
+    pub(super) fn new(scene: &'static str, method: impl Into<Cow<'static, str>>) -> Self {
+        Self { scene, method: method.into(), rows: Vec::new() }
     }
 
     pub(super) fn add(&mut self, hand: &'static str, measure: &'static str, unit: &'static str, value: f64) {
-        let Self { scene, method, .. } = *self;
+        let (scene, method) = (self.scene, self.method.clone());
         self.rows.push(Row { scene, method, hand, measure, unit, value });
     }
 }
 
-/// Quantile of `values`; 0 if there are none.
+/// Quantile of `values`; 0 for an empty list.
 pub(super) fn quantile(values: &[f64], share: f64) -> f64 {
     palpus::algebra::quantile(&mut values.to_vec(), share).unwrap_or(0.0)
 }

@@ -1,10 +1,10 @@
 //! The closed loop along the scene's script, by hands that hold the device more or less firmly.
-//! Where the script overlaps, the hand wants the probe so much deeper that it presses with two
-//! newtons; but parts are put together without that.
+//! If the script overlaps, the hand wants the probe so much deeper that it presses with two
+//! newtons; assembly needs no such press.
 //!
-//! * *Energy generated*: the most net work that the method has done on the hand at any time; more
-//!   than nothing means that it gave what it was never given. Of forces, of torques, and of both
-//!   together.
+//! * *Energy generated*: the most net work that the method has done on the hand at any time. More
+//!   than zero means that it gave energy that it had not received. For forces, for torques, and for
+//!   both together.
 //! * *Deepest shown*, *pop-throughs*: as in the open loop, by the judge, where the method shows the
 //!   probe; and how deep the hand itself went.
 //! * *Peg*: whether and when its tip has gone nine tenths of the way into the hole that the hand

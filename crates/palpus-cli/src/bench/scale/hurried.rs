@@ -1,5 +1,5 @@
-//! What a bounded step costs in truth: the wrench in the hand with an allowance of work beside the
-//! one without, on the same motion of the device, both coupled as by default.
+//! The error of a bounded step: the wrench in the hand with an allowance of work beside the one
+//! without, on the same motion of the device, both coupled as by default.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -56,8 +56,8 @@ pub(super) fn measure(pair: &Pair, files: &[PathBuf; 2], ticks: usize) -> anyhow
     for stretch in &stretches {
         full.clear();
         hurried.clear();
-        // The first step begins at the roots of both bodies; no force is on then, and it is not
-        // what is compared.
+        // The first step begins at the roots of both bodies. No force is on then, so it is left
+        // out of the comparison.
         hurried.allow(None);
         for renderer in [&mut full, &mut hurried] {
             renderer.step(&ProbeState::at(stretch[0]), TICK, &NoClock);

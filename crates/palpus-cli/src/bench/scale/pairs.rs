@@ -118,7 +118,7 @@ impl Pair {
     }
 }
 
-/// What another library needs to compute the same poses.
+/// Writes the files from which another library computes the same poses.
 #[derive(Debug, Serialize)]
 pub(super) struct Repeat {
     a: PathBuf,

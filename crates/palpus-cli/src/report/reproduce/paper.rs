@@ -232,7 +232,7 @@ pub(super) fn claims(html: &mut Html, data: &Data<'_>) {
     let not = || "not measured".to_owned();
     let row = |what: &str, paper: &str, here: String| vec![what.to_owned(), paper.to_owned(), here];
     html.table(&Table {
-        title: "What the paper says, and what was found here".to_owned(),
+        title: "The paper's figures and ours".to_owned(),
         head: ["", "the paper, 2002: Pentium III, 1 GHz", "here"].map(str::to_owned).to_vec(),
         rows: vec![
             row("torus of 2000 triangles (Table 1)", "67 pieces", pieces("torus")),

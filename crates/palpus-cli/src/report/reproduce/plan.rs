@@ -1,11 +1,11 @@
-//! What is run for a reproduction: one command of this program a step, or a script that sets others
-//! beside it. Steps run one after another: most of them measure times.
+//! The steps of a reproduction: each a command of this program, or a script that compares others
+//! with it. Steps run one after another, since most of them measure times.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// What a reproduction measures, and where it writes.
+/// The parts of a reproduction to measure, and the folder for the results.
 pub(super) struct Wanted<'a> {
     /// Absolute.
     pub(super) out: &'a Path,

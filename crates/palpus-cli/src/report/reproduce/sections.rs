@@ -1,5 +1,5 @@
 //! The sections beyond the paper: a run in real time, feel, scale, peers, penetration depth; and
-//! what all of it ran on.
+//! the machine.
 
 use palpus_io::scene::FilePolicy;
 use serde_json::Value;
@@ -66,7 +66,7 @@ pub(super) fn feel(html: &mut Html, data: &Data<'_>, run: &str) {
             let title = match table.title.as_str() {
                 "Open loop" => "All scenes, open loop: the same poses for all methods",
                 "In a normal hand" => "All scenes in a normal hand",
-                "Nobody holds it" => "Scenes in which nobody holds the probe",
+                "Without a hand" => "Scenes in which no hand holds the probe",
                 _ => "",
             };
             section.folded(title, |inner| {

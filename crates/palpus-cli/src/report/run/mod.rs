@@ -6,8 +6,8 @@
 //! 3. Pictures are painted without a display; plots, tables and facts ([`facts`]) stand around
 //!    them.
 //!
-//! What cannot be done is said on the page, which is made in any case: a recording whose meshes are
-//! gone still has its rows.
+//! The page is made in any case, and lists parts that could not be made: a recording whose meshes
+//! are gone still has its rows.
 
 mod facts;
 mod measures;
@@ -95,7 +95,7 @@ impl Run {
         )
     }
 
-    /// What matters first, in a word or two each.
+    /// Writes the most important results, in a word or two each.
     pub(super) fn badges(&self, html: &mut Html) {
         html.element("p", "", |badges| {
             match &self.again {
@@ -254,9 +254,7 @@ impl Run {
 
     fn cuts(&self, html: &mut Html) {
         if self.measures.cuts.is_empty() {
-            html.paragraph(
-                "The safety chain had no reason to touch a wrench: what was computed is what the device got.",
-            );
+            html.paragraph("The safety chain changed no wrench: the device got the computed ones.");
             return;
         }
         let row = |cut: &measures::CutTime| {

@@ -24,8 +24,8 @@ impl Hostile {
         Self { session, wrench, random: Random::new(SEED), kind: 0, bytes: Vec::new() }
     }
 
-    /// The next one, when the driver has sent `newest` and has been told `told` commands.
-    pub(super) fn next(&mut self, newest: &Numbered, told: u64) -> &[u8] {
+    /// Returns the next frame, when the driver has sent `newest` and has received `sent` commands.
+    pub(super) fn next(&mut self, newest: &Numbered, sent: u64) -> &[u8] {
         self.kind = (self.kind + 1) % 11;
         let command = Command {
             echo: newest.sequence,
@@ -33,10 +33,10 @@ impl Hostile {
             wrench: self.wrench,
             valid_for_us: VALID_FOR_US,
         };
-        let good = Frame { nonce: self.session, sequence: told + 1000, body: Body::Command(command) };
+        let good = Frame { nonce: self.session, sequence: sent + 1000, body: Body::Command(command) };
         match self.kind {
             0 => self.set(&Frame { nonce: nonce_but(self.session), ..good }),
-            1 => self.set(&Frame { sequence: told, ..good }),
+            1 => self.set(&Frame { sequence: sent, ..good }),
             2 => {
                 // A bit of it is wrong.
                 self.set(&good);
@@ -56,7 +56,7 @@ impl Hostile {
             6 => self.with_field(&good, 96, &u32::MAX.to_le_bytes()),
             7 => self.with_field(&good, 4, &2u16.to_le_bytes()),
             8 => {
-                // What only a driver sends.
+                // A frame that only a driver may send.
                 let state = State { applied: self.wrench, ..newest.state };
                 self.set(&Frame { body: Body::State(state), ..good });
             }

@@ -91,7 +91,7 @@ impl Peer {
     /// The newest state that there is.
     pub(super) fn newest(&mut self) -> Result<Numbered, String> {
         let mut newest = self.next_state()?;
-        // Those that had been waiting; the driver goes on sending, so there is an end to them.
+        // Takes the waiting states only; the driver goes on sending, so this must end.
         for _ in 0..self.most_states() {
             let begun = Instant::now();
             newest = self.next_state()?;

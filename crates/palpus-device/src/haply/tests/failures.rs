@@ -1,4 +1,4 @@
-//! What goes wrong once and comes back, and what is lost for good.
+//! Faults that pass, and faults that lose the device for good.
 
 use std::time::Duration;
 
@@ -39,10 +39,13 @@ fn after_a_lost_answer_no_force_goes_out_that_does_not_know_a_newer_state() {
         ("a number beyond numbers", || Act::Say(vec![frame(20).to_string().replace("0.25", "1e999")])),
     ];
     for (name, wrong) in wrongs {
-        let told = goes_wrong(wrong);
-        assert_no_force_twice(&told);
-        assert_eq!(told[21].force, DVec3::ZERO, "{name}: the message after must carry no force");
-        assert!(told[22..].iter().any(|told| told.force.x == 1.0), "{name}: it must come back with newer states");
+        let commands = goes_wrong(wrong);
+        assert_no_force_twice(&commands);
+        assert_eq!(commands[21].force, DVec3::ZERO, "{name}: the message after must carry no force");
+        assert!(
+            commands[22..].iter().any(|command| command.force.x == 1.0),
+            "{name}: it must come back with newer states"
+        );
     }
 }
 
@@ -67,7 +70,7 @@ fn what_does_not_come_back_is_lost_and_says_why() {
         ("gone", || Act::Drop),
         ("closed the connection", || Act::Close),
         ("more than 1024 kB", huge),
-        ("nobody asked for", flood),
+        ("unrequested messages", flood),
         ("the grip 1102", no_grip),
     ];
     for (why, wrong) in cases {
@@ -88,5 +91,5 @@ fn an_arm_that_is_not_ready_any_more_gets_no_force() {
     let service = Service::usual(move |count| if count >= 20 { Act::Say(vec![unready()]) } else { Act::Answer });
     let mut device = service.open();
     drive(&mut device, 60).unwrap();
-    assert!(service.told()[22..].iter().all(|told| told.force == DVec3::ZERO));
+    assert!(service.told()[22..].iter().all(|command| command.force == DVec3::ZERO));
 }

@@ -86,10 +86,9 @@ fn whatever_the_service_does_no_force_is_stale() {
             knows < k && k - knows <= 3 + given_up,
             "seed {MISCHIEF_SEED:#x}: message {k} knows only state {knows}"
         );
-        // Where the answer before came twice, its second frame is all that a client can see in
-        // place of the lost one. Where one came after the client had given it up, which a busy
-        // machine does too, it is taken for the next one's, and so on until there is time to throw
-        // one away.
+        // If the earlier answer came twice, its second frame replaces the lost one in the client's
+        // view. If an answer came after the client had given it up, as on a busy machine, it is
+        // taken for the next one's, and so on until there is time to drop one.
         let in_time =
             |lost: &usize| (lost.saturating_sub(4).max(1)..=*lost).all(|at| all[at].at - all[at - 1].at < ANSWER_TIME);
         let is_seen = |lost: &usize| !matches!(acts[lost - 1], 4..8) && in_time(lost);

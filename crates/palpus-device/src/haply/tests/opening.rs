@@ -1,4 +1,4 @@
-//! What is said of a service, its arm and its grip when it is opened, or looked for.
+//! Notes about a service, its arm and its grip when it is opened or searched for.
 
 use std::net::TcpListener;
 use std::time::{Duration, Instant};
@@ -68,7 +68,7 @@ fn a_service_that_is_another_or_scales_forces_is_refused() {
     assert!(open("/version", json!({ "project_version": "2.1.0" })).unwrap_err().contains("update it"));
     let scale = "/settings/devices/force_scale";
     let refused = open(scale, json!({ "ok": true, "data": { "value": 0.5 } })).unwrap_err();
-    assert!(refused.contains("0.5 times the forces"), "{refused}");
+    assert!(refused.contains("0.5 times the commanded forces"), "{refused}");
     assert!(!open(scale, json!({ "value": 1.0 })).unwrap().contains("scales forces"));
     assert!(open("/nothing", json!({})).unwrap().contains("does not say whether it scales forces"));
 }
@@ -129,7 +129,7 @@ fn an_arm_gets_the_grip_that_is_paired_with_it() {
     };
     let (paired, _) = notes(asked("1102"), two_arms());
     assert!(paired.contains("grip 1102") && paired.contains("paired with it"), "{paired}");
-    // Another arm's grip is not taken in place of one that is not there.
+    // Another arm's grip does not replace a missing one.
     let (missing, rotation) = notes(asked("9999"), two_arms());
     assert!(missing.contains("no grip") && rotation == 0, "{missing}");
     let mut said = two_arms();

@@ -29,7 +29,7 @@ pub(super) enum Act {
     Say(Vec<String>),
     /// Answers so much later.
     After(Duration),
-    /// Answers as it should, and says that it gives what this makes of the force that it was told.
+    /// Answers correctly, and reports this function of the commanded force.
     Echo(fn(DVec3) -> DVec3),
     Silence,
     /// Answers with bytes.

@@ -1,4 +1,4 @@
-//! What the loop is told when the arm gives no force, whatever it is told.
+//! Reports to the loop when the arm gives no force, whatever the command.
 
 use std::time::{Duration, Instant};
 
@@ -94,7 +94,7 @@ fn a_force_is_not_sent_before_the_loop_knows_of_the_gap() {
     assert!(!drive_until_withheld(&mut device, false).withheld);
 }
 
-/// A service that says that it gives what `given` makes of the force that it was told last.
+/// A service that reports `given` of the last commanded force.
 fn echoing(given: fn(DVec3) -> DVec3) -> Service {
     let script = move |_| Act::Echo(given);
     Service::usual(script)

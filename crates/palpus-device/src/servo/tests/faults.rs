@@ -1,5 +1,5 @@
-//! Panics, numbers that are none, devices that fail: the force is taken away, and the run goes on
-//! or ends.
+//! Panics, invalid numbers, devices that fail: the force is taken away, and the run goes on or
+//! ends.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
@@ -195,7 +195,7 @@ fn a_run_may_end_at_its_first_fault() {
     assert_eq!(device.written[401], Wrench::ZERO);
 }
 
-/// After a fault, with nobody holding it, the device comes to rest by the chain's damping.
+/// After a fault, without a hand, the device comes to rest by the chain's damping.
 #[test]
 fn damping_after_a_fault_only_takes_energy() {
     for (speed, spin) in [(0.1, 1.0), (0.5, 5.0), (2.0, 20.0)] {
@@ -254,7 +254,7 @@ fn a_panic_is_told_of_when_the_wrench_is_zero() {
             StepOutcome::of(pull(2.0))
         };
         fast(1.0).run(&mut device, step, &mut (), &go_on());
-        let _ = catch_unwind(|| panic!("outside of a step it is told of"));
+        let _ = catch_unwind(|| panic!("outside of a step it is printed"));
     })
     .join()
     .expect("what panics is caught");

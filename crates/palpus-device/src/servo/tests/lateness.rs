@@ -84,7 +84,7 @@ fn the_watchdog_has_a_thread_of_its_own() {
     let step = |_: &DeviceState, _| {
         tick += 1;
         let begun = std::time::Instant::now();
-        // A step that does not come back before the brake is applied; a minute is for ever.
+        // The step lasts until the brake is applied, at most a minute.
         while tick == 20 && !brake.is_applied() && begun.elapsed() < Duration::from_secs(60) {
             std::thread::sleep(Duration::from_millis(1));
         }
@@ -151,7 +151,7 @@ fn persistent_overrun_takes_the_force_away() {
     // Each tick takes three periods, which no watchdog bites on.
     let (run, ticks) = late_again_and_again(1, Duration::from_millis(3));
     assert!(run.safety.ticks(Cut::Overrun) > 0 && run.safety.ticks(Cut::Watchdog) == 0, "{:?}", run.safety);
-    let first = ticks.iter().position(|tick| tick.cuts.has(Cut::Overrun)).expect("it is late for ever");
+    let first = ticks.iter().position(|tick| tick.cuts.has(Cut::Overrun)).expect("it stays late");
     assert!((80..=90).contains(&first), "a quarter of a second after the start, not at tick {first}");
     assert!(ticks[first..].iter().all(|tick| tick.wrench == Wrench::ZERO), "in its tick, and from then on");
 }

@@ -11,9 +11,9 @@
 //! 5. Buffers are the binary chunk, base64 in the JSON, or a file beside the glTF; every accessor
 //!    is held against its view, its buffer and its component type before a byte of it is read.
 //!
-//! Skins and morph targets are ignored: what is read is the rest pose. Sparse accessors are
-//! refused. Lengths come in the file's unit, which glTF says is the metre; the scene file decides
-//! here as for every other format.
+//! Skins and morph targets are ignored: the rest pose is read. Sparse accessors are refused.
+//! Lengths come in the file's unit, which glTF says is the metre; the scene file decides here as
+//! for all other formats.
 //!
 //! Our own reader over `serde_json` and not the crate `gltf`: that one subtracts 12 unchecked from
 //! the length that a GLB states (a panic in debug builds), unwraps throughout on the promise of a

@@ -151,8 +151,8 @@ fn read_property(words: &[&[u8]]) -> Option<Property> {
     }
 }
 
-/// What follows the header. Where lines end in a lone `\r`, a first byte that happens to be `\n` is
-/// data.
+/// Returns the bytes after the header. If lines end in a lone `\r`, a first byte that happens to be
+/// `\n` is data.
 fn body_bytes<'a>(bytes: &'a [u8], lines: &Lines<'_>) -> &'a [u8] {
     let mut start = bytes.len() - lines.remaining() as usize;
     let lone_return = bytes.get(3) == Some(&b'\r') && bytes.get(4) != Some(&b'\n');

@@ -225,8 +225,8 @@ impl<'a> Input<'a> {
         Some(())
     }
 
-    /// Of a list or a map, where true and false have a byte of their own: every item has one, so
-    /// that no claimed length goes on for long.
+    /// Skips an item of a list or a map, in which true and false have a byte of their own: every
+    /// item has one, so that no claimed length goes on for long.
     fn skip_item(&mut self, kind: u8, depth: u32) -> Option<()> {
         if matches!(kind, 1 | 2) { self.byte().map(|_| ()) } else { self.skip(kind, depth) }
     }

@@ -79,8 +79,8 @@ impl Writer {
     }
 }
 
-/// Copies the living groups of a finished recording into a new file, which takes its place. Where
-/// that does not go, the file stays as it is: larger than need be, and whole.
+/// Copies the living groups of a finished recording into a new file, which takes its place. If that
+/// fails, the file stays as it is: larger than need be, and whole.
 pub(in crate::record) fn compact(writer: &Writer, path: &Path) {
     let mut name = path.as_os_str().to_owned();
     name.push(".part");

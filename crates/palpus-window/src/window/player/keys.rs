@@ -1,11 +1,10 @@
-//! What can be asked of the window on a recording, and by which key, beside what every window can
-//! be asked for.
+//! Actions of the window on a recording, and their keys, beside those of every window.
 
 use eframe::egui::{self, Key};
 
 use crate::window::keys::{self, Pressed, SceneAction, of_scene, pressed};
 
-/// What a key or a button asks for.
+/// Actions of keys and buttons.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Action {
     Play,
@@ -29,14 +28,13 @@ pub(super) enum Action {
     Scene(SceneAction),
 }
 
-/// Key, with Shift or without, what it does, how it is listed; those without a name are second
-/// keys.
+/// Key, with Shift or without, action, name and text in the list; second keys have no name.
 const KEYS: [(Key, bool, Action, &str, &str); 21] = [
-    (Key::Space, false, Action::Play, "Space", "play, stand still"),
-    (Key::ArrowRight, false, Action::Step(1), "→", "one tick on"),
-    (Key::ArrowLeft, false, Action::Step(-1), "←", "one tick back"),
-    (Key::ArrowRight, true, Action::Jump(0.1), "Shift →", "a tenth of a second on"),
-    (Key::ArrowLeft, true, Action::Jump(-0.1), "Shift ←", "a tenth of a second back"),
+    (Key::Space, false, Action::Play, "Space", "play, pause"),
+    (Key::ArrowRight, false, Action::Step(1), "Right", "one tick on"),
+    (Key::ArrowLeft, false, Action::Step(-1), "Left", "one tick back"),
+    (Key::ArrowRight, true, Action::Jump(0.1), "Shift Right", "a tenth of a second on"),
+    (Key::ArrowLeft, true, Action::Jump(-0.1), "Shift Left", "a tenth of a second back"),
     (Key::PageDown, false, Action::Jump(1.0), "PageDown", "a second on"),
     (Key::PageUp, false, Action::Jump(-1.0), "PageUp", "a second back"),
     (Key::Home, false, Action::Begin, "Home", "to the beginning"),
@@ -62,7 +60,7 @@ const MOUSE: [(&str, &str); 4] = [
     ("wheel", "nearer, farther"),
 ];
 
-/// What is asked for in this frame. `elsewhere`: a control is chosen, and Space is its.
+/// Returns the actions of this frame. `elsewhere`: a control is chosen, and Space belongs to it.
 pub(super) fn asked(context: &egui::Context, elsewhere: bool) -> Vec<Action> {
     let pressed = pressed(context).into_iter().filter(|pressed| !(elsewhere && pressed.key == Key::Space));
     pressed.filter_map(|pressed| meant(&pressed)).collect()
@@ -82,7 +80,7 @@ fn meant(pressed: &Pressed) -> Option<Action> {
 /// The list that `?` shows.
 pub(super) fn list(ui: &mut egui::Ui) {
     let own = KEYS.iter().map(|(_, _, _, name, words)| (*name, *words)).filter(|(name, _)| !name.is_empty());
-    keys::list(ui, MOUSE.into_iter().chain(own));
+    keys::list(ui, own, MOUSE);
 }
 
 #[cfg(test)]

@@ -1,12 +1,12 @@
 //! The window on a recording: the bodies where they were, contacts and forces as the engine finds
 //! them again, and curves of the whole run to go to and fro in.
 //!
-//! A thread of the program runs the recording again from the beginning and leaves what its ticks
-//! have to show in [`Moments`]; the window shows what is there. A tick that is not there yet is
+//! A thread of the program runs the recording again from the beginning and leaves the visible
+//! part of its ticks in [`Moments`], which the window shows. A tick that has not been run yet is
 //! shown by the recorded pose alone. In each frame:
 //!
 //! 1. keys (`keys`), and time goes on while it plays;
-//! 2. the tick that is then shown is taken from what there is;
+//! 2. the tick of that time is taken from [`Moments`];
 //! 3. its numbers on the right; to go about in time, below (`panels`); the scene in the middle.
 
 mod keys;
@@ -21,7 +21,7 @@ use palpus::algebra::Pose;
 use palpus_device::Cuts;
 
 use super::dress::dress;
-use super::keys::SceneAction;
+use super::keys::{self as key_list, SceneAction};
 use super::shell::{self, Status};
 use super::view3d::View3d;
 use super::{WindowError, overlay};
@@ -34,7 +34,6 @@ use timeline::Timeline;
 /// Points.
 const SIDE: f32 = 270.0;
 const CURVES: f32 = 300.0;
-const KEYS_WIDTH: f32 = 430.0;
 /// How fast it plays.
 const SPEEDS: [f64; 9] = [0.01, 0.03, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0];
 const AS_IT_WAS: usize = 5;
@@ -50,7 +49,7 @@ pub struct Replayed {
     pub scene: Scene,
     /// As recorded; at least one.
     pub ticks: Vec<ReplayedTick>,
-    /// What they have to show, as far as they were run again.
+    /// The ticks that were run again.
     pub moments: Arc<Moments>,
     /// The tick that is shown first.
     pub begin: usize,
@@ -61,7 +60,7 @@ pub struct Replayed {
 pub struct ReplayedTick {
     /// s since the first one, rising.
     pub time: f64,
-    /// Where the device held the probe, world.
+    /// Pose of the probe at the device, world.
     pub pose: Pose,
     /// N, as the device got it.
     pub force: f64,
@@ -79,7 +78,7 @@ pub struct ReplayedTick {
     pub total: f64,
     /// It began late.
     pub late: bool,
-    /// What the safety chain took away.
+    /// Interventions of the safety chain.
     pub cuts: Cuts,
 }
 
@@ -229,7 +228,7 @@ impl Player {
             if self.time >= self.timeline.end() {
                 (self.time, self.playing) = (self.timeline.end(), false);
             }
-            context.request_repaint_after(self.view.frame());
+            context.request_repaint_after(self.view.wait());
         } else {
             self.frame_before = None;
         }
@@ -283,14 +282,17 @@ impl eframe::App for Player {
         if let Some(trouble) = self.view.trouble() {
             self.status.say(trouble);
         }
-        egui::Panel::right("side").default_size(SIDE).show(ui, |ui| {
+        // In a small window the scene keeps its room.
+        let whole = context.content_rect().size();
+        egui::Panel::right("side").default_size(SIDE.min(0.42 * whole.x)).show(ui, |ui| {
             egui::ScrollArea::vertical().show(ui, |ui| self.side(ui));
         });
-        egui::Panel::bottom("time").default_size(CURVES).resizable(true).show(ui, |ui| self.below(ui));
+        egui::Panel::bottom("time")
+            .default_size(CURVES.min(0.5 * whole.y))
+            .resizable(true)
+            .show(ui, |ui| self.below(ui));
         egui::CentralPanel::no_frame().show(ui, |ui| self.middle(ui));
-        if self.help {
-            egui::Window::new("keys").default_width(KEYS_WIDTH).open(&mut self.help).show(&context, keys::list);
-        }
+        key_list::show(&context, &mut self.help, keys::list);
     }
 
     fn on_exit(&mut self, gl: Option<&eframe::glow::Context>) {

@@ -37,14 +37,14 @@ impl Player {
                 ("contacts", now.contacts.to_string()),
                 ("clusters", now.clusters.to_string()),
                 ("separation", separation),
-                ("query then", format!("{:.1} µs", now.query * 1e6)),
-                ("tick then", format!("{:.1} µs", now.total * 1e6)),
+                ("query, recorded", format!("{:.1} µs", now.query * 1e6)),
+                ("tick, recorded", format!("{:.1} µs", now.total * 1e6)),
             ],
         );
         let colours = self.style.theme.colours();
         let cuts: Vec<&str> = now.cuts.iter().map(Cut::name).chain(now.late.then_some("late tick")).collect();
         let of_cuts = if now.cuts.is_fault() { colours.penetrating } else { colours.sliding };
-        let cuts = if cuts.is_empty() { "nothing cut".to_owned() } else { cuts.join(", ").replace('_', " ") };
+        let cuts = if cuts.is_empty() { "force not reduced".to_owned() } else { cuts.join(", ").replace('_', " ") };
         ui.label(RichText::new(cuts).color(colour(if now.cuts.is_none() && !now.late {
             colours.faint
         } else {
@@ -108,11 +108,11 @@ impl Player {
     /// Step 3, below.
     pub(super) fn below(&mut self, ui: &mut egui::Ui) {
         let context = ui.ctx().clone();
-        ui.horizontal(|ui| {
+        ui.horizontal_wrapped(|ui| {
             for (action, name) in [
                 (Action::Begin, "|<"),
                 (Action::Step(-1), "<"),
-                (Action::Play, if self.playing { "stand" } else { "play" }),
+                (Action::Play, if self.playing { "pause" } else { "play" }),
                 (Action::Step(1), ">"),
                 (Action::End, ">|"),
             ] {
@@ -129,8 +129,8 @@ impl Player {
                     }
                 });
             for (action, name) in [
-                (Action::EarlierMark, "mark before (B)"),
-                (Action::LaterMark, "next mark (N)"),
+                (Action::EarlierMark, "earlier fault (B)"),
+                (Action::LaterMark, "next fault (N)"),
                 (Action::Strongest, "largest force (M)"),
             ] {
                 if ui.button(name).clicked() {

@@ -19,7 +19,7 @@ struct Curve {
     colour: fn(Theme) -> Rgb,
 }
 
-/// What stands out of a tick.
+/// Remarkable property of a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Mark {
     Late,
@@ -40,7 +40,7 @@ pub(super) struct Timeline {
 /// Which ticks are where, for one width.
 struct Columns {
     width: usize,
-    /// Of each curve and column, least and largest; none where a column has no tick.
+    /// Least and largest value of each curve and column; `None` for a column without ticks.
     ranges: Vec<Vec<Option<[f64; 2]>>>,
     overlapping: Vec<bool>,
     marked: Vec<Option<Mark>>,
@@ -188,7 +188,7 @@ impl Timeline {
                 let range = ranges[column(*time)].get_or_insert([*value; 2]);
                 *range = [range[0].min(*value), range[1].max(*value)];
             }
-            // Where there are fewer ticks than columns, the value before stands.
+            // With fewer ticks than columns, a column repeats the value before.
             let mut last = None;
             for range in &mut ranges {
                 match range {

@@ -1,12 +1,11 @@
-//! What can be asked of the window on a model, and by which key, beside what every window can be
-//! asked for.
+//! Actions of the window on a model, and their keys, beside those of every window.
 
 use eframe::egui::{self, Key};
 
 use crate::section::Axis;
 use crate::window::keys::{self, SceneAction, of_scene, pressed};
 
-/// What a key asks for.
+/// Actions of keys.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Action {
     Explode,
@@ -23,7 +22,7 @@ pub(super) enum Action {
     Scene(SceneAction),
 }
 
-/// Key, what it does, how it is listed; those without words are second keys.
+/// Key, action, name and text in the list; second keys have no text.
 const KEYS: [(Key, Action, &str, &str); 16] = [
     (Key::E, Action::Explode, "E", "pieces apart or together"),
     (Key::OpenBracket, Action::Earlier, "[", "the piece before"),
@@ -51,7 +50,7 @@ const MOUSE: [(&str, &str); 5] = [
     ("over the depth picture", "says depth and distance there"),
 ];
 
-/// What is asked for in this frame.
+/// Returns the actions of this frame.
 pub(super) fn asked(context: &egui::Context) -> Vec<Action> {
     pressed(context).into_iter().filter_map(|pressed| meant(pressed.key)).collect()
 }
@@ -64,7 +63,7 @@ fn meant(key: Key) -> Option<Action> {
 /// The list that `?` shows.
 pub(super) fn list(ui: &mut egui::Ui) {
     let own = KEYS.iter().map(|(_, _, name, words)| (*name, *words)).filter(|(name, _)| !name.is_empty());
-    keys::list(ui, MOUSE.into_iter().chain(own));
+    keys::list(ui, own, MOUSE);
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@
 //! 2. keys (`keys`);
 //! 3. on the right the model and the picked piece, on the left what is felt on the plane
 //!    (`panels`); in the middle the scene (`shown`), where a click picks a piece;
-//! 4. what is now wanted and not yet asked for is asked for.
+//! 4. new questions go to the worker threads.
 //!
 //! Nothing is drawn while nothing changes.
 
@@ -24,7 +24,7 @@ use palpus::body::Body;
 use super::WindowError;
 use super::behind::Behind;
 use super::dress::dress;
-use super::keys::SceneAction;
+use super::keys::{self as key_list, SceneAction};
 use super::shell::{self, Status};
 use super::view3d::View3d;
 use crate::camera::Camera;
@@ -41,22 +41,21 @@ use work::{GaussQuestion, SectionAnswer, SectionQuestion, gauss_painter, section
 
 /// Points.
 const SIDE: f32 = 330.0;
-const KEYS_WIDTH: f32 = 430.0;
 const GAUSS: f32 = 270.0;
 /// Pixels of a point, in pictures.
 const SHARPNESS: f32 = 1.5;
 /// How far apart pieces come by the key.
 const APART: f64 = 0.6;
-/// Of the body's extent: a step of the plane by the keys.
+/// Step of the plane by the keys, as a share of the body's extent.
 const PLANE_STEP: f64 = 0.02;
-/// What a window on a model begins with.
+/// Start of a window on a model.
 #[derive(Clone, Debug)]
 pub struct Viewed {
     /// The model.
     pub body: Arc<Body>,
-    /// What it is called.
+    /// Name of the model.
     pub name: String,
-    /// What a length of 1 is called.
+    /// Unit of length.
     pub unit: Unit,
     /// Pieces are apart by so much of their distance from the middle.
     pub spread: f64,
@@ -82,14 +81,13 @@ struct Viewer {
     unit: Unit,
     spread: f64,
     piece: Option<u32>,
-    /// Of the picked piece.
+    /// Numbers of the picked piece.
     numbers: Option<PieceNumbers>,
     /// Depth is shown.
     cut: bool,
     plane: SectionPlane,
     shown: Shown,
-    /// First the body without the picked piece; then the faces of that, those of the mesh and those
-    /// of the hull.
+    /// First the body without the picked piece, then that piece's faces: the mesh's and the hull's.
     scene: Scene,
     look: Look,
     style: Style,
@@ -218,7 +216,7 @@ impl Viewer {
         self.cut = true;
     }
 
-    /// Where the plane may be.
+    /// Range of the plane.
     fn range(&self) -> [f64; 2] {
         [0.0, 1.0].map(|part| SectionPlane::through(&self.body, self.plane.axis, part).offset)
     }
@@ -279,9 +277,7 @@ impl eframe::App for Viewer {
             });
         }
         egui::CentralPanel::no_frame().show(ui, |ui| self.middle(ui));
-        if self.help {
-            egui::Window::new("keys").default_width(KEYS_WIDTH).open(&mut self.help).show(&context, keys::list);
-        }
+        key_list::show(&context, &mut self.help, keys::list);
         self.ask();
     }
 

@@ -25,7 +25,8 @@ impl Viewer {
         let mesh = self.body.mesh();
         ui.heading(&self.scene.title);
         let state = if mesh.is_closed() { "closed" } else { "open" };
-        let size = length_name(self.body.size(), self.unit);
+        // A number and its unit stay on one line.
+        let size = length_name(self.body.size(), self.unit).replace(' ', "\u{a0}");
         ui.label(format!(
             "{} triangles, {state} · {} pieces · {size} across",
             mesh.triangles().len(),
@@ -77,7 +78,7 @@ impl Viewer {
         });
         let (Some(_), Some(numbers)) = (self.piece, &self.numbers) else {
             ui.label(
-                "Click a piece to see its Gauss map: which directions it has of the mesh, and which only its hull has.",
+                "Click a piece to see its Gauss map: the directions of its faces, blue where the mesh has them too.",
             );
             return;
         };
@@ -119,7 +120,7 @@ impl Viewer {
         });
     }
 
-    /// What is felt on the plane, on the left.
+    /// Draws the panel of depths on the plane, on the left.
     pub(super) fn depth_side(&mut self, ui: &mut egui::Ui) {
         let [low, high] = self.range();
         ui.horizontal(|ui| {

@@ -42,7 +42,7 @@ impl Viewer {
             let picked = k > 0;
             body.look = Look {
                 pieces: self.look.pieces && !picked,
-                // What is picked is seen, and what is cut, too.
+                // The picked piece and the cut stay visible.
                 translucent: !picked
                     && (self.look.translucent || (self.piece.is_some() && self.spread == 0.0) || self.cut),
                 ..self.look

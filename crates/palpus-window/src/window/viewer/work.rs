@@ -1,5 +1,5 @@
-//! What the window on a model leaves to threads: the Gauss map of the picked piece, and depth on
-//! the plane.
+//! Background work of the window on a model: the Gauss map of the picked piece, and depth on the
+//! plane.
 
 use std::sync::Arc;
 
@@ -53,7 +53,7 @@ pub(super) struct SectionQuestion {
     pub(super) width: usize,
 }
 
-/// What is known of a section so far.
+/// The part of a section that is computed so far.
 pub(super) struct SectionAnswer {
     pub(super) section: Arc<Section>,
     pub(super) numbers: SectionNumbers,

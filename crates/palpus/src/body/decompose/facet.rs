@@ -1,7 +1,7 @@
 //! Facets: coplanar triangles merged into convex planar polygons, the units that patches are grown
 //! from \[K02 §3.2\].
 //!
-//! A flat grid or the cap of a CAD part is one face cut into triangles by whoever wrote the file.
+//! A flat grid or the cap of a CAD part is one face that a program cut into triangles.
 //! \[EL01\]'s tool treats the edges between such triangles as reflex; here they vanish before the
 //! decomposition starts.
 //!
@@ -53,9 +53,9 @@ pub(crate) struct Surface<'a> {
 }
 
 impl<'a> Surface<'a> {
-    /// `step` is the distance between neighbouring values of the coordinates, metres; zero when not
-    /// known. The noise that it makes is believed up to `flatness`, relative to the mesh's size: a
-    /// model written by hand with few digits is exact, not noisy.
+    /// `step` is the distance between neighbouring values of the coordinates, metres; zero if
+    /// unknown. Its noise counts up to `flatness`, relative to the mesh's size: a model written by
+    /// hand with few digits is exact, not noisy.
     pub(crate) fn new(mesh: &'a Mesh, edges: &'a HalfEdges, step: f64, flatness: f64) -> Self {
         let size = mesh.bounding_diagonal();
         let noise = (NOISE_PER_STEP * step).clamp(COPLANAR * size, flatness.max(COPLANAR) * size);

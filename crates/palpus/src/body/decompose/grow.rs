@@ -16,8 +16,8 @@
 //!
 //! A patch of very many facets goes over to a hull with neighbours (`wide_hull`), where each of
 //! these questions looks at the surroundings of the new facet only: 1 climbs to the highest vertex,
-//! 2 asks the facets at the faces that the new vertex sees, since what it does not see it is not
-//! above. Else a smooth body with one dent took the square of its size.
+//! 2 asks the facets at the faces that the new vertex sees, since it is not above the others. Else
+//! a smooth body with one dent took the square of its size.
 
 use glam::DVec3;
 

@@ -5,9 +5,9 @@
 //! deeper than the sliver has left it again, and its force vanishes. So a piece of a closed surface
 //! gets further corners inside the solid:
 //!
-//! 1. From each vertex of the surface a *way in* leads to the medial axis and along it toward where
-//!    the solid is thicker (`way_in`). It belongs to the vertex, so that neighbours share it and
-//!    their pieces leave no gap. Facets that are wide for the thickness below them have another
+//! 1. From each vertex of the surface an *inward path* leads to the medial axis and along it toward
+//!    where the solid is thicker (`way_in`). It belongs to the vertex, so that neighbours share it
+//!    and their pieces leave no gap. Facets that are wide for the thickness below them have another
 //!    from their middle.
 //! 2. A piece takes the points of its ways that lie below all planes of its patch, so that every
 //!    facet stays on the hull, and at which the patch is no farther than the nearest surface, or
@@ -22,10 +22,9 @@
 //! little along the walls between them. A patch that is a whole convex component needs nothing. An
 //! open surface has no inside: its pieces stay thin.
 //!
-//! Where it falls short: one convex piece cannot be thick all along a thin wall that bends, so a
-//! large patch of a coarse mesh leaves parts of such a wall to nobody. A patch of thousands of
-//! facets stays as it is: its hull is deep in itself, and each corner would cost the square of its
-//! size.
+//! Limits: one convex piece cannot be thick all along a thin wall that bends, so a large patch of a
+//! coarse mesh leaves parts of such a wall uncovered. A patch of thousands of facets stays as it
+//! is: its hull is deep in itself, and each corner would cost the square of its size.
 
 #[cfg(test)]
 mod tests;
@@ -47,8 +46,8 @@ use crate::body::{Aabb, TriangleTree};
 
 pub(crate) use way_in::WaysIn;
 
-/// The further corners of a patch's piece: inside the solid, below every facet of the patch; none
-/// when there is no way in.
+/// The further corners of a patch's piece: inside the solid, below every facet of the patch; empty
+/// without an inward path.
 ///
 /// A function of its arguments alone: pieces can be thickened in any order, and at the same time.
 pub(crate) fn inner_corners(

@@ -1,5 +1,4 @@
-//! The hull of a large patch: as `trial_hull`, with neighbours, so that nothing ever looks at all
-//! of it.
+//! The hull of a large patch: as `trial_hull`, with neighbours, so that no step looks at all of it.
 //!
 //! A patch of fifty thousand facets is asked fifty thousand times whether it takes one more. Each
 //! question is local:
@@ -139,8 +138,8 @@ impl WideHull {
         }
     }
 
-    /// Bounds of what the hull gained since it was final: the removed faces and the new points;
-    /// `None` when nothing.
+    /// Bounds of the hull's growth since it was final: the removed faces and the new points; `None`
+    /// without growth.
     pub(crate) fn gained(&self) -> Option<Aabb> {
         let corners = self.journal.iter().filter_map(|change| match change {
             Change::Buried(face) | Change::Born(face) => Some(self.faces[*face as usize].face.corners),
@@ -185,8 +184,8 @@ impl WideHull {
         into.extend(queue.iter().map(|&f| faces[f as usize].face).filter(|f| f.slack.is_finite()).map(|f| f.plane));
     }
 
-    /// True when a point of the hull is higher above `plane` than `tolerance`. `near` is a corner
-    /// where to begin.
+    /// True if a point of the hull is higher above `plane` than `tolerance`. The search begins at
+    /// corner `near`.
     pub(crate) fn is_above(&self, plane: Plane, tolerance: f64, near: u32) -> bool {
         let mut here = near;
         let mut height = plane.height(self.points[here as usize]);

@@ -16,8 +16,8 @@ impl Hierarchy {
         Self::build_with(pieces, coplanar, &Alone, &mut |_| ())
     }
 
-    /// As [`Self::build`], with the hands of `workers`; `progress` is told the fraction done. The
-    /// tree is the same whoever they are.
+    /// As [`Self::build`], on `workers`; `progress` is called with the fraction done. The tree does
+    /// not depend on the workers.
     pub fn build_with(
         pieces: &[Polytope],
         coplanar: f64,
@@ -284,8 +284,8 @@ impl Maker<'_> {
     }
 }
 
-/// Where to cut a row of boxes in two so that surface times number, summed over both parts, is
-/// least: what a traversal is likely to spend below them.
+/// Finds the cut of a row of boxes in two with the least sum over both parts of surface times
+/// number: the likely cost of a traversal below them.
 fn cheapest_cut(extents: &[Aabb]) -> usize {
     let count = extents.len();
     let mut costs = vec![0.0; count];
@@ -314,8 +314,8 @@ fn bounds_of(polytope: &Polytope) -> (Sphere, OrientedBox) {
     (Sphere::around(polytope.vertices(), oriented_box.center), oriented_box)
 }
 
-/// Tags a face original when an original face of one child covers it: all its vertices are vertices
-/// of that child and lie in that face's plane, the child being convex.
+/// Tags a face original when an original face of one child covers it: all its vertices are
+/// vertices of that child and lie in that face's plane, the child being convex.
 fn tag(polytope: Polytope, inputs: &[u32], left: &Polytope, right: &Polytope, coplanar: f64) -> Polytope {
     let from_left = left.vertices().len() as u32;
     // Neighbouring pieces share vertices; the hull names the left one's.

@@ -162,7 +162,7 @@ fn grow_faces(points: &[DVec3], shell: &Shell, distances: &[f64]) -> Faces {
     faces
 }
 
-/// Whether a face that is a disc stays one when triangle `t` joins it: through one side with the
+/// True if a face that is a disc stays one when triangle `t` joins it: through one side with the
 /// far corner new to the face, or through two.
 fn keeps_a_disc(shell: &Shell, face_of: &[u32], touched: &[u32], t: u32, face: u32) -> bool {
     let shared = shell.neighbours[t as usize].map(|n| face_of[n as usize] == face);

@@ -2,8 +2,8 @@
 //!
 //! A plain cross product of a needle's sides loses as many digits as the needle is thin, and a
 //! plane with such a normal is no supporting plane of the hull. Here differences and products carry
-//! their rounding errors along (Dekker's double-double), so that the result is right to about 1e-31
-//! of the product of the sides.
+//! their rounding errors along (Dekker's double-double), so that the result is right to about
+//! 1e-31 of the product of the sides.
 
 use glam::DVec3;
 

@@ -83,8 +83,8 @@ fn monotone_chain(flat: &[[f64; 2]]) -> Vec<u32> {
     chain
 }
 
-/// Keeps a corner only when the chord that would replace it and its dropped neighbours misses one
-/// of them by more than the merge distance.
+/// Keeps a corner only when the chord that would replace it and its dropped neighbours misses
+/// one of them by more than the merge distance.
 fn without_straight_corners(points: &[DVec3], corners: Vec<u32>, coplanar: f64) -> Vec<u32> {
     let n = corners.len();
     if n <= 3 {

@@ -63,8 +63,8 @@ impl HalfEdges {
         answer
     }
 
-    /// The triangle across side `k` of triangle `t`, and its side that is the same edge; `None`
-    /// where there is no unique one of the same orientation.
+    /// The triangle across side `k` of triangle `t`, and its side that is the same edge;
+    /// `None` where there is no unique one of the same orientation.
     #[inline]
     pub fn neighbour(&self, t: u32, k: usize) -> Option<(u32, usize)> {
         let twin = self.twins[3 * t as usize + k];

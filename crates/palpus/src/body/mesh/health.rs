@@ -1,5 +1,5 @@
-//! What a mesh is like: closed or open, manifold, self-intersecting, inverted; and what was done to
-//! make it a mesh.
+//! The state of a mesh: closed or open, manifold, self-intersecting, inverted; and the repairs that
+//! made it a mesh.
 //!
 //! 1. Edges: used by one triangle (boundary), by three or more (non-manifold), or by two that
 //!    disagree.

@@ -2,9 +2,9 @@
 //!
 //! The normal at a corner of a triangle is the mean of the normals of the faces around that vertex,
 //! weighted by their angles there, so that how a flat face is cut into triangles does not count (G.
-//! Thürmer, C. Wüthrich, *Computing vertex normals from polygonal facets*, 1998). Only the faces
-//! that can be reached around the vertex without crossing a crease take part: sharp edges stay
-//! sharp, and a triangle with creases on both sides of a corner keeps its own normal there. A
+//! Thürmer, C. Wüthrich, *Computing vertex normals from polygonal facets*, 1998). Only the
+//! faces that can be reached around the vertex without crossing a crease take part: sharp edges
+//! stay sharp, and a triangle with creases on both sides of a corner keeps its own normal there. A
 //! crease is an edge where the normal turns by more than the crease angle, or that has no unique
 //! neighbour.
 

@@ -154,8 +154,8 @@ fn intervals_overlap(a: [DVec3; 3], sides_of_a: [f64; 3], b: [DVec3; 3], sides_o
     side_of_plane(p2, p1, q1, q2) < 0.0 && side_of_plane(p2, p1, r1, r2) > 0.0
 }
 
-/// The corners turned so that the first is alone strictly on its side of the other's plane, and
-/// whether it is above.
+/// The corners turned so that the first is alone strictly on its side of the other's plane,
+/// and whether it is above.
 fn loner_first(corners: [DVec3; 3], sides: [f64; 3]) -> ([DVec3; 3], bool) {
     let above = sides.iter().filter(|&&s| s > 0.0).count() == 1;
     let first = sides.iter().position(|&s| if above { s > 0.0 } else { s < 0.0 }).unwrap_or(0);

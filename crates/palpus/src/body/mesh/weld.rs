@@ -16,9 +16,9 @@ use crate::algebra::tolerance;
 use crate::body::Aabb;
 use crate::body::mesh::edge_uses::EdgeUses;
 
-/// For each vertex the first vertex it is one with (itself, for most). `used` tells the vertices
-/// that faces name: the others must not stretch the extent that the tolerance is relative to (which
-/// is not 0), and stay themselves.
+/// For each vertex the first vertex that it is merged with (itself, for most). `used` marks the
+/// vertices of faces: the others must not stretch the extent that the tolerance is relative to
+/// (which is not 0), and stay themselves.
 pub(in crate::body) fn weld(vertices: &[DVec3], used: &[bool]) -> Vec<u32> {
     let mut answer: Vec<u32> = (0..vertices.len() as u32).collect();
     let bounds = Aabb::around(vertices.iter().zip(used).filter(|(_, used)| **used).map(|(p, _)| *p));

@@ -1,8 +1,8 @@
 //! The normals that a piece owns: those of the source mesh, not of the hull \[K02 §3.4\].
 //!
-//! A piece is the hull of a patch. What of its surface the hull added is *virtual*: nobody sees it,
-//! and no contact may push through it. The normals that a contact of the piece may have are those
-//! that its patch has on the source mesh:
+//! A piece is the hull of a patch. The surface that the hull added is *virtual*: it is not part of
+//! the mesh, and no contact may push through it. The normals that a contact of the piece may have
+//! are those that its patch has on the source mesh:
 //!
 //! * the normal of each face of the piece in which triangles of the patch lie;
 //! * along an edge of such a face at which the mesh bends outward, the arc from that face's normal
@@ -104,7 +104,7 @@ impl Admissible {
             borrowed: &self.borrowed[from.borrowed as usize..to.borrowed as usize],
             arcs: &self.arcs[from.arcs as usize..to.arcs as usize],
             corners: &self.corners[from.corners as usize..to.corners as usize],
-            // There are none while the caps are being found.
+            // The list is empty while the caps are being found.
             cap: self.caps.get(k as usize).copied().unwrap_or(Cap::WHOLE),
         }
     }
@@ -283,8 +283,8 @@ struct Sides {
     right: u32,
 }
 
-/// True if `point`, in the plane of the triangles, lies on one of them; of more than
-/// [`ADMISSIBLE_TRIANGLES`], some are believed.
+/// True if `point`, in the plane of the triangles, lies on one of them; a point on a face with more
+/// than [`ADMISSIBLE_TRIANGLES`] counts as on one.
 fn lies_on(triangles: &[u32], mesh: &Mesh, point: DVec3) -> bool {
     triangles.len() > ADMISSIBLE_TRIANGLES
         || triangles.iter().any(|&t| {

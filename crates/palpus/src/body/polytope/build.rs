@@ -141,8 +141,8 @@ impl Polytope {
     }
 }
 
-/// Makes solid polytopes again of what was kept of them; the room that this takes is used again for
-/// the next.
+/// Makes solid polytopes again from their stored parts; its working memory is used again for the
+/// next.
 #[derive(Debug, Default)]
 pub struct PolytopeRestorer {
     skin: Skin,
@@ -211,9 +211,9 @@ impl PolytopeRestorer {
         Some(())
     }
 
-    /// The polytope of the faces since [`Self::begin`], with their planes and its
-    /// [`Polytope::bulge`], which are believed if they are finite; `None` when the faces make no
-    /// closed surface.
+    /// Returns the polytope of the faces since [`Self::begin`], with their planes and its
+    /// [`Polytope::bulge`], which must be finite to be used; `None` if the faces make no closed
+    /// surface.
     pub fn finish(&mut self, vertices: Vec<DVec3>, planes: Vec<Plane>, bulge: f64) -> Option<Polytope> {
         let Self { skin, room, originals, .. } = self;
         let euler = vertices.len() + planes.len() == skin.edges.len() + 2;

@@ -1,5 +1,4 @@
-//! Where to look for the vertex of a polytope that is farthest along a direction, without knowing
-//! one nearby.
+//! Starting vertices for the search of a polytope's support, for directions without a hint.
 //!
 //! * A small polytope keeps its coordinates by fours, x beside x, and all are looked at without a
 //!   branch.

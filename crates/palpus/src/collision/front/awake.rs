@@ -5,8 +5,8 @@ use super::{Front, PlacedPair};
 use crate::algebra::Quota;
 
 impl Front {
-    /// Step 3, of the first `count` pairs; those that are not visited come first, here and next
-    /// time.
+    /// Step 3, of the first `count` pairs. Those that are not visited come first, here and next
+    /// time: those for which the quota did not suffice, and then those at rest.
     pub(super) fn visit_awake(
         &mut self,
         query: &PlacedPair<'_>,
@@ -15,10 +15,23 @@ impl Front {
         found: &mut LeafPairs,
         counters: &mut TraversalCounters,
     ) {
-        let (mut kept, mut visited) = (0, 0);
-        while visited < count && (visited == 0 || !quota.is_spent()) {
-            let place = self.awake[visited];
-            visited += 1;
+        let mut sorted = std::mem::take(&mut self.sorted);
+        let [late, resting] = &mut sorted;
+        late.clear();
+        resting.clear();
+        let mut kept = 0;
+        let mut visited = false;
+        for k in 0..count {
+            let place = self.awake[k];
+            if self.rest_share > 0.0 && self.is_at_rest(place) {
+                resting.push(place);
+                continue;
+            }
+            if visited && quota.is_spent() {
+                late.push(place);
+                continue;
+            }
+            visited = true;
             if !self.is_wanted(query, place) {
                 self.awake[kept] = place;
                 kept += 1;
@@ -37,15 +50,21 @@ impl Front {
                 self.sleep(query, place, answer.distance());
             }
         }
-        let gone = visited - kept;
+        // Those that were visited, and those that woke in this query, come last.
+        let gone = count - kept;
         if gone > 0 {
-            self.awake.copy_within(visited.., kept);
+            self.awake.copy_within(count.., kept);
             self.awake.truncate(self.awake.len() - gone);
         }
-        self.unvisited = count - visited;
-        counters.postponed += self.unvisited as u32;
+        self.late = late.len();
+        self.unvisited = late.len() + resting.len();
         if self.unvisited > 0 {
             self.awake.rotate_left(kept);
+            self.awake.extend(late.iter().chain(resting.iter()));
+            self.awake.rotate_right(self.unvisited);
         }
+        counters.postponed += self.late as u32;
+        counters.resting += resting.len() as u32;
+        self.sorted = sorted;
     }
 }

@@ -79,7 +79,7 @@ impl Front {
             State::Awake | State::Crowded => 0.0,
             // Merged with its other half.
             State::Asleep if wake == NEVER => return None,
-            State::Asleep => self.tolerance - self.odometer.since(wake),
+            State::Asleep => self.tolerance - self.motion_bound.since(wake),
         };
         Some(NodePair { nodes: [a, b], bound })
     }

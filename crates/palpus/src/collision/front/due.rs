@@ -35,7 +35,7 @@ impl Front {
         let first = self.first_block.min(blocks);
         for (begin, end) in [(first, blocks), (0, first)] {
             let mut block = begin;
-            while let Some(next) = self.wakes.next_block(block, end, self.odometer.sum()) {
+            while let Some(next) = self.wakes.next_block(block, end, self.motion_bound.sum()) {
                 if !self.wake_block(query, next, quota, found, counters) {
                     self.first_block = next;
                     return false;
@@ -57,7 +57,7 @@ impl Front {
         counters: &mut TraversalCounters,
     ) -> bool {
         let mut due = [0; BLOCK];
-        let count = self.wakes.open(block, self.odometer.sum(), &mut due);
+        let count = self.wakes.open(block, self.motion_bound.sum(), &mut due);
         let mut late = false;
         for &place in &due[..count] {
             self.stack.push(place);
@@ -78,7 +78,7 @@ impl Front {
                 break;
             }
         }
-        // What is left on it is as overdue as what it was split from.
+        // The pairs left on the stack keep the wake time of the pair that they were split from.
         self.stack.clear();
         if count > 0 {
             self.wakes.settle(block);
@@ -105,7 +105,7 @@ impl Front {
                 self.was_crowded = true;
                 let Pair { a, b, .. } = self.pairs[place as usize];
                 self.pairs[place as usize].state = State::Crowded;
-                self.wakes.set(place, self.odometer.sum());
+                self.wakes.set(place, self.motion_bound.sum());
                 self.search_below(query, [a, b], found, counters);
             }
         }

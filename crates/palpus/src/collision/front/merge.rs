@@ -12,19 +12,19 @@ impl Front {
         let long = MERGE_CLEARANCE * query.tolerance;
         loop {
             let parent = self.pairs[place as usize].parent;
-            let until = self.odometer.due(long);
+            let until = self.motion_bound.due(long);
             if parent == NONE || self.wakes.get(place) < until || !self.sleeps_until(place ^ 1, until) {
                 return;
             }
             let Pair { a, b, retry, .. } = self.pairs[parent as usize];
-            if retry > self.odometer.sum() {
+            if retry > self.motion_bound.sum() {
                 return;
             }
             counters.node_pairs += 1;
             let enough = query.tolerance + long;
             let gap = query.bound([a, b], enough);
             if gap <= enough {
-                self.pairs[parent as usize].retry = self.odometer.due((enough - gap).max(MERGE_RETRY * long));
+                self.pairs[parent as usize].retry = self.motion_bound.due((enough - gap).max(MERGE_RETRY * long));
                 return;
             }
             counters.merged += 1;

@@ -10,7 +10,7 @@ pub(super) struct Pair {
     pub(super) state: State,
     /// True if the pair has memory.
     pub(super) known: bool,
-    /// The odometer's sum up to which this is not to be merged back.
+    /// The motion bound's sum before which the pair is not merged back.
     pub(super) retry: u64,
 }
 

@@ -8,8 +8,9 @@
 //! 3. Sleep: a pair that sleeps for another while is at least that much farther apart than the
 //!    tolerance.
 //!
-//! Nothing is allocated, so that it may run within a step. In debug builds each query looks at all
-//! of a small front, and at a window of a large one, with one sleeping pair measured.
+//! Nothing is allocated, so that it may run within a step. In debug builds each query checks a
+//! small front completely. In a large front it checks a window of places, and measures one sleeping
+//! pair.
 
 use super::super::PlacedPair;
 use super::super::march::{initial_features, march};
@@ -18,7 +19,7 @@ use super::{Front, NONE, Pair, State};
 use crate::algebra::tolerance::{OVERSLEPT, VALIDATED_PLACES};
 use crate::body::NodeKind;
 
-/// What is broken in a front.
+/// An invariant of the front that is broken.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub(super) enum FrontFault {
     /// The places below a split pair do not hold its two halves.
@@ -41,9 +42,9 @@ pub(super) enum FrontFault {
     Overslept {
         /// Its place.
         place: u32,
-        /// What its wake value says that its distance exceeds the tolerance by, model units.
+        /// Clearance that the wake value promises, model units.
         promised: f64,
-        /// What its distance exceeds the tolerance by.
+        /// Distance beyond the tolerance.
         clearance: f64,
     },
 }
@@ -63,7 +64,7 @@ impl Front {
             self.validate_places()?;
         }
         // Another window each time: the sum of motion is as good as a random number.
-        let begin = (self.odometer.sum() % u64::from(self.fresh)) as u32;
+        let begin = (self.motion_bound.sum() % u64::from(self.fresh)) as u32;
         let window = (0..self.fresh.min(VALIDATED_PLACES)).map(|k| (begin + k) % self.fresh);
         window.clone().try_for_each(|place| self.validate_place(query, place))?;
         let asleep = window.into_iter().find(|&place| self.promised(place) > 0.0);
@@ -98,7 +99,7 @@ impl Front {
     /// Steps 1 and 2 for one place.
     fn validate_place(&self, query: &PlacedPair<'_>, place: u32) -> Result<(), FrontFault> {
         if !self.is_in_tree(place) {
-            // Nobody would look at what it woke.
+            // Places outside the tree must not wake.
             return if self.wakes.get(place) == NEVER { Ok(()) } else { Err(FrontFault::Wake(place)) };
         }
         let Pair { a, b, state, .. } = self.pairs[place as usize];
@@ -135,7 +136,7 @@ impl Front {
     /// or less if it is due, or no sleeping pair.
     fn promised(&self, place: u32) -> f64 {
         let sleeps = self.pairs[place as usize].state == State::Asleep && self.is_in_tree(place);
-        if sleeps { -self.odometer.since(self.wakes.get(place)) } else { 0.0 }
+        if sleeps { -self.motion_bound.since(self.wakes.get(place)) } else { 0.0 }
     }
 
     /// Step 3 for one place.
@@ -236,7 +237,7 @@ mod tests {
             broken.validate(query).expect_err("a broken front")
         };
         let mut counts = [0; 4];
-        // Of a pair that stands before the one it was split from, something else is seen first.
+        // A pair stored before the pair it was split from would break another invariant first.
         let follows = |place: u32| place > 0 && front.pairs[place as usize].parent < place;
         if let Some(place) = pick(&|place| follows(place) && !matches!(state(place), State::Split(_))) {
             let torn = fault(&|front| front.pairs[place as usize].a ^= 1);
@@ -256,7 +257,7 @@ mod tests {
             counts[1] += 1;
         }
         if let Some(place) = pick(&|place| front.promised(place) > 0.0) {
-            let late = front.odometer.due(1e3);
+            let late = front.motion_bound.due(1e3);
             let overslept = fault(&|front| front.wakes.set(place, late));
             assert!(matches!(overslept, FrontFault::Overslept { .. }), "{what}: {overslept}");
             counts[2] += 1;

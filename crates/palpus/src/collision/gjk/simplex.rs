@@ -22,7 +22,7 @@ impl Corner {
     }
 }
 
-/// What adding a corner led to.
+/// Result of adding a corner.
 pub(super) enum Reduction {
     /// The simplex was reduced to the corners that carry its nearest point.
     Nearest,
@@ -87,7 +87,7 @@ impl Simplex {
 
     /// Adds `corner` and finds the nearest point again.
     ///
-    /// The nearest point of what was there is known, so only sub-simplices with the new corner can
+    /// The nearest point of the old corners is known, so only sub-simplices with the new corner can
     /// be better.
     pub(super) fn add(&mut self, corner: Corner) -> Reduction {
         let n = self.count;

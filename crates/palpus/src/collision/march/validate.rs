@@ -1,4 +1,4 @@
-//! What holds for every answer of the march, whatever the way to it.
+//! Invariants of every answer of the march, whatever the start.
 //!
 //! 1. The normal is unit and leads over the distance from point b to point a.
 //! 2. Each point lies on its feature.
@@ -16,7 +16,7 @@ use crate::algebra::{Placement, closest_on_segment};
 use crate::body::Feature::{self, Edge, Face, Vertex};
 use crate::body::Polytope;
 
-/// What is wrong with an answer of the march.
+/// A defect of an answer of the march.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub(super) enum MarchFault {
     /// The normal is not unit, or the points are not the distance apart along it.
@@ -33,16 +33,16 @@ pub(super) enum MarchFault {
     /// The bodies reach past the points along the normal.
     #[error("the bodies reach {excess:e} past the closest points, which are {distance:e} apart")]
     NotSeparating {
-        /// Of both bodies together, model units.
+        /// Excess of both bodies together, model units.
         excess: f64,
-        /// Of the points.
+        /// Distance of the points.
         distance: f64,
     },
 }
 
 impl March {
-    /// True for one answer in [`VALIDATED_ANSWERS`], chosen by the last digits of the distance, so
-    /// that it is always the same one.
+    /// True for one answer in [`VALIDATED_ANSWERS`], chosen by the last digits of the distance,
+    /// so that the choice is the same in every run.
     pub(super) fn is_sampled(&self) -> bool {
         match self.proximity {
             Proximity::Disjoint(Closest { distance, .. }) => {
@@ -52,7 +52,7 @@ impl March {
         }
     }
 
-    /// Returns what is wrong with the answer; an overlap is a witness by itself.
+    /// Returns the first defect of the answer; an overlap needs no check.
     pub(super) fn validate(&self, a: &Polytope, b: &Polytope, pose_ba: &Placement) -> Result<(), MarchFault> {
         let Proximity::Disjoint(closest) = self.proximity else { return Ok(()) };
         let Closest { point_a, point_b, normal, distance, features } = closest;

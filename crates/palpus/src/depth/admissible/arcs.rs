@@ -54,7 +54,7 @@ impl Search<'_> {
             if !self.cap_a.may_meet(left, right) {
                 continue;
             }
-            // Of most arcs a look from the last support is enough.
+            // For most arcs a look from the last support is enough.
             if dips(self.b, own, self.point_a, self.bar) {
                 let arc = Arc::of(self.b, own);
                 let a = self.cso.a.support_from(self.hub.a, self.cso.toward_b(arc.left + arc.right));

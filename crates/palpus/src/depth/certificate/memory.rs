@@ -1,4 +1,4 @@
-//! What a proof hands on to the next tick: its surface, and how far the bodies have moved since it
+//! The state of a proof for the next tick: its surface, and how far the bodies have moved since it
 //! was measured.
 
 use super::super::HubPair;
@@ -7,20 +7,20 @@ use super::super::inner::{Joint, Surface};
 use crate::algebra::Placement;
 use crate::algebra::tolerance::{KEPT_CORNERS, KEPT_TRIANGLES, PROOF_GATHERED};
 
-/// What the proofs of one pair of polytopes hand on from tick to tick. It holds for that pair only;
+/// The state of the proofs of one pair of polytopes from tick to tick. It holds for that pair only;
 /// any pose will do, near ones save time.
 #[derive(Clone, Debug)]
 pub struct CertificateMemory {
     pub(super) hubs: Vec<HubPair>,
     pub(super) triangles: Vec<Joint>,
-    /// Of each triangle: its distance from the origin when it was measured, plus `moved` as it was
-    /// then.
+    /// For each triangle its distance from the origin when it was measured, plus `moved` at that
+    /// time.
     pub(super) awake_at: Vec<f64>,
     /// At least how far any point has moved since the surface was judged whole.
     pub(super) moved: f64,
     /// The last pose.
     pose_ba: Placement,
-    /// What tells one pair of polytopes from another.
+    /// Identifies the pair of polytopes.
     pair: [f64; 4],
     /// Triangles of the surface when it was new.
     fresh: usize,

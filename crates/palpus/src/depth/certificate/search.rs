@@ -16,7 +16,7 @@ use crate::algebra::tolerance::{
 };
 use crate::collision::StopReason;
 
-/// What a proof rests on.
+/// Input of a proof.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Ground {
     /// The pair touches.
@@ -137,7 +137,7 @@ impl<'s, 'p> Search<'s, 'p> {
         true
     }
 
-    /// What is no nearer than this needs no growth.
+    /// Distance from which on a triangle needs no growth.
     #[inline]
     fn bar(&self) -> f64 {
         self.best.offset - self.tolerance()
@@ -197,7 +197,7 @@ impl<'s, 'p> Search<'s, 'p> {
     }
 
     /// The support along ± `direction` on the side of `from` where the origin is, or on the other
-    /// if there is none off `from`; `known` if there is no direction.
+    /// if there is none off `from`; `known` for a zero direction.
     fn support_off(&mut self, known: HubPair, from: DVec3, direction: DVec3) -> HubPair {
         let Some(normal) = direction.try_normalize() else { return known };
         let normal = if normal.dot(from) <= 0.0 { normal } else { -normal };
@@ -214,7 +214,7 @@ impl<'s, 'p> Search<'s, 'p> {
     #[inline]
     fn support(&mut self, normal: DVec3) -> HubPair {
         let (hub, offset) = self.cso.support_anew(normal);
-        // What is lower by no more than rounding is no better than the answer with its exact
+        // A value lower by no more than rounding is no better than the answer with its exact
         // normal.
         if offset < self.best.offset - 0.5 * self.tolerance() {
             self.best = Start { hub, normal, offset };
@@ -225,8 +225,8 @@ impl<'s, 'p> Search<'s, 'p> {
 
     /// The answer at the best direction: where a walk from there ends.
     ///
-    /// Where features are parallel but for rounding, the walk tells corners apart less finely than
-    /// the proof does and may end a little above where it began. Then the direction itself is the
+    /// If features are parallel but for rounding, the walk separates corners less finely than the
+    /// proof does and may end a little above where it began. Then the direction itself is the
     /// answer, next to the features where the walk ended.
     fn answer(&mut self) -> Depth {
         if let Some(answer) = self.answer {
@@ -243,7 +243,7 @@ impl<'s, 'p> Search<'s, 'p> {
         answer
     }
 
-    /// Where a walk from the best direction ends, begun at the facet there if that is known.
+    /// Walks from the best direction, beginning at the facet there if that is known.
     fn walk_to_answer(&mut self) -> Walked {
         let known = self.facet.and_then(|hubs| Antipodal::spanned(self.cso.a, self.cso.b, hubs));
         let highest = self.best.offset + self.tolerance();

@@ -1,4 +1,4 @@
-//! A glance at a facet's hubs, which mostly tells that no facet at them is lower.
+//! A quick test of a facet's hubs, which mostly shows that no facet at them is lower.
 
 use glam::DVec3;
 
@@ -7,7 +7,8 @@ use super::super::overlay::below;
 use super::view::{View, farthest_side};
 use crate::algebra::tolerance::FACET_HUBS;
 
-/// A glance at a facet's hubs: the normals of one body alone may tell that there is nothing to see.
+/// A quick test of a facet's hubs: the normals of one body alone may show that no facet there is
+/// lower.
 ///
 /// The directions along which a hub's vertex of the CSO has an offset of at least the bar make a
 /// circular cone. Being convex, it holds the whole normal cone of one body's vertex as soon as it
@@ -101,7 +102,7 @@ impl Glance {
     }
 }
 
-/// Hubs at which a glance cannot tell that there is nothing lower.
+/// Hubs at which the quick test is undecided.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::depth) struct Doubt {
     hubs: [HubPair; FACET_HUBS],

@@ -10,7 +10,7 @@ use super::view::View;
 use crate::algebra::tolerance::{FACET_SPOKES, FLUSH_WITNESS};
 use crate::body::Polytope;
 
-/// Where the turning plane stopped.
+/// Place at which the turning plane stopped.
 #[derive(Clone, Copy)]
 pub(super) struct Met {
     pub(super) antipodal: Antipodal,

@@ -9,8 +9,8 @@
 //!    seed lies in the solid: so the whole cell does.
 //!
 //! The planes' common polytope comes from the hull of their dual points. Its corners are drawn
-//! towards the seed until each lies below every plane, so that rounding never puts a cell outside
-//! of its solid.
+//! towards the seed until each lies below every plane, so that rounding never puts a cell
+//! outside of its solid.
 //!
 //! After R. Deits and R. Tedrake, *Computing Large Convex Regions of Obstacle-Free Space through
 //! Semidefinite Programming*, 2014, with one round of planes and a ball in the place of their

@@ -219,7 +219,7 @@ impl<'s, 'a> Search<'s, 'a> {
         let mut at_origin: BTreeMap<Key, bool> = BTreeMap::new();
         let mut exits: BTreeMap<(Key, [u64; 3]), f64> = BTreeMap::new();
         for leaf in leaves {
-            // What comes before the last obstacle that holds the origin is not needed.
+            // Entries before the last obstacle that holds the origin are not needed.
             let holds = |key: &Key| {
                 let ask = || self.scene.obstacle(*key).holds(DVec3::ZERO);
                 *at_origin.entry(*key).or_insert_with(ask)
@@ -256,7 +256,7 @@ impl<'s, 'a> Search<'s, 'a> {
             return gain;
         }
         if self.warm {
-            // What blocked a near pose mostly blocks this one; where it does not, a smaller cone
+            // An obstacle that blocked a near pose mostly blocks this one; if not, a smaller cone
             // may do.
             let known = self.scene.promising(Candidates::Known, &cone.corners(), CONE_FIRST_TRIES);
             gain += self.advance_within(cone, &known);

@@ -66,7 +66,7 @@ struct PlacedCell {
     near: bool,
     /// Placed when first needed.
     corners: OnceCell<Vec<DVec3>>,
-    /// Of these corners, made when first needed.
+    /// Slabs of these corners, made when first needed.
     slabs: OnceCell<Slabs>,
 }
 
@@ -92,7 +92,7 @@ pub(super) struct Scene<'a> {
     recent: Vec<Key>,
     /// The obstacles that blocked something at this pose or at a near one, in order.
     known: Vec<Key>,
-    /// Where rays through the origin left obstacles, at a near pose and at this one.
+    /// Exits of rays through the origin from obstacles, at a near pose and at this one.
     gates: [BTreeMap<Ray, Gate>; 2],
     /// The last translation that the surfaces found free.
     free: Shared<Option<DVec3>>,
@@ -399,6 +399,6 @@ impl<'a> Scene<'a> {
 pub(super) enum Candidates<'a> {
     All,
     Some(&'a [Pair]),
-    /// Those that blocked something at this pose or at a near one.
+    /// Candidates that blocked a translation at this pose or at a near one.
     Known,
 }

@@ -1,16 +1,16 @@
 //! Slabs about convex sets: how far they reach along many axes, both ways.
 //!
-//! The Minkowski difference of two sets reaches exactly as far as the two together, so the least of
-//! what is left along these axes bounds the depth of a translation in an obstacle from above. That
-//! sorts out most obstacles and ranks the others. With the seven axes of a cube and its corners
-//! alone the best obstacle is rarely among the first dozen; with these it mostly is.
+//! The Minkowski difference of two sets reaches exactly as far as the two together, so the least
+//! rest along these axes bounds the depth of a translation in an obstacle from above. That sorts
+//! out most obstacles and ranks the others. With the seven axes of a cube and its corners alone the
+//! best obstacle is rarely among the first dozen; with these it mostly is.
 //!
-//! Slabs only choose what is looked at first, so they are kept in single precision.
+//! Slabs only choose the order of obstacles, so they are kept in single precision.
 
 use glam::{DVec3, Vec3};
 
-/// Directions of the axes, not of unit length: along a cube's edges, to its corners and the middles
-/// of its edges, and between these. The last repeat the first, to fill the last block.
+/// Directions of the axes, not of unit length: along a cube's edges, to its corners and the
+/// middles of its edges, and between these. The last repeat the first, to fill the last block.
 #[rustfmt::skip]
 const AXES: [[i8; 3]; LANES] = [
     [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, -1, -1], [1, -1, 1], [1, 1, -1], [1, 1, 1], [0, 1, -1],

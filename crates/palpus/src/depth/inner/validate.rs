@@ -10,7 +10,7 @@ use super::super::cso::Cso;
 use super::{Half, Joint, Surface};
 use crate::algebra::tolerance::WELL_FORMED_ROUNDING;
 
-/// What is broken in an inner surface.
+/// A broken invariant of an inner surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(in crate::depth) enum SurfaceFault {
     /// A triangle names a tip that does not exist, or one twice.

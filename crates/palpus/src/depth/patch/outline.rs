@@ -111,7 +111,7 @@ impl Outline {
         Side { from, along: self.corners[(k + 1) % self.count] - from }
     }
 
-    /// Of a face; `turned` for one whose loop runs clockwise about the normal.
+    /// Outline of a face; `turned` for one whose loop runs clockwise about the normal.
     fn of_face(polytope: &Polytope, face: u32, frame: &Frame, turned: bool) -> Self {
         let mut outline = Self { feature: Feature::Face(face), ..Self::NONE };
         let corners = polytope.face_vertices(face);
@@ -131,7 +131,7 @@ impl Outline {
         outline
     }
 
-    /// Of an edge; `None` if it stands upright.
+    /// Outline of an edge; `None` if it stands upright.
     fn of_edge(polytope: &Polytope, edge: u32, frame: &Frame) -> Option<Self> {
         let ends = polytope.edge(edge);
         let [tail, head] = [ends.tail, ends.head].map(|v| frame.point(polytope.vertex(v)));

@@ -1,4 +1,4 @@
-//! What holds for every answer of the depth, whatever the way to it.
+//! Invariants of every answer of the depth, whatever its start.
 //!
 //! 1. The normal is unit and leads over minus the depth from point b to point a.
 //! 2. The depth is the gap between the two supports along the normal.
@@ -9,7 +9,7 @@ use super::super::Depth;
 use super::super::cso::Cso;
 use crate::algebra::tolerance::{FLUSH_WITNESS, OFFSET_SLACK, PROOF_ROUNDING, VALIDATED_ANSWERS, WELL_FORMED_ROUNDING};
 
-/// What is wrong with an answer.
+/// A defect of an answer.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub(in crate::depth) enum DepthFault {
     /// The normal is not unit, or the points are not the depth apart along it.
@@ -18,9 +18,9 @@ pub(in crate::depth) enum DepthFault {
     /// The supports along the normal overlap by another length.
     #[error("the depth is {depth:e}, and the supports along the normal overlap by {gap:e}")]
     Gap {
-        /// What the answer says, model units.
+        /// Depth of the answer, model units.
         depth: f64,
-        /// What the supports say.
+        /// Depth by the supports.
         gap: f64,
     },
     /// A witness is not in its body's supporting plane, or that of b is off b.
@@ -29,9 +29,9 @@ pub(in crate::depth) enum DepthFault {
 }
 
 impl Depth {
-    /// True for one answer in [`VALIDATED_ANSWERS`], chosen by the last digits of the depth, so
-    /// that it is always the same one. Never for one at a pose that is no number: no more is
-    /// promised of it than that nothing panics.
+    /// True for one answer in [`VALIDATED_ANSWERS`], chosen by the last digits of the depth,
+    /// so that the choice is the same in every run. Never for a pose that is not finite: its answer
+    /// is only promised not to panic.
     pub(in crate::depth) fn is_sampled(&self) -> bool {
         let is_finite = self.point_a.is_finite() && self.point_b.is_finite() && self.depth.is_finite();
         is_finite && self.depth.to_bits().is_multiple_of(VALIDATED_ANSWERS)

@@ -38,8 +38,8 @@ fn bumpy_ball(rng: &mut Random, bumps: f64) -> Body {
     Body::from_soup(&soup, &BodySettings::default(), &mut |_| ()).unwrap()
 }
 
-/// Whether a walk from cold has ended in the global depth; where it has not, what is admissible is
-/// as local as the walk.
+/// True if a cold walk has ended in the global depth; otherwise the admissible depth is as local as
+/// the walk.
 fn is_global([a, b]: [&OwnNormals<'_>; 2], placement: &Placement, walked: &Depth) -> bool {
     walked.depth - exhaustive_depth(a.polytope(), b.polytope(), placement).0 < 1e-9
 }

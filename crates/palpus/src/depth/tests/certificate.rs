@@ -75,7 +75,7 @@ fn sweep_pose(rng: &mut Random, kind: Kind, a: &Polytope, b: &Polytope, last: &P
     Pose { translation: centred.translation + direction * (reach * (1.0 - depth)), ..centred }
 }
 
-/// What a sweep found.
+/// Results of a sweep.
 #[derive(Debug, Default)]
 struct Sweep {
     poses: u64,
@@ -152,7 +152,7 @@ impl Bench {
     }
 }
 
-#[allow(clippy::print_stderr, reason = "what stays unproven is to be seen")]
+#[allow(clippy::print_stderr, reason = "shows the unproven poses")]
 impl Sweep {
     fn judge(&mut self, proven: &Depth, exact: f64, size: f64, what: &dyn Fn() -> String) {
         match proven.certainty {
@@ -171,7 +171,7 @@ impl Sweep {
     }
 }
 
-#[allow(clippy::print_stderr, reason = "a sweep's figures are to be seen")]
+#[allow(clippy::print_stderr, reason = "shows the figures of a sweep")]
 fn sweep(poses: u64) -> Sweep {
     let mut rng = Random::new(SWEEP_SEED);
     let shapes = sweep_shapes(&mut rng);

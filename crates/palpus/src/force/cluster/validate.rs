@@ -44,8 +44,8 @@ impl Linkage {
         Ok(())
     }
 
-    /// Steps 1 and 3 for one cluster. That no rank is in two clusters follows: each is in the one
-    /// that it was gathered for, once.
+    /// Steps 1 and 3 for one cluster. Each rank was gathered for one cluster only, so no rank is in
+    /// two.
     fn validate_cluster(&self, cluster: usize, settings: &LinkageSettings) -> Result<(), ClusterFault> {
         let ranks = &self.ranks[self.range(cluster)];
         let ascend = ranks.windows(2).all(|pair| pair[0] < pair[1]);

@@ -19,8 +19,8 @@ use glam::{DQuat, DVec3};
 use crate::algebra::tolerance::{DRIVEN_PATIENCE, DRIVEN_PERIOD};
 use crate::algebra::{Pose, Twist, rotation_between};
 
-/// Of the time between two updates. As long as that, and the body hurries with ten times the
-/// acceleration that the host's has; twice, and it is a millimetre behind a hand's swing at 60 Hz.
+/// Length of the chase, as a share of the time between two updates. With 1 the body needs ten times
+/// the host's acceleration; with 2 it lags a hand's swing at 60 Hz by a millimetre.
 const CHASE: f64 = 1.5;
 
 /// See the module's description. Twists are of the frame's origin.
@@ -30,7 +30,7 @@ pub(super) struct Driven {
     next: (Pose, Twist),
     /// s: the length of the last step.
     step: f64,
-    /// Where the chase begins, and the time of it after the last update (s).
+    /// Start of the chase, and its time after the last update (s).
     from: (Pose, Twist),
     begins: f64,
     /// The last update.
@@ -53,8 +53,7 @@ impl Driven {
         let lasts =
             if self.said.1 == Twist::default() && self.since > DRIVEN_PATIENCE { DRIVEN_PERIOD } else { self.since };
         *self = Self {
-            // The implicit step has reckoned with the body being there, one step after the pose
-            // that it was told.
+            // The implicit step assumed this pose, one step after the last update.
             from: self.next,
             begins: self.step,
             said: (pose, velocity),
@@ -109,7 +108,7 @@ impl Driven {
         }
     }
 
-    /// Where the body is `since` s after what was said, by what was said.
+    /// Extrapolates the last update to `since` s after it.
     fn said_then(&self, since: f64) -> Pose {
         let (pose, twist) = self.said;
         let late = ((since - DRIVEN_PATIENCE) / DRIVEN_PATIENCE).clamp(0.0, 1.0);

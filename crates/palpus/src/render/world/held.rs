@@ -54,7 +54,7 @@ impl Held {
     /// Goes on with other settings, which have been checked.
     pub(super) fn set_settings(&mut self, probe: &Body, settings: &Settings) {
         self.tool.set(probe, settings.coupling.unwrap_or(VirtualCoupling::SLACK), settings);
-        // What rests does not wake up where it was.
+        // A tool at rest starts anew at the device.
         if settings.coupling.is_none() {
             self.tool.clear();
         }
@@ -85,7 +85,7 @@ impl Held {
             self.tick.probe.twist = Twist::default();
         }
         let (pose, twist) = match self.settings.coupling {
-            // What damps the tool is part of its own step.
+            // The tool's own step includes its damping.
             Some(_) => (self.tool.pose_ba(&self.tick.probe), Twist::default()),
             None => (self.tick.probe.pose_ba, self.tick.probe.twist),
         };
@@ -95,7 +95,7 @@ impl Held {
         Some((pose, center, at_center))
     }
 
-    /// Where it is held when it is at `pose`.
+    /// Returns the grip's place for a tool at `pose`.
     pub(super) fn grip(&self, pose: &Pose) -> DVec3 {
         pose.point(self.settings.grip_a)
     }

@@ -5,15 +5,12 @@
 //! # use std::sync::Arc;
 //! # use glam::DVec3;
 //! # use palpus::algebra::{NoClock, Pose};
-//! # use palpus::body::{Body, BodySettings, Mesh, PolygonSoup};
+//! # use palpus::body::Body;
 //! # use palpus::render::{Object, ProbeState, Settings, World};
 //! # fn cube(side: f64) -> Arc<Body> {
-//! #     let mut soup = PolygonSoup::new();
-//! #     soup.vertices.extend((0..8).map(|k| (DVec3::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64) - 0.5) * side));
-//! #     for face in [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]] {
-//! #         soup.push_face(&face);
-//! #     }
-//! #     Arc::new(Body::build(Mesh::from_soup(&soup).unwrap().0, &BodySettings::default(), &mut |_| ()).unwrap())
+//! #     let ends = [-0.5 * side, 0.5 * side];
+//! #     let corners = ends.map(|x| ends.map(|y| ends.map(|z| DVec3::new(x, y, z))));
+//! #     Arc::new(Body::from_convex(corners.as_flattened().as_flattened()).unwrap())
 //! # }
 //! # let (table, block, probe) = (cube(0.5), cube(0.04), cube(0.02));
 //! let above = |z| Pose::from_translation(DVec3::Z * z);
@@ -44,15 +41,15 @@
 //!    | Aᵢ + K   −K T        | Vᵢ′ = bᵢ + l
 //!    | −Tᵀ K    Aⱼ + Tᵀ K T | Vⱼ′ = bⱼ − Tᵀ l
 //!
-//!    It is definite at any stiffness, mass and speed. What one body gives the other takes, in the
-//!    same step: the sum of their momenta does not know of K. A tool that touches nothing that is
-//!    moved feels, to the bit, what it would feel alone with what is fixed.
+//!    It is definite at any stiffness, mass and speed. Forces between two bodies are equal and
+//!    opposite within the same step, so contacts keep the sum of their momenta. A tool that touches
+//!    no movable body feels, to the bit, the wrench that it would feel from the fixed ones alone.
 //! 5. *Feel*: each tool's wrench, with the ring of impacts, within its device's limits.
 //!
-//! Steps that tell each other where bodies were last would be no substitute. Contacts are so stiff
-//! that a tool which is pushed along at v would be held back with 2 k h v by what it has already
-//! left (34 N at 0.1 m/s on a usual device); told the other's velocity as well, the two throw each
-//! other to and fro.
+//! Steps in turn, each with the last poses of the others, would not do. Contacts are so stiff that
+//! a tool pushed along at v would be held back with 2 k h v by a body that has already moved on (34
+//! N at 0.1 m/s on a usual device). With the other's velocity as well, the two throw each other to
+//! and fro.
 //!
 //! Memory is obtained when bodies are added. A step obtains none, and nothing that a device or a
 //! host says makes it panic.
@@ -101,11 +98,11 @@ pub struct World {
     things: Vec<Thing>,
     tools: Vec<Held>,
     pairs: Vec<Pair>,
-    /// Of bodies i > j, at i (i − 1) / 2 + j, the number of their pair.
+    /// Number of the pair of bodies i > j, at i (i − 1) / 2 + j.
     table: Vec<u32>,
     /// The pairs that are near in this step.
     near: Vec<u32>,
-    /// Those of the step before.
+    /// The near pairs of the step before.
     were_near: Vec<u32>,
     broad: Broad,
     islands: Islands,
@@ -215,18 +212,18 @@ impl World {
         Ok(ToolId(number))
     }
 
-    /// m/s², along the world's axes: what pulls at free bodies. A vector that is not finite counts
-    /// as none.
+    /// Sets the gravity of free bodies, m/s², along the world's axes. A vector that is not finite
+    /// counts as zero.
     pub fn set_gravity(&mut self, gravity: DVec3) {
         self.gravity = if gravity.is_finite() { gravity } else { DVec3::ZERO };
     }
 
-    /// The host says where a driven body is now and how it moves (m/s and rad/s, the linear part of
-    /// its frame's origin).
+    /// Sets the pose of a driven body and its velocity (m/s and rad/s, the linear part that of its
+    /// frame's origin).
     ///
-    /// To be told at the host's own rate; between two updates the body goes on, so that they are
-    /// not felt as steps. A body that is not driven, and numbers that are not finite, change
-    /// nothing: false.
+    /// Call it at the host's own rate. Between two calls the body moves on, so that the host's rate
+    /// is not felt as steps. Returns false, and changes nothing, for a body that is not driven and
+    /// for numbers that are not finite.
     pub fn drive(&mut self, body: BodyId, pose: Pose, velocity: Twist) -> bool {
         let Some(thing) = self.things.get_mut(body.0) else { return false };
         let is_finite = velocity.angular.is_finite() && velocity.linear.is_finite();
@@ -239,7 +236,7 @@ impl World {
     }
 
     /// Puts an object somewhere else, at rest, as if it had always been there. False for a tool, or
-    /// a pose that is none.
+    /// an invalid pose.
     pub fn put(&mut self, body: BodyId, pose: Pose) -> bool {
         let skin = self.settings.skin();
         let Some(thing) = self.things.get_mut(body.0).filter(|_| pose.is_valid()) else { return false };
@@ -270,8 +267,7 @@ impl World {
         is_finite
     }
 
-    /// Where a body is, in the world; of a tool with a coupling, the tool's pose and not the
-    /// device's.
+    /// Pose of a body in the world; for a tool with a coupling that of the tool, not of the device.
     pub fn pose(&self, body: BodyId) -> Pose {
         self.things[body.0].pose
     }
@@ -308,7 +304,7 @@ impl World {
         &self.counters
     }
 
-    /// What holds between two bodies; `None` between two that nothing moves.
+    /// Settings of the contacts of two bodies; `None` if both are fixed.
     pub fn settings_between(&self, one: BodyId, other: BodyId) -> Option<&Settings> {
         self.pair(one.0, other.0).map(|k| self.pairs[k].settings())
     }
@@ -318,9 +314,9 @@ impl World {
         &self.things[body.0].body
     }
 
-    /// The queries of the next steps may do about so much work together ([`crate::algebra::Work`]);
-    /// `None`: as much as there is. What is not reached is felt as it was, carried along, and comes
-    /// first in the step after.
+    /// Limits the work ([`crate::algebra::Work`]) of the next steps' queries together; `None`: no
+    /// limit. Pairs that a query does not reach keep their contacts, extrapolated, and come first
+    /// in the next step.
     pub fn allow(&mut self, work: Option<u64>) {
         self.allowed = work;
     }
@@ -386,7 +382,7 @@ impl World {
         self.system = BlockSystem::new(moved);
     }
 
-    /// What holds between two bodies.
+    /// Settings of the contacts of two bodies.
     fn law(&self, bodies: [usize; 2]) -> Settings {
         let own = bodies.map(|i| match self.things[i].role {
             Role::Tool(k) => Some(&self.tools[k].settings),

@@ -82,7 +82,7 @@ pub(super) struct Thing {
     pub(super) center: DVec3,
     /// In the step before this one, if it was there.
     pub(super) last: Option<Pose>,
-    /// Of the centre of mass, where it is known before the step; else at rest.
+    /// Twist of the centre of mass if it is known before the step; else zero.
     pub(super) twist: Twist,
     /// It has a place in this step.
     pub(super) there: bool,
@@ -105,7 +105,7 @@ pub(super) struct Part {
     pub(super) is_moved: bool,
     /// Something touches it.
     pub(super) is_touched: bool,
-    /// What it has by itself; and with the contacts of the round.
+    /// Mass and load of the body alone; and with the contacts of the current round.
     pub(super) alone: (SpatialMatrix, Wrench),
     pub(super) system: (SpatialMatrix, Wrench),
     /// Its place among the bodies that are solved for together.
@@ -132,8 +132,7 @@ impl Part {
 }
 
 impl Part {
-    /// A step begins, which moves the body or not. What it has by itself is set when the step is
-    /// made.
+    /// Begins a step, in which the body moves or not. Mass and load are set when the step is made.
     pub(super) fn begin(&mut self, is_moved: bool) {
         self.is_moved = is_moved;
         self.is_touched = false;

@@ -1,5 +1,5 @@
-//! Two bodies of a world: their contacts, the forces between them, and what the implicit step makes
-//! of those.
+//! Two bodies of a world: their contacts, the forces between them, and their terms in the implicit
+//! step.
 //!
 //! Every pair has clusters, shares and friction of its own. So what the one body gives the other
 //! takes, whatever else either of them touches; and a front, a grip or a piece's index never meets
@@ -17,14 +17,14 @@ use crate::body::{Body, FeaturePair};
 use crate::detect::{Contact, ContactQuery, QueryCounters, QuerySettings};
 use crate::force::{Centers, FrictionSettings, NetWrench, ShadingSettings};
 
-/// Where a body of a pair is, and how it moves as far as dampers are concerned.
+/// Pose of a body of a pair, and its motion as far as dampers are concerned.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place<'b> {
     pub(super) body: &'b Body,
     pub(super) pose: Pose,
     /// The centre of mass, in the world.
     pub(super) center: DVec3,
-    /// Of the centre of mass, where it is known before the step; else at rest.
+    /// Twist of the centre of mass if it is known before the step; else zero.
     pub(super) twist: Twist,
 }
 
@@ -95,7 +95,7 @@ impl Pair {
         }
     }
 
-    /// What holds between the two.
+    /// Settings of the contacts of the two.
     pub(super) fn settings(&self) -> &Settings {
         &self.settings
     }
@@ -235,7 +235,7 @@ impl Pair {
         self.touches.revise(twist, h, lag)
     }
 
-    /// Clusters that let go within the step.
+    /// Number of clusters whose contact ended within the step.
     pub(super) fn released(&self) -> u32 {
         self.touches.released()
     }
@@ -255,8 +255,8 @@ pub(super) fn relative_twist(a: &Twist, b: &Twist, shift: DVec3) -> Twist {
     Twist { angular: a.angular - b.angular, linear: a.linear - b.at(shift) }
 }
 
-/// What holds between two bodies of these settings: the first one's, as soft as the softer of the
-/// two and within the lesser tolerance, so that both are looked after by one law.
+/// Settings of the contacts of two bodies: the first one's, with the lower stiffness and the
+/// smaller tolerance of the two, so that both get the same forces.
 pub(super) fn common(settings: [&Settings; 2]) -> Settings {
     let [first, second] = settings.map(Settings::held);
     let [first, second] = [&first, &second];

@@ -38,7 +38,7 @@ impl World {
         }
     }
 
-    /// What each body has by itself, and who moves together.
+    /// Sets mass and load of each body alone, and finds the groups that move together.
     fn begin_step(&mut self, h: f64) {
         self.islands.begin();
         for &k in &self.near {
@@ -82,8 +82,8 @@ impl World {
             self.things[self.islands.body(k)].part.slot = slot;
         }
         let group = self.islands.group(self.islands.body(of.start));
-        // What slides in one step mostly slides in the next: to begin with sticking would take all
-        // rounds to let go.
+        // A contact that slides in one step mostly slides in the next. Starting with sticking would
+        // take all rounds to release it.
         for &k in &self.near {
             let pair = &mut self.pairs[k as usize];
             if pair.group == group && pair.settings().friction.is_some() {
@@ -176,7 +176,8 @@ impl World {
             }
             counters.released += pair.released();
             let [a, b] = pair.bodies;
-            // Only a tool books what it is given, and by rank it is the first of a pair.
+            // Only a tool records the impulse that it is given, and by rank it is the first of a
+            // pair.
             let is_booked = matches!(self.things[a].role, Role::Tool(_));
             if !is_booked || matches!(self.things[b].role, Role::Fixed) {
                 continue;

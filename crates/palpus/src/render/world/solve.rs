@@ -100,7 +100,7 @@ impl BlockSystem {
         Twist { angular: DVec3::new(a, b, c), linear: DVec3::new(d, e, f) }
     }
 
-    /// What the neighbours of body `k` have to do with each other through it.
+    /// Adds the coupling of the neighbours of body `k` with each other through `k`.
     fn eliminate(&mut self, k: usize) {
         for i in k + 1..self.size {
             if !self.filled[place(i, k)] {

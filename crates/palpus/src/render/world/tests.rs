@@ -194,8 +194,8 @@ fn squeeze() -> (World, BodyId, [ToolId; 2]) {
     (world, block, fingers)
 }
 
-/// Where the two fingers are meant to be: `in_by` (m) further in than where they touch, lifted and
-/// turned about the y axis.
+/// Target poses of the two fingers: `in_by` (m) further in than where they touch, lifted and turned
+/// about the y axis.
 fn meant(in_by: f64, lift: f64, turn: f64) -> [ProbeState; 2] {
     let rotation = DQuat::from_rotation_y(turn);
     [-1.0, 1.0].map(|side| {
@@ -287,7 +287,7 @@ fn what_cannot_be_is_refused_and_changes_nothing() {
     assert!(!world.throw(arm, Twist::default()) && !world.put(world.body_of(tool), Pose::IDENTITY));
     world.set_gravity(DVec3::NAN);
     for dt in [0.0, f64::NAN, -1.0, DT] {
-        // No probe, and one that is none.
+        // No probe, and an invalid one.
         world.step(&[], dt, &NoClock);
         world.step(&[ProbeState::at(at(f64::NAN, 0.0, 0.0))], dt, &NoClock);
         assert_eq!(world.tick(tool).commanded, Wrench::ZERO);

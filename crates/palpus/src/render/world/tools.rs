@@ -35,9 +35,8 @@ impl World {
         self.tools[tool.0].crease_angle
     }
 
-    /// Goes on with other settings of a tool from the next step on. Contacts, friction and the tool
-    /// are remembered and ticks counted on; a coupling that was not there begins where the device
-    /// is.
+    /// Changes the settings of a tool from the next step on. Contacts, friction and the tool are
+    /// kept and ticks counted on; a new coupling begins where the device is.
     ///
     /// Obtains no memory. What would need some is refused, like what cannot be: another `capacity`,
     /// and shading at a crease angle other than that at the start or of [`Self::prepare_shading`].
@@ -49,7 +48,7 @@ impl World {
         let held = &self.tools[tool.0];
         let refused = |field, value, rule| Err(SettingsError { field, value, rule });
         if settings.capacity != held.settings.capacity {
-            return refused("capacity", settings.capacity as f64, "what it was at the start");
+            return refused("capacity", settings.capacity as f64, "the value at the start");
         }
         let other = |shading: &ShadingSettings| held.crease_angle != Some(shading.crease_angle);
         if let Some(shading) = settings.shading.filter(other) {

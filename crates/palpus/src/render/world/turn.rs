@@ -104,8 +104,8 @@ impl World {
         }
     }
 
-    /// m: how near contacts of a pair are looked for: as near as the two can come to the skin,
-    /// where that is known.
+    /// Distance within which contacts of a pair are looked for, m: as near as the two can come to
+    /// the skin in this step, if that is known.
     fn looked_ahead(&self, pair: &Pair, dt: f64) -> f64 {
         let settings = pair.settings();
         match pair.bodies.map(|i| self.reach(i, dt)) {
@@ -172,7 +172,7 @@ impl World {
             pair.looked_at = Some(self.steps);
             let quota = work.share((self.near.len() - turn) as u64);
             pair.query(&things[a].place(), &things[b].place(), within, &quota, clock);
-            // Where both move, each comes half of the way.
+            // If both move, each goes half of the way.
             let both = [a, b].iter().all(|&i| things[i].rank() < 2);
             let clear = pair.unlooked() * if both { 0.5 } else { 1.0 };
             for i in [a, b] {
@@ -234,7 +234,7 @@ impl World {
                 match partner.role {
                     Role::Tool(_) => {
                         tick.from_other = tick.from_other + on_tool;
-                        // Whoever takes these from all contacts must find them there.
+                        // The tick's list of all contacts contains these.
                         tick.contacts_between += if fits { pair.contacts.len() as u32 } else { 0 };
                     }
                     Role::Free(_) | Role::Driven(_) => tick.from_objects = tick.from_objects + on_tool,

@@ -1,7 +1,7 @@
 //! Judges of a decomposition that share nothing with it: every triangle in one piece and on its
 //! hull; no piece leaves the solid, by samples of its interior and by crossings of its faces.
 //!
-//! Weakness: samples miss what is thinner than their spacing; crossings are looked for with hulls
+//! Weakness: samples miss parts thinner than their spacing. Crossings are looked for with hulls
 //! shrunk a little toward their centroid, so that touching is not crossing, and a piece may stand
 //! out by less than that.
 

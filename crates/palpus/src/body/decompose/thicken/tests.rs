@@ -1,7 +1,7 @@
 //! How much of a solid its pieces cover, and how honest the depths below their patches are.
 //!
-//! Weakness: depths here are heights below planes of original faces; what the whole pipeline says
-//! of probes is swept in the scenes' crate.
+//! Weakness: depths here are heights below planes of original faces; a sweep over the whole
+//! pipeline is in the scenes' crate.
 
 use glam::DVec3;
 

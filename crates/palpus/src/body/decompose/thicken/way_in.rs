@@ -47,8 +47,8 @@ pub(crate) struct WaysIn {
 }
 
 impl WaysIn {
-    /// The ways in from the corners of all patches that are part of a closed component, but not all
-    /// of it.
+    /// Finds the inward paths from the corners of all patches that are part of a closed component,
+    /// but not all of it.
     pub(crate) fn new(
         surface: &Surface<'_>,
         facets: &Facets,
@@ -135,7 +135,8 @@ impl Around {
     }
 }
 
-/// Appends the way in from `vertex`, whose facets have these outward normals (which are added to).
+/// Appends the inward path from `vertex`, whose facets have these outward normals (which are added
+/// to).
 pub(super) fn way_in(
     vertex: DVec3,
     normals: &mut Vec<DVec3>,

@@ -107,7 +107,7 @@ fn whatever_comes_in_everything_is_answered() {
     assert!(meshes > 1000, "{meshes}");
 }
 
-/// What is known of real models: file, triangles left, closed, genus, self-intersecting,
+/// Known properties of real models: file, triangles left, closed, genus, self-intersecting,
 /// components.
 type Known = (&'static str, usize, bool, Option<usize>, bool, usize);
 

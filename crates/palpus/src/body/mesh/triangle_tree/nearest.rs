@@ -58,8 +58,8 @@ impl TriangleTree {
         best
     }
 
-    /// Some point of the surface nearer to `p` than `limit`, or none if there is none: cheaper than
-    /// the nearest, and near it.
+    /// Returns some point of the surface nearer to `p` than `limit`: cheaper than the nearest, and
+    /// near it.
     pub(in crate::body) fn some_within(&self, p: DVec3, limit: f64) -> Option<DVec3> {
         let mut best = None;
         let mut best_squared = limit * limit;

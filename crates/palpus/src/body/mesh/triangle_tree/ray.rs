@@ -18,8 +18,8 @@ pub struct RayHit {
 }
 
 impl TriangleTree {
-    /// Where the ray from `origin` along `direction` (not zero, need not be unit) first meets the
-    /// surface at `0 ≤ t ≤ limit`, from either side.
+    /// Finds the first point of the surface on the ray from `origin` along `direction` (not zero,
+    /// need not be unit), at `0 ≤ t ≤ limit`, from either side.
     pub fn ray_cast(&self, origin: DVec3, direction: DVec3, limit: f64) -> Option<RayHit> {
         let mut best: Option<RayHit> = None;
         let _ = self.visit_ray(origin, direction, limit, |hit| {

@@ -76,9 +76,9 @@ impl Dipole {
 }
 
 impl TriangleTree {
-    /// Is the winding number of `p` at least one half? On closed surfaces this is exact, and points
-    /// of the surface itself are inside. On open ones it is a judgement: the surface is closed off
-    /// in the least surprising way.
+    /// Is the winding number of `p` at least one half? On closed surfaces this is exact, and
+    /// points of the surface itself are inside. On open ones it is a judgement: the surface is
+    /// closed off in the least surprising way.
     pub fn inside(&self, p: DVec3) -> bool {
         if !self.bounds().holds(p) {
             return false;
@@ -137,8 +137,8 @@ impl TriangleTree {
             if side == 0.0 && holds_coplanar_point(corners, p) {
                 return ControlFlow::Break(());
             }
-            // Ahead of the point when it is below a triangle that faces along the ray, or above one
-            // that faces back.
+            // Ahead of the point when it is below a triangle that faces along the ray, or above
+            // one that faces back.
             if side * f64::from(direction) < 0.0 {
                 winding += direction;
             }

@@ -1,8 +1,8 @@
 //! How far a direction is from all that a piece owns.
 //!
-//! What a piece owns is a set of directions that turns with the piece. A direction at an angle from
-//! all of them is none of them until the piece has turned by that angle, whatever its place. The
-//! angle is bounded from below, part by part:
+//! A piece owns a set of directions that turns with it. A direction at an angle from all of them
+//! cannot be one of them before the piece has turned by that angle, whatever its place. The angle
+//! is bounded from below, part by part:
 //!
 //! * a normal: by the chord to it;
 //! * an arc: by the sine of the angle to its circle between the ends, else by the chord to the
@@ -17,11 +17,11 @@ use crate::algebra::tolerance::ADMISSIBLE_ANGLE;
 use crate::body::decompose::facet::NONE;
 
 impl OwnNormals<'_> {
-    /// At most the angle (rad) between `direction` (unit, in the piece's frame) and every direction
-    /// that the piece owns; not above 0 where it owns the direction or nearly so.
+    /// At most the angle (rad) between `direction` (unit, in the piece's frame) and every
+    /// direction that the piece owns; not above 0 if it owns the direction or nearly so.
     pub fn angle_to(&self, direction: DVec3) -> f64 {
-        // The slack with which directions are owned, and as much again for the rounding of those
-        // that are asked for.
+        // The slack with which directions are owned, and as much again for the rounding of the
+        // given ones.
         const SLACK: f64 = 2.0 * ADMISSIBLE_ANGLE;
         let planes = self.faces.iter().map(|own| self.polytope.plane(own.face));
         let planes = planes.chain(self.borrowed.iter().map(|borrowed| borrowed.plane));

@@ -1,13 +1,12 @@
-//! A cap of directions that holds all normals of a piece: most normals of another piece are outside
-//! of it.
+//! A cap of directions that holds all normals of a piece: most normals of another piece are
+//! outside of it.
 //!
-//! Faces, borrowed normals and the arcs between them lie in every cap of less than a half sphere
-//! that holds the ends. What a vertex owns, the directions along which no neighbour on the mesh is
-//! higher, lies between the normals of the triangles around it: the triangles from the vertex to a
-//! plane below it close a cone whose areas, as vectors, add up to the area of its base, which faces
-//! in that direction. So that the direction is a sum of the triangles' normals. The slack that
-//! vertices have beyond what is strictly theirs is added to the cap's angle, twice, and by as much
-//! more as a triangle is blunt there.
+//! Faces, borrowed normals and the arcs between them lie in every cap of less than a half
+//! sphere that holds the ends. A vertex owns the directions along which no neighbour on the mesh is
+//! higher. These lie between the normals of the triangles around it: the triangles from the vertex
+//! to a plane below it close a cone whose areas, as vectors, add up to the area of its base, which
+//! faces in that direction. So the direction is a sum of the triangles' normals. The slack of
+//! vertices is added to the cap's angle, twice, and by as much more as a triangle is blunt there.
 //!
 //! A piece with a vertex where the mesh ends, or whose normals need half a sphere or more, has the
 //! whole sphere.

@@ -7,7 +7,7 @@ use crate::algebra::NoClock;
 use crate::render::{Object, ProbeState, World};
 
 /// Sideways motion of the foot of a tool that sticks, over its friction force and the stated
-/// stiffness, as a share of what it is to be.
+/// stiffness, as a share of the expected motion.
 ///
 /// The hand presses from `press` (m) below the contact, and then pulls by `pull` (m).
 fn give(press: f64, pull: f64) -> f64 {

@@ -1,4 +1,4 @@
-//! What a run is held by from outside.
+//! The control: control of a run from outside.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 
@@ -7,7 +7,7 @@ use crate::safety::{HOLD_KEY, REARM_KEY};
 /// Pauses a run, takes it on by single ticks, ends it; from any thread, without waiting. See
 /// [`super::Servo`].
 #[derive(Debug, Default)]
-pub struct Reins {
+pub struct RunControl {
     paused: AtomicBool,
     /// Ticks that a paused run may still make.
     ticks: AtomicU64,
@@ -18,7 +18,7 @@ pub struct Reins {
     pressed: AtomicU32,
 }
 
-impl Reins {
+impl RunControl {
     /// Stops the run before its next tick, or lets it go on.
     pub fn pause(&self, paused: bool) {
         self.ticks.store(0, Ordering::Relaxed);
@@ -39,8 +39,8 @@ impl Reins {
     }
 
     /// The program's own key for force is held: it counts as a button of the device ([`HOLD_KEY`])
-    /// for so many ticks, unless this is called again. So a window that hangs lets go. 0: nobody
-    /// holds it.
+    /// for so many ticks, unless this is called again. So a window that hangs lets go. 0: the key
+    /// was released.
     pub fn hold(&self, ticks: u64) {
         self.held.store(ticks, Ordering::Relaxed);
     }
@@ -62,8 +62,8 @@ impl Reins {
         pressed | if held { HOLD_KEY } else { 0 }
     }
 
-    /// The run ends, as soon as the wrench has faded out (a quarter of a second), or before its
-    /// next tick where there is none; and so does any other of the same loop.
+    /// Ends the run and all others of the same loop, as soon as the wrench has faded out (a
+    /// quarter of a second), or before the next tick without a wrench.
     pub fn end(&self) {
         self.ended.store(true, Ordering::Relaxed);
     }
@@ -72,7 +72,7 @@ impl Reins {
         self.ended.load(Ordering::Relaxed)
     }
 
-    /// True if a tick may be made; a paused run has then made it.
+    /// Returns true if a tick may run; a paused run uses up one single step.
     pub(super) fn take_step(&self) -> bool {
         let fewer = |ticks: u64| ticks.checked_sub(1);
         !self.is_paused() || self.ticks.fetch_update(Ordering::Relaxed, Ordering::Relaxed, fewer).is_ok()
@@ -98,13 +98,13 @@ mod tests {
 
     const RATE_HZ: f64 = 1000.0;
 
-    /// Virtual time in which somebody acts on the reins whenever a paused run has looked so many
-    /// times.
+    /// Virtual time in which an operator uses the run control after a paused run has looked a
+    /// number of times.
     struct Somebody<'a> {
         time: VirtualTime,
-        reins: Arc<Reins>,
+        control: Arc<RunControl>,
         looks: Cell<u32>,
-        acts: &'a dyn Fn(u32, &Reins),
+        acts: &'a dyn Fn(u32, &RunControl),
     }
 
     impl LoopTime for Somebody<'_> {
@@ -114,9 +114,9 @@ mod tests {
 
         fn wait_until(&self, deadline: Duration, spin: Duration) {
             self.time.wait_until(deadline, spin);
-            if self.reins.is_paused() {
+            if self.control.is_paused() {
                 self.looks.set(self.looks.get() + 1);
-                (self.acts)(self.looks.get(), &self.reins);
+                (self.acts)(self.looks.get(), &self.control);
             }
         }
 
@@ -156,16 +156,16 @@ mod tests {
     fn run(
         device: &mut dyn HapticDevice,
         pause_at: u64,
-        acts: &dyn Fn(u32, &Reins),
+        acts: &dyn Fn(u32, &RunControl),
     ) -> (RunStatistics, Vec<ServoTick>) {
         let mut servo = Servo::new(ServoOptions { duration: Some(1.5), ..Default::default() }).unwrap();
-        let reins = servo.reins();
-        let time = Somebody { time: VirtualTime::default(), reins: servo.reins(), looks: Cell::new(0), acts };
+        let control = servo.control();
+        let time = Somebody { time: VirtualTime::default(), control: servo.control(), looks: Cell::new(0), acts };
         let mut ticks = Vec::new();
         let mut observe = |tick: &ServoTick, (): &()| {
             ticks.push(*tick);
             if tick.index == pause_at {
-                reins.pause(true);
+                control.pause(true);
             }
         };
         let step = |state: &DeviceState, _| StepOutcome::of(wall(state));
@@ -180,7 +180,7 @@ mod tests {
         let (_, unpaused) = run(&mut simulated(), NEVER, &|_, _| ());
         let pressed = unpaused.iter().position(|tick| tick.wrench.force.z > 1.0).unwrap() as u64;
         // Two seconds in the midst of contact: longer than any watchdog waits.
-        let (statistics, paused) = run(&mut simulated(), pressed, &|looks, reins| reins.pause(looks < 500));
+        let (statistics, paused) = run(&mut simulated(), pressed, &|looks, control| control.pause(looks < 500));
         assert!(paused == unpaused);
         assert_eq!((statistics.late_ticks, statistics.overruns, statistics.skipped), (0, 0, 0));
         assert!(statistics.safety.faults() == 0 && statistics.end == RunEnd::Duration);
@@ -193,29 +193,30 @@ mod tests {
         let made = Cell::new(0);
         let mut device = simulated();
         let mut servo = Servo::new(ServoOptions::default()).unwrap();
-        let reins = servo.reins();
-        let acts = |looks: u32, reins: &Reins| match looks {
+        let control = servo.control();
+        let acts = |looks: u32, control: &RunControl| match looks {
             10 => {
                 assert_eq!(made.get(), 51);
-                reins.step(3);
+                control.step(3);
             }
             20 => {
                 assert_eq!(made.get(), 54);
-                reins.step(1);
-                reins.step(1);
+                control.step(1);
+                control.step(1);
             }
             30 => {
                 assert_eq!(made.get(), 56);
-                reins.end();
+                control.end();
             }
             _ => {}
         };
-        let time = Somebody { time: VirtualTime::default(), reins: servo.reins(), looks: Cell::new(0), acts: &acts };
+        let time =
+            Somebody { time: VirtualTime::default(), control: servo.control(), looks: Cell::new(0), acts: &acts };
         let mut observe = |tick: &ServoTick, (): &()| {
             made.set(tick.index + 1);
             if tick.index == 50 {
-                reins.step(7);
-                reins.pause(true);
+                control.step(7);
+                control.pause(true);
             }
         };
         let step = |_: &DeviceState, _| StepOutcome::of(Wrench::ZERO);
@@ -227,14 +228,14 @@ mod tests {
     fn a_key_is_held_for_force_and_another_one_rearms() {
         let safety = SafetyOptions { engagement: Some(Engagement::DeadMan(HOLD_KEY)), ..Default::default() };
         let mut servo = Servo::new(ServoOptions { duration: Some(3.0), safety, ..Default::default() }).unwrap();
-        let (reins, mut phases) = (servo.reins(), Vec::new());
+        let (control, mut phases) = (servo.control(), Vec::new());
         let mut observe = |tick: &ServoTick, (): &()| {
             phases.push(tick.phase);
             match tick.index {
                 // Held for half a second, and renewed for another half.
-                100 | 600 => reins.hold(500),
-                2000 => reins.hold(600),
-                2300 => reins.hold(0),
+                100 | 600 => control.hold(500),
+                2000 => control.hold(600),
+                2300 => control.hold(0),
                 _ => {}
             }
         };
@@ -246,11 +247,11 @@ mod tests {
         }
 
         let mut servo = Servo::new(ServoOptions { duration: Some(4.0), ..Default::default() }).unwrap();
-        let (reins, mut phases) = (servo.reins(), Vec::new());
+        let (control, mut phases) = (servo.control(), Vec::new());
         let mut observe = |tick: &ServoTick, (): &()| {
             phases.push(tick.phase);
             if tick.index == 3000 {
-                reins.rearm();
+                control.rearm();
             }
         };
         let mut count = 0;
@@ -267,13 +268,13 @@ mod tests {
     }
 
     #[test]
-    fn ended_by_the_reins_the_wrench_fades_out() {
+    fn ending_fades_the_wrench_out() {
         let mut servo = Servo::new(ServoOptions { duration: Some(3.0), ..Default::default() }).unwrap();
-        let (reins, mut ticks) = (servo.reins(), Vec::new());
+        let (control, mut ticks) = (servo.control(), Vec::new());
         let mut observe = |tick: &ServoTick, (): &()| {
             ticks.push(*tick);
             if tick.index == 500 {
-                reins.end();
+                control.end();
             }
         };
         let step = |_: &DeviceState, _| StepOutcome::of(Wrench { torque: DVec3::ZERO, force: DVec3::Z * 0.5 });
@@ -291,7 +292,8 @@ mod tests {
     fn a_device_in_a_hand_loses_its_force_for_the_pause_and_gets_it_back_by_engaging() {
         let (_, unpaused) = run(&mut simulated(), NEVER, &|_, _| ());
         let pressed = unpaused.iter().position(|tick| tick.wrench.force.z > 1.0).unwrap();
-        let (statistics, ticks) = run(&mut Real(simulated()), pressed as u64, &|looks, reins| reins.pause(looks < 100));
+        let (statistics, ticks) =
+            run(&mut Real(simulated()), pressed as u64, &|looks, control| control.pause(looks < 100));
         assert_eq!((statistics.ticks, statistics.safety.faults()), (1500, 0));
         assert_eq!(statistics.safety.ticks(Cut::Paused), 99);
         let limits = SafetyOptions::default().limits(simulated().spec(), RATE_HZ);
@@ -304,10 +306,10 @@ mod tests {
         assert_eq!(ticks[pressed + 101].phase, Phase::Waiting);
         assert!(ticks[pressed + 101..].iter().any(|tick| tick.phase == Phase::Ramping));
         assert_eq!(ticks.last().unwrap().phase, Phase::Engaged);
-        // What was recorded of it is enough to compute it again.
+        // The recorded inputs suffice to compute it again.
         let mut chain = SafetyChain::new(&limits, Engagement::Automatic, &SafetyOptions::default(), 1.0 / RATE_HZ);
         for tick in &ticks {
-            let told = Cuts::from_bits(tick.cuts.bits()).and(Cuts::TOLD);
+            let told = Cuts::from_bits(tick.cuts.bits()).and(Cuts::INPUTS);
             assert_eq!(
                 chain.shape(&tick.state, &tick.computed, told, tick.elapsed_s).wrench,
                 tick.wrench,

@@ -21,16 +21,15 @@
 //!   αw) = max w / c.
 //! * So a surface is as stiff however many pieces and triangles it is made of, and wherever they
 //!   end: two bodies that approach along n resist with k for each independent direction, whatever
-//!   lies between them. (Of a crowd with many contacts, not so deep, the places still say where the
-//!   force acts, and so how two bodies resist a tilt.)
+//!   lies between them. (Shallower contacts still shift the point of action, and so resist a tilt.)
 //!
 //! **Why not by distance as well**, as a cluster of linkage reaches to δ and the kernel of an
 //! earlier version did? Contacts stand for pieces of a convex decomposition: one for a whole flat
 //! side, dozens for the same side if it is rough. With a kernel that ends at a distance, contacts
-//! that lie farther apart than that each add a stiffness: a ring of 50 pieces on a table was 48
-//! times as stiff as a disc, with four times the triangles 58 times, and no device is stable at
-//! that. Measured, the force of one motion with one, four and sixteen times the triangles:
-//! `palpus-scenes/tests/area.rs`.
+//! farther apart than this distance each add a stiffness. A ring of 50 pieces on a table was 48
+//! times as stiff as a disc, with four times the triangles 58 times, and no device is stable at 58
+//! times. `palpus-scenes/tests/area.rs` measures the force of one motion with one, four and sixteen
+//! times the triangles.
 //!
 //! **Not a gradient.** A potential whose forces do not pull, to which a contact at w = 0 adds
 //! nothing, and that takes two equal contacts for one, is ½ k (max w)²: E(w, 0) = E(w, w) leaves
@@ -42,14 +41,14 @@
 //!    the nearest did.
 //!
 //! The contacts come in canonical order, so that sums do not depend on how the query found them.
-//! All memory is obtained by [`Crowding::new`].
+//! All memory is obtained by [`LoadSharing::new`].
 
 use glam::DVec3;
 
 use super::tilt::{TiltShares, Tilted};
 /// Shares of the last run, and the memory to find them.
 #[derive(Clone, Debug)]
-pub struct Crowding {
+pub struct LoadSharing {
     tilts: TiltShares,
     /// The contacts as others see them: first those that push.
     seen: Vec<Seen>,
@@ -58,7 +57,7 @@ pub struct Crowding {
     shares: Vec<f64>,
 }
 
-/// What others see of a contact.
+/// The properties of a contact that enter the shares of others.
 #[derive(Clone, Copy, Debug)]
 struct Seen {
     direction: DVec3,
@@ -67,7 +66,7 @@ struct Seen {
     tilt: f64,
 }
 
-impl Crowding {
+impl LoadSharing {
     /// Memory for `capacity` contacts.
     pub fn new(capacity: usize) -> Self {
         Self {
@@ -83,11 +82,11 @@ impl Crowding {
     /// together with all that are no more than `ahead` (m) farther than the nearest.
     ///
     /// They stand in [`Self::shares`] until the next run.
-    pub fn run(&mut self, crowd: &[Tilted], ahead: f64) -> &[f64] {
-        self.tilts.run(crowd);
-        self.look(crowd);
+    pub fn run(&mut self, contacts: &[Tilted], ahead: f64) -> &[f64] {
+        self.tilts.run(contacts);
+        self.look(contacts);
         self.shares.clear();
-        for (one, &tilt) in crowd.iter().zip(self.tilts.shares()) {
+        for (one, &tilt) in contacts.iter().zip(self.tilts.shares()) {
             let share = if tilt > 0.0 { tilt * self.share(one, ahead) } else { 0.0 };
             self.shares.push(share);
         }
@@ -99,10 +98,10 @@ impl Crowding {
     /// same way have together the largest of these loads.
     pub fn loads<'a>(
         &'a self,
-        crowd: &'a [Tilted],
+        contacts: &'a [Tilted],
         bears: impl Fn(f64, f64) -> f64 + Copy + 'a,
     ) -> impl Iterator<Item = f64> + 'a {
-        crowd.iter().zip(self.tilts.shares()).map(move |(one, &tilt)| {
+        contacts.iter().zip(self.tilts.shares()).map(move |(one, &tilt)| {
             let alone = bears(one.engagement, one.separation);
             if tilt <= 0.0 || alone <= 0.0 {
                 return 0.0;
@@ -112,14 +111,14 @@ impl Crowding {
         })
     }
 
-    /// The shares of the last run, parallel to its crowd.
+    /// Returns the shares of the last run, parallel to its contacts.
     pub fn shares(&self) -> &[f64] {
         &self.shares
     }
 
-    /// What others see, those that push first.
-    fn look(&mut self, crowd: &[Tilted]) {
-        let seen = crowd.iter().zip(self.tilts.shares()).map(|(contact, &tilt)| {
+    /// Collects the properties of all contacts, pushing ones first.
+    fn look(&mut self, contacts: &[Tilted]) {
+        let seen = contacts.iter().zip(self.tilts.shares()).map(|(contact, &tilt)| {
             let Tilted { direction, separation, engagement, .. } = *contact;
             Seen { direction, separation, engagement, tilt }
         });
@@ -129,11 +128,11 @@ impl Crowding {
         self.seen.extend(seen.filter(|one| one.engagement <= 0.0));
     }
 
-    /// Step 2: the greatest κ w of the crowd over the sum of κ α w, as `one` sees them.
+    /// Step 2: the greatest κ w of all contacts over the sum of κ α w, for the direction of `one`.
     fn share(&self, one: &Tilted, ahead: f64) -> f64 {
         let (most, sum) = felt(one, &self.seen[..self.pushing], |other| other.engagement);
         if most > 0.0 {
-            // None bears more than all would; one without load is told no more than its own.
+            // A contact bears at most the load of all together; one without load keeps its own.
             return if sum > 0.0 { most / sum } else { 1.0 };
         }
         let alike = self.seen.iter().filter(|other| one.direction.dot(other.direction) > 0.0);
@@ -175,22 +174,22 @@ mod tests {
         Tilted { place: DVec3::ZERO, direction, separation: -engagement, engagement, slope: 0.0, pieces: [0; 2] }
     }
 
-    fn crowd(random: &mut Random, n: usize) -> Vec<Tilted> {
+    fn some_contacts(random: &mut Random, n: usize) -> Vec<Tilted> {
         (0..n).map(|_| single(random.direction(), random.between(1e-5, 2e-3))).collect()
     }
 
     fn toward_z(random: &mut Random, n: usize, spread: f64) -> Vec<Tilted> {
-        let mut crowd = crowd(random, n);
-        for contact in &mut crowd {
+        let mut contacts = some_contacts(random, n);
+        for contact in &mut contacts {
             contact.direction = (DVec3::Z + spread * contact.direction).normalize();
         }
-        crowd
+        contacts
     }
 
     /// Σ wᵢ sᵢ nᵢ: the force for k = 1 N/m.
-    fn push(crowd: &[Tilted]) -> DVec3 {
-        let mut crowding = Crowding::new(crowd.len());
-        crowd.iter().zip(crowding.run(crowd, 0.0)).map(|(c, share)| c.engagement * share * c.direction).sum()
+    fn push(contacts: &[Tilted]) -> DVec3 {
+        let mut sharing = LoadSharing::new(contacts.len());
+        contacts.iter().zip(sharing.run(contacts, 0.0)).map(|(c, share)| c.engagement * share * c.direction).sum()
     }
 
     #[test]
@@ -198,13 +197,13 @@ mod tests {
         let mut random = Random::new(SEED);
         for round in 0..200 {
             let n = 1 + random.below(60);
-            let crowd = crowd(&mut random, n);
-            let mut crowding = Crowding::new(n);
-            let shares = crowding.run(&crowd, 0.0);
-            for (one, share) in crowd.iter().zip(shares) {
+            let contacts = some_contacts(&mut random, n);
+            let mut sharing = LoadSharing::new(n);
+            let shares = sharing.run(&contacts, 0.0);
+            for (one, share) in contacts.iter().zip(shares) {
                 let felt = |other: &Tilted| kernel(one.direction, other.direction) * other.engagement;
-                let most = crowd.iter().map(felt).fold(one.engagement, f64::max);
-                let expected = most / crowd.iter().map(felt).sum::<f64>();
+                let most = contacts.iter().map(felt).fold(one.engagement, f64::max);
+                let expected = most / contacts.iter().map(felt).sum::<f64>();
                 assert!((share - expected).abs() < 1e-9, "seed {SEED:#x}, round {round}");
                 assert!(*share > 0.0 && *share <= 1.0);
             }
@@ -215,9 +214,9 @@ mod tests {
     fn contacts_of_one_direction_push_as_the_deepest_wherever_they_are() {
         let mut random = Random::new(SEED ^ 4);
         for count in [1, 2, 7, 100, 600] {
-            let crowd = toward_z(&mut random, count, 0.0);
-            let deepest = crowd.iter().map(|contact| contact.engagement).fold(0.0, f64::max);
-            assert!((push(&crowd) - DVec3::Z * deepest).length() < 1e-15, "seed {SEED:#x}, {count} contacts");
+            let contacts = toward_z(&mut random, count, 0.0);
+            let deepest = contacts.iter().map(|contact| contact.engagement).fold(0.0, f64::max);
+            assert!((push(&contacts) - DVec3::Z * deepest).length() < 1e-15, "seed {SEED:#x}, {count} contacts");
         }
     }
 
@@ -225,27 +224,27 @@ mod tests {
     fn a_contact_that_enters_changes_nothing_and_then_little() {
         let mut random = Random::new(SEED ^ 1);
         for round in 0..200 {
-            let mut crowd = crowd(&mut random, 20);
-            let before = push(&crowd);
+            let mut contacts = some_contacts(&mut random, 20);
+            let before = push(&contacts);
             for engagement in [1e-12, 1e-9, 1e-7] {
-                crowd.push(single(random.direction(), engagement));
+                contacts.push(single(random.direction(), engagement));
                 // It takes from each neighbour at most κ of its own engagement, and there are
                 // twenty of them.
-                assert!((push(&crowd) - before).length() <= 21.0 * engagement, "seed {SEED:#x}, round {round}");
-                crowd.pop();
+                assert!((push(&contacts) - before).length() <= 21.0 * engagement, "seed {SEED:#x}, round {round}");
+                contacts.pop();
             }
         }
     }
 
     #[test]
     fn what_moves_a_little_changes_the_force_a_little() {
-        // All engagements and directions move; where the deepest of a crowd changes, and where
+        // All engagements and directions move, also where the deepest contact changes and where
         // directions pass a right angle.
         let mut random = Random::new(SEED ^ 5);
         for round in 0..200 {
-            let crowd = crowd(&mut random, 12);
+            let contacts = some_contacts(&mut random, 12);
             let (motion, turn) = (1e-9, 1e-6);
-            let moved: Vec<Tilted> = crowd
+            let moved: Vec<Tilted> = contacts
                 .iter()
                 .map(|c| {
                     let direction = (c.direction + turn * random.direction()).normalize();
@@ -255,7 +254,7 @@ mod tests {
             // Each share of w·max/Σ has a slope of at most 3 by each engagement, and of 6 w by each
             // direction.
             let most = 12.0 * (3.0 * 12.0 * motion + 7.0 * 12.0 * turn * 2e-3);
-            assert!((push(&moved) - push(&crowd)).length() <= most, "seed {SEED:#x}, round {round}");
+            assert!((push(&moved) - push(&contacts)).length() <= most, "seed {SEED:#x}, round {round}");
         }
     }
 
@@ -263,12 +262,15 @@ mod tests {
     fn alike_contacts_push_no_more_than_the_deepest() {
         let mut random = Random::new(SEED ^ 2);
         for round in 0..500 {
-            let crowd = toward_z(&mut random, 30, 0.3);
-            let least =
-                crowd.iter().flat_map(|a| crowd.iter().map(|b| kernel(a.direction, b.direction))).fold(1.0, f64::min);
-            let deepest = crowd.iter().map(|contact| contact.engagement).fold(0.0, f64::max);
-            let mut crowding = Crowding::new(30);
-            let sizes: f64 = crowd.iter().zip(crowding.run(&crowd, 0.0)).map(|(c, share)| c.engagement * share).sum();
+            let contacts = toward_z(&mut random, 30, 0.3);
+            let least = contacts
+                .iter()
+                .flat_map(|a| contacts.iter().map(|b| kernel(a.direction, b.direction)))
+                .fold(1.0, f64::min);
+            let deepest = contacts.iter().map(|contact| contact.engagement).fold(0.0, f64::max);
+            let mut sharing = LoadSharing::new(30);
+            let sizes: f64 =
+                contacts.iter().zip(sharing.run(&contacts, 0.0)).map(|(c, share)| c.engagement * share).sum();
             assert!(sizes <= deepest / least * (1.0 + 1e-12), "seed {SEED:#x}, round {round}");
         }
     }
@@ -277,7 +279,7 @@ mod tests {
     fn opposed_and_square_walls_do_not_know_of_each_other() {
         for other in [DVec3::NEG_Y, DVec3::X] {
             let wall = |direction| single(direction, 1e-3);
-            assert_eq!(Crowding::new(2).run(&[wall(DVec3::Y), wall(other)], 0.0), [1.0, 1.0]);
+            assert_eq!(LoadSharing::new(2).run(&[wall(DVec3::Y), wall(other)], 0.0), [1.0, 1.0]);
         }
     }
 
@@ -285,7 +287,7 @@ mod tests {
     fn a_finer_mesh_is_not_a_stiffer_one() {
         // A dome of 20° pressed by its middle: from one contact to four hundred.
         let dome = |rings: i32| -> f64 {
-            let crowd: Vec<Tilted> = (0..rings * rings)
+            let contacts: Vec<Tilted> = (0..rings * rings)
                 .map(|k| {
                     let place = |k: i32| f64::from(2 * k - rings + 1) / f64::from(rings);
                     let slope = DVec3::new(place(k / rings), place(k % rings), 0.0) * 0.25;
@@ -293,7 +295,7 @@ mod tests {
                     single(direction, 1e-3 * (1.0 - 4.0 * slope.length_squared()))
                 })
                 .collect();
-            push(&crowd).z
+            push(&contacts).z
         };
         let coarse = dome(1);
         for rings in [3, 9, 21] {

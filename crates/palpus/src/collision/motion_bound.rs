@@ -18,12 +18,12 @@
 use glam::{DMat3, DVec3};
 
 use crate::algebra::Placement;
-use crate::algebra::tolerance::{ODOMETER_NOISE, ODOMETER_QUANTUM};
+use crate::algebra::tolerance::{MOTION_NOISE, MOTION_QUANTUM};
 use crate::body::OrientedBox;
 
 /// The running sum of displacements, in quanta.
 #[derive(Clone, Debug)]
-pub(super) struct Odometer {
+pub(super) struct MotionBound {
     box_a: OrientedBox,
     box_b: OrientedBox,
     /// Model units.
@@ -35,11 +35,11 @@ pub(super) struct Odometer {
     turned: f64,
 }
 
-impl Odometer {
-    /// Of the motion of two bodies that the boxes hold, each in its body's frame.
+impl MotionBound {
+    /// A motion bound for two bodies inside these boxes, each in its body's frame.
     pub(super) fn new(box_a: OrientedBox, box_b: OrientedBox) -> Self {
         let size = box_a.half.length() + box_b.half.length();
-        let quantum = (ODOMETER_QUANTUM * size).max(f64::MIN_POSITIVE);
+        let quantum = (MOTION_QUANTUM * size).max(f64::MIN_POSITIVE);
         Self { box_a, box_b, quantum, size, last: None, sum: 0, turned: 0.0 }
     }
 
@@ -60,11 +60,11 @@ impl Odometer {
     pub(super) fn advance(&mut self, pose_ba: &Placement) -> Option<f64> {
         let moved = self.motion_to(pose_ba);
         if let Some(last) = &self.last {
-            self.turned += angle_between(&last.rotation, &pose_ba.rotation) + ODOMETER_NOISE;
+            self.turned += angle_between(&last.rotation, &pose_ba.rotation) + MOTION_NOISE;
         }
         self.last = Some(*pose_ba);
         let moved = moved?;
-        self.spend(moved + ODOMETER_NOISE * (self.size + pose_ba.translation.length())).then_some(moved)
+        self.spend(moved + MOTION_NOISE * (self.size + pose_ba.translation.length())).then_some(moved)
     }
 
     /// The sum of all turns so far, rad: by no more have the bodies turned against each other in
@@ -155,15 +155,15 @@ mod tests {
             let (box_a, box_b) = (some_box(&mut random), some_box(&mut random));
             let point =
                 |random: &mut Random, held: &OrientedBox| held.center + held.axes * (held.half * random.vector());
-            let mut odometer = Odometer::new(box_a, box_b);
+            let mut motion_bound = MotionBound::new(box_a, box_b);
             let mut pose = Pose::new(random.rotation(), random.vector() * 3.0);
-            assert_eq!(odometer.advance(&pose.placement()), None);
-            let (first, begin) = (pose.placement(), odometer.sum());
+            assert_eq!(motion_bound.advance(&pose.placement()), None);
+            let (first, begin) = (pose.placement(), motion_bound.sum());
             for _ in 0..20 {
                 let before = pose.placement();
                 let turn = DQuat::from_scaled_axis(random.vector() * 0.1);
                 pose = Pose::new(turn * pose.rotation, pose.translation + random.vector() * 0.1);
-                let moved = odometer.advance(&pose.placement()).unwrap();
+                let moved = motion_bound.advance(&pose.placement()).unwrap();
                 let place = pose.placement();
                 assert!(moved <= displacement(&box_a, &before, &place));
                 for _ in 0..20 {
@@ -173,7 +173,7 @@ mod tests {
                         (distance(&place) - distance(&before)).abs() <= moved + 1e-12,
                         "seed {SEED:#x}, case {case}"
                     );
-                    let spent = odometer.since(begin);
+                    let spent = motion_bound.since(begin);
                     assert!((distance(&place) - distance(&first)).abs() <= spent, "seed {SEED:#x}, case {case}");
                 }
             }
@@ -183,13 +183,13 @@ mod tests {
     #[test]
     fn an_exhausted_sum_says_so_and_a_clearance_is_never_overstated() {
         let mut random = Random::new(SEED);
-        let mut odometer = Odometer::new(some_box(&mut random), some_box(&mut random));
+        let mut motion_bound = MotionBound::new(some_box(&mut random), some_box(&mut random));
         for clearance in [0.0, 1e-9, 0.3, 1e9, f64::INFINITY] {
-            assert!(-odometer.since(odometer.due(clearance)) <= clearance);
+            assert!(-motion_bound.since(motion_bound.due(clearance)) <= clearance);
         }
-        assert!(odometer.spend(1.0));
-        assert!(!odometer.spend(f64::NAN) && odometer.sum() == 0);
-        assert!(!odometer.spend(f64::INFINITY));
-        assert!(odometer.spend(0.0) && odometer.sum() > 0);
+        assert!(motion_bound.spend(1.0));
+        assert!(!motion_bound.spend(f64::NAN) && motion_bound.sum() == 0);
+        assert!(!motion_bound.spend(f64::INFINITY));
+        assert!(motion_bound.spend(0.0) && motion_bound.sum() > 0);
     }
 }

@@ -1,0 +1,194 @@
+//! A device that leads its grip out of the part, where the probe begins inside and a person asked
+//! for it.
+//!
+//! 1. A goal moves along the way out that was computed before the run, at [`SPEED`], and never
+//!    farther ahead of the grip than the spring's largest force, so that a person who holds on is
+//!    not dragged.
+//! 2. A spring and a damper pull the grip to the goal, with at most [`SHARE`] of the force at which
+//!    the safety chain engages. The chain sees this wrench in place of the contacts', so that ramp,
+//!    limits, engagement and faults are those of any other force.
+//! 3. The spring's work comes from the goal and not from contacts, so it is reported to the chain's
+//!    energy account: at most force times speed, a few hundredths of a watt.
+//! 4. Past the end of the way the engine forgets what it knew inside, and gives the contacts'
+//!    wrench again once the probe is free. If the grip was turned on the way, it may not be: then
+//!    the spring holds the grip at the end until it is.
+
+use glam::DVec3;
+use palpus::algebra::Wrench;
+use palpus_device::{DeviceState, SafetyLimits};
+use toml::{Table, Value};
+
+use crate::way_out::InsideStart;
+
+/// m/s.
+const SPEED: f64 = 0.02;
+/// Share of the force at which the chain engages.
+const SHARE: f64 = 0.9;
+/// N/m: soft for a hand, and stable on any device at a loop of 500 Hz and more.
+const STIFFNESS: f64 = 300.0;
+/// m: how far beyond the end the goal goes, so that the end is passed.
+const BEYOND: f64 = 2e-3;
+
+/// Name of the section in a recording's header.
+const SECTION: &str = "lead_out";
+
+/// Leads one device's grip; see the module's outline.
+#[derive(Clone, Debug)]
+pub(crate) struct LeadOut {
+    /// The grip at the start, world, m.
+    from: DVec3,
+    /// World, m.
+    way: DVec3,
+    /// N.
+    most: f64,
+    /// N·s/m.
+    damping: f64,
+    phase: Phase,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Phase {
+    /// No tick yet.
+    Before,
+    /// On the way.
+    Leading {
+        /// m along the way: the goal.
+        goal: f64,
+        /// World, m: the grip in the last tick.
+        last: DVec3,
+        /// Past the end once.
+        passed: bool,
+    },
+    /// The contacts have the device.
+    Over,
+}
+
+/// Action of a tick.
+pub(crate) struct Led {
+    /// On the device, world.
+    pub(crate) wrench: Wrench,
+    /// J that the goal gave the grip since the last tick; negative: took.
+    pub(crate) work: f64,
+    /// The engine is to forget what it knew inside of the part.
+    pub(crate) forget: bool,
+}
+
+impl LeadOut {
+    /// Leads out a probe that begins `inside`, with a safety chain of these `limits`.
+    pub(crate) fn new(inside: &InsideStart, limits: &SafetyLimits) -> Self {
+        let (from, way) = inside.way();
+        Self { from, way, most: SHARE * limits.engage_force, damping: limits.damping, phase: Phase::Before }
+    }
+
+    /// Leads the device in `state` for a tick of `dt` (s); `free`: the engine found the probe
+    /// outside. `None` where the contacts have the device.
+    pub(crate) fn tick(&mut self, state: &DeviceState, dt: f64, free: bool) -> Option<Led> {
+        let (along, length) = (self.way.normalize_or_zero(), self.way.length());
+        let grip = state.pose.translation;
+        let done = (grip - self.from).dot(along);
+        let (goal, last, passed) = match self.phase {
+            Phase::Before if InsideStart::is_near(self.from, grip) => (0.0, grip, false),
+            Phase::Leading { goal, last, passed } => (goal, last, passed),
+            Phase::Before | Phase::Over => {
+                self.phase = Phase::Over;
+                return None;
+            }
+        };
+        // In the tick in which it forgets, the engine has not looked anew yet.
+        if passed && free {
+            self.phase = Phase::Over;
+            return None;
+        }
+        let now = done >= length;
+        let goal = (goal + SPEED * dt).min(done + self.most / STIFFNESS).min(length + BEYOND).max(0.0);
+        let pull = (self.from + goal * along - grip) * STIFFNESS - state.twist.linear * self.damping;
+        let force = pull.clamp_length_max(self.most);
+        self.phase = Phase::Leading { goal, last: grip, passed: passed || now };
+        let most = self.most * SPEED * dt;
+        let work = force.dot(grip - last).clamp(-most, most);
+        Some(Led { wrench: Wrench { force, ..Wrench::ZERO }, work, forget: now && !passed })
+    }
+
+    /// For a recording's header.
+    pub(crate) fn record(&self, into: &mut Table) {
+        let vector = |v: DVec3| Value::from(v.to_array().to_vec());
+        let mut table = Table::new();
+        table.insert("from".into(), vector(self.from));
+        table.insert("way".into(), vector(self.way));
+        table.insert("force".into(), self.most.into());
+        table.insert("damping".into(), self.damping.into());
+        into.insert(SECTION.into(), Value::Table(table));
+    }
+
+    /// Reads it from a recording's header; `None` if the run had none.
+    pub(crate) fn of_recording(more: &Table) -> Option<Self> {
+        let table = more.get(SECTION)?.as_table()?;
+        let number = |name: &str| table.get(name)?.as_float().filter(|value| value.is_finite() && *value >= 0.0);
+        let vector = |name: &str| {
+            let list = table.get(name)?.as_array()?;
+            let value = |k: usize| list.get(k)?.as_float().filter(|value| value.is_finite());
+            Some(DVec3::new(value(0)?, value(1)?, value(2)?))
+        };
+        Some(Self {
+            from: vector("from")?,
+            way: vector("way")?,
+            most: number("force")?,
+            damping: number("damping")?,
+            phase: Phase::Before,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use palpus::algebra::{Pose, Twist};
+
+    use super::*;
+
+    const DT: f64 = 1e-3;
+
+    fn lead() -> LeadOut {
+        LeadOut { from: DVec3::X, way: DVec3::Z * 0.01, most: 0.7, damping: 2.0, phase: Phase::Before }
+    }
+
+    fn at(z: f64) -> DeviceState {
+        let pose = Pose::from_translation(DVec3::X + DVec3::Z * z);
+        DeviceState { pose, twist: Twist::default(), buttons: 0, time: 0.0, withheld: false }
+    }
+
+    #[test]
+    fn a_held_grip_is_pulled_softly_and_gets_no_energy() {
+        let mut lead = lead();
+        for _ in 0..5000 {
+            let led = lead.tick(&at(0.0), DT, false).expect("it leads");
+            assert!(led.wrench.force.length() <= 0.7 + 1e-12 && led.work == 0.0 && !led.forget);
+        }
+    }
+
+    #[test]
+    fn past_the_end_it_stops_once_the_probe_is_free() {
+        let mut lead = lead();
+        assert!(lead.tick(&at(0.0), DT, true).is_some(), "the engine sees no contact deep inside");
+        assert!(lead.tick(&at(0.0101), DT, true).expect("it leads").forget);
+        assert!(!lead.tick(&at(0.0101), DT, false).expect("the probe was turned").forget);
+        assert!(lead.tick(&at(0.0101), DT, true).is_none());
+        assert!(lead.tick(&at(0.0), DT, false).is_none(), "once over, it does not begin again");
+    }
+
+    #[test]
+    fn a_device_that_begins_elsewhere_is_not_led() {
+        let mut lead = lead();
+        assert!(lead.tick(&at(0.005), DT, false).is_none() && lead.tick(&at(0.0), DT, false).is_none());
+    }
+
+    #[test]
+    fn a_header_keeps_it_to_the_bit() {
+        let lead = LeadOut { way: DVec3::new(0.1, 1.0 / 3.0, -1e-9), ..lead() };
+        let mut more = Table::new();
+        lead.record(&mut more);
+        let read = toml::from_str(&toml::to_string(&more).expect("it is TOML")).expect("it is TOML");
+        let again = LeadOut::of_recording(&read).expect("it is there");
+        assert!((again.from, again.way) == (lead.from, lead.way) && again.most == lead.most);
+        assert!(LeadOut::of_recording(&Table::new()).is_none());
+    }
+}

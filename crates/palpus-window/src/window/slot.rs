@@ -1,0 +1,198 @@
+//! A file of the dialog: its path, its content, and its unit of length.
+//!
+//! A path that names a file is read at once, on a thread of its own, to say whether it is a scene
+//! or a mesh, and how large. The unit of a mesh is guessed from its size.
+
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+
+use eframe::egui::{Key, RichText, TextEdit, Ui};
+use glam::DVec3;
+
+use super::dress::small;
+use super::run::{FileKind, MeshFile, Run};
+
+/// m: likely sizes of probe and environment.
+const LIKELY: [f64; 2] = [4e-3, 1.2];
+
+/// See the module's description.
+pub(super) struct Slot {
+    path: String,
+    /// The path that was read, and what came of it.
+    read: Option<(PathBuf, Reading)>,
+    unit: Unit,
+}
+
+enum Reading {
+    UnderWay(Receiver<Result<FileKind, String>>),
+    Done(Result<FileKind, String>),
+}
+
+/// State of a slot.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Content {
+    /// No path: the present body stays.
+    Empty,
+    /// It is being read.
+    Busy,
+    /// It cannot be opened.
+    Bad,
+    Scene(PathBuf),
+    Mesh(MeshFile),
+}
+
+/// Units of length of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Unit {
+    Millimetre,
+    Metre,
+    Centimetre,
+    Inch,
+}
+
+impl Unit {
+    /// The likelier first: a size may fit several.
+    const ALL: [Self; 4] = [Self::Millimetre, Self::Metre, Self::Centimetre, Self::Inch];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Millimetre => "mm",
+            Self::Metre => "m",
+            Self::Centimetre => "cm",
+            Self::Inch => "inch",
+        }
+    }
+
+    fn metres(self) -> f64 {
+        match self {
+            Self::Millimetre => 1e-3,
+            Self::Metre => 1.0,
+            Self::Centimetre => 1e-2,
+            Self::Inch => 25.4e-3,
+        }
+    }
+
+    /// The first in which the largest side is that of a thing one holds or touches.
+    fn likely(size: DVec3) -> Self {
+        let largest = size.max_element();
+        let fits = |unit: &Self| (LIKELY[0]..=LIKELY[1]).contains(&(largest * unit.metres()));
+        Self::ALL.into_iter().find(fits).unwrap_or(Self::Millimetre)
+    }
+}
+
+impl Slot {
+    /// A slot with a file, or an empty one.
+    pub(super) fn new(path: Option<&Path>) -> Self {
+        let path = path.map_or(String::new(), |path| path.display().to_string());
+        Self { path, read: None, unit: Unit::Millimetre }
+    }
+
+    /// Returns the state.
+    pub(super) fn content(&self) -> Content {
+        match &self.read {
+            None if self.path.trim().is_empty() => Content::Empty,
+            None | Some((_, Reading::Done(Err(_)))) => Content::Bad,
+            Some((_, Reading::UnderWay(_))) => Content::Busy,
+            Some((file, Reading::Done(Ok(FileKind::Scene)))) => Content::Scene(file.clone()),
+            Some((file, Reading::Done(Ok(FileKind::Mesh { .. })))) => {
+                Content::Mesh(MeshFile { file: file.clone(), metres_per_unit: self.unit.metres() })
+            }
+        }
+    }
+
+    /// Reads the file at the path, if that is new.
+    pub(super) fn look(&mut self, run: &dyn Run) {
+        let path = PathBuf::from(self.path.trim());
+        let is_read = self.read.as_ref().is_some_and(|(read, _)| *read == path);
+        if !is_read {
+            self.read = path.is_file().then(|| {
+                let (tell, told) = channel();
+                let (read, file) = (run.reader(), path.clone());
+                // The receiver may be gone by now.
+                std::thread::spawn(move || tell.send(read(&file)));
+                (path, Reading::UnderWay(told))
+            });
+        }
+        let Some((_, reading)) = &mut self.read else { return };
+        let Reading::UnderWay(told) = reading else { return };
+        let kind = match told.try_recv() {
+            Ok(kind) => kind,
+            Err(TryRecvError::Empty) => return,
+            Err(TryRecvError::Disconnected) => Err("it could not be read".to_owned()),
+        };
+        if let Ok(FileKind::Mesh { size, .. }) = &kind {
+            self.unit = Unit::likely(*size);
+        }
+        *reading = Reading::Done(kind);
+    }
+
+    /// Its line, and what is known of the file. True if Enter was pressed in it. `focus`: it gets
+    /// the keyboard.
+    pub(super) fn show(&mut self, ui: &mut Ui, hint: &str, focus: bool) -> bool {
+        let edit = TextEdit::singleline(&mut self.path).desired_width(f32::INFINITY).hint_text(hint);
+        let response = ui.add(edit);
+        if focus {
+            response.request_focus();
+        }
+        match &self.read {
+            None => {
+                let is_empty = self.path.trim().is_empty();
+                let words = if is_empty { "stays as it is" } else { "there is no such file" };
+                ui.label(small(words));
+            }
+            Some((_, Reading::UnderWay(_))) => {
+                ui.horizontal(|ui| {
+                    ui.spinner();
+                    ui.label(small("reading it"));
+                });
+            }
+            Some((_, Reading::Done(Err(why)))) => {
+                ui.label(RichText::new(why).small().color(ui.visuals().error_fg_color));
+            }
+            Some((_, Reading::Done(Ok(FileKind::Scene)))) => {
+                ui.label(small("a scene file"));
+            }
+            Some((_, Reading::Done(Ok(FileKind::Mesh { size, triangles })))) => {
+                let (size, triangles) = (*size, *triangles);
+                ui.horizontal_wrapped(|ui| {
+                    ui.label(small("unit"));
+                    for unit in Unit::ALL {
+                        ui.radio_value(&mut self.unit, unit, unit.name());
+                    }
+                    ui.label(small(format!("{triangles} triangles, {}", sides(size * self.unit.metres()))));
+                });
+            }
+        }
+        response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter))
+    }
+}
+
+/// A box's sides in a unit that suits them.
+fn sides(metres: DVec3) -> String {
+    let (times, unit, figures) = match metres.max_element() {
+        largest if largest >= 1.0 => (1.0, "m", 2),
+        largest if largest >= 0.1 => (1e2, "cm", 1),
+        _ => (1e3, "mm", 1),
+    };
+    let [x, y, z] = (metres * times).to_array();
+    format!("{x:.figures$} × {y:.figures$} × {z:.figures$} {unit}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_are_guessed_from_sizes_of_things() {
+        for (largest, unit) in [(80.0, "mm"), (0.12, "m"), (1.0, "m"), (2.0, "cm"), (1.2e3, "mm"), (9e9, "mm")] {
+            assert_eq!(Unit::likely(DVec3::new(0.5 * largest, largest, 0.1 * largest)).name(), unit, "{largest}");
+        }
+        assert_eq!(sides(DVec3::new(0.08, 0.044, 0.03)), "80.0 × 44.0 × 30.0 mm");
+    }
+
+    #[test]
+    fn an_empty_slot_changes_nothing() {
+        assert_eq!(Slot::new(None).content(), Content::Empty);
+        assert_eq!(Slot::new(Some(Path::new("nowhere.obj"))).content(), Content::Bad);
+    }
+}

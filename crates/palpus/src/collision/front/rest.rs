@@ -1,0 +1,90 @@
+//! Pairs at rest: awake, and yet not measured, since their contacts of an earlier query are good
+//! enough, moved along with the bodies.
+//!
+//! Pieces that slide along each other keep their contacts for many ticks, and where surfaces fit
+//! closely there are thousands of them. Whoever answers a pair says after how much motion it has to
+//! be measured again; until then it is *at rest*.
+//!
+//! How many pairs rest, and so how long, is decided by whoever answers them: see
+//! [`Front::set_rest_share`].
+
+use super::Front;
+use crate::algebra::tolerance::REST_SPREAD;
+use crate::collision::LeafPair;
+
+/// Multiples of the golden section leave no gaps between their fractions.
+const GOLDEN: f64 = 0.618_033_988_749_895;
+
+/// The last answer of the pair at a place.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rest {
+    /// Pieces of a and of b.
+    pieces: [u32; 2],
+    /// The motion bound's sum when the pair was answered.
+    since: u64,
+    /// The motion for which the answer is good, model units; 0 for none.
+    length: f32,
+}
+
+impl Rest {
+    /// A pair that is measured in each query.
+    pub(super) const NONE: Self = Self { pieces: [u32::MAX; 2], since: 0, length: 0.0 };
+}
+
+impl Front {
+    /// From the next query on pairs are given this share of their rests, 0 to 1. With 0 each pair
+    /// is measured in each query.
+    pub(crate) fn set_rest_share(&mut self, share: f64) {
+        self.rest_share = share;
+    }
+
+    /// True if the pair at `place` is at rest.
+    pub(super) fn is_at_rest(&self, place: u32) -> bool {
+        let rest = self.rests[place as usize];
+        let length = self.rest_share * f64::from(rest.length);
+        rest.since >= self.rests_from && self.motion_bound.since(rest.since) < length
+    }
+
+    /// The pair at `place` is measured: its rest is over.
+    pub(super) fn end_rest(&mut self, place: u32, pieces: [u32; 2]) {
+        let rest = &mut self.rests[place as usize];
+        rest.length = 0.0;
+        if rest.pieces != pieces {
+            *rest = Rest { pieces, ..Rest::NONE };
+        }
+    }
+
+    /// The motion since the pair was given a rest, model units.
+    pub(crate) fn motion_since_rest(&self, pair: &LeafPair) -> Option<f64> {
+        let since = self.rests[pair.place? as usize].since;
+        (since >= self.rests_from).then(|| self.motion_bound.since(since))
+    }
+
+    /// The answer of this query is good for a motion of `length` (model units) from here. Pairs
+    /// that were answered at once, as after a jump, are not all due at once: each rests for its own
+    /// share of that.
+    pub(crate) fn rest(&mut self, pair: &LeafPair, length: f64) {
+        if let Some(place) = pair.place {
+            let share = 1.0 - REST_SPREAD * (f64::from(place) * GOLDEN).fract();
+            let (since, length) = (self.motion_bound.sum(), (share * length) as f32);
+            self.rests[place as usize] = Rest { since, length, ..self.rests[place as usize] };
+        }
+    }
+
+    /// Ends all rests: the answers are not remembered.
+    pub(crate) fn end_rests(&mut self) {
+        self.rests_from = self.motion_bound.sum() + 1;
+    }
+
+    /// How many pairs of pieces were within tolerance at their last visit and not visited by the
+    /// last query: those for which the quota did not suffice, and all of them.
+    pub(crate) fn unvisited(&self) -> [usize; 2] {
+        [self.late, self.unvisited]
+    }
+
+    /// Place and pieces of one of them. Those that are late come first.
+    pub(crate) fn unvisited_pair(&self, k: usize) -> (u32, [u32; 2]) {
+        let place = self.awake[k];
+        (place, self.rests[place as usize].pieces)
+    }
+}

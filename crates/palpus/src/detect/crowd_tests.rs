@@ -1,0 +1,116 @@
+//! Hundreds of pieces in contact at a time: most rest, and the contacts are nearly those of a query
+//! that measures each of them.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use glam::{DQuat, DVec3};
+
+use super::{Contact, ContactQuery, QuerySettings};
+use crate::algebra::{NoClock, Pose};
+use crate::body::{Body, BodySettings, Mesh, PolygonSoup};
+
+/// Cells along a side of the board, and the length of one, m.
+const CELLS: usize = 36;
+const CELL: f64 = 1e-3;
+/// Of the waves, m.
+const HEIGHT: f64 = 1e-4;
+const TOLERANCE: f64 = 1e-5;
+
+/// A board with waves in both directions; `up`: on its upper side, else on its lower one, so that
+/// one fits on the other.
+fn board(up: bool) -> Arc<Body> {
+    let mut soup = PolygonSoup::new();
+    let place = |k: usize| (k as f64 - 0.5 * CELLS as f64) * CELL;
+    let wave = |x: f64, y: f64| HEIGHT * ((x * TAU / 8e-3).sin() + (y * TAU / 7e-3).sin());
+    let flat = if up { -3e-3 } else { 3e-3 };
+    let side = CELLS + 1;
+    for k in 0..side * side {
+        let (x, y) = (place(k / side), place(k % side));
+        soup.vertices.push(DVec3::new(x, y, wave(x, y)));
+    }
+    let flats = soup.vertices.len();
+    soup.vertices.extend((0..side * side).map(|k| DVec3::new(place(k / side), place(k % side), flat)));
+    let mut face = |corners: &[usize]| {
+        let mut corners: Vec<u32> = corners.iter().map(|&k| k as u32).collect();
+        if !up {
+            corners.reverse();
+        }
+        soup.push_face(&corners);
+    };
+    let at = |i: usize, j: usize| i * side + j;
+    for (i, j) in (0..CELLS).flat_map(|i| (0..CELLS).map(move |j| (i, j))) {
+        let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+        face(&[a, b, c]);
+        face(&[a, c, d]);
+        face(&[flats + d, flats + c, flats + b, flats + a]);
+    }
+    for k in 0..CELLS {
+        let walls = [
+            [at(k, 0), at(k + 1, 0)],
+            [at(CELLS, k), at(CELLS, k + 1)],
+            [at(k + 1, CELLS), at(k, CELLS)],
+            [at(0, k + 1), at(0, k)],
+        ];
+        for [from, to] in walls {
+            face(&[flats + from, flats + to, to, from]);
+        }
+    }
+    let (mesh, _) = Mesh::from_soup(&soup).unwrap();
+    assert!(mesh.is_closed());
+    Arc::new(Body::build(mesh, &BodySettings::default(), &mut |_| ()).unwrap())
+}
+
+/// The boards 10 µm in each other, sliding by at most 5 µm a tick, and turning a little.
+fn pose(tick: u32) -> Pose {
+    let phase = f64::from(tick) * 0.05;
+    let slide = DVec3::new(1e-4 * phase.sin(), 5e-5 * (0.7 * phase).sin(), -1e-5);
+    Pose::new(DQuat::from_rotation_z(1e-3 * (0.4 * phase).sin()), slide)
+}
+
+/// The weighted sum of the normals (weight: how far within the tolerance), m, and the deepest
+/// separation, m.
+fn pressure(contacts: &[Contact]) -> (DVec3, f64) {
+    let sum = contacts.iter().map(|c| c.normal * (TOLERANCE - c.separation)).sum();
+    (sum, contacts.iter().map(|c| c.separation).fold(f64::INFINITY, f64::min))
+}
+
+#[test]
+fn a_crowd_of_contacts_is_measured_in_turns_and_says_the_same() {
+    let (lower, upper) = (board(true), board(false));
+    let settings = QuerySettings { tolerance: TOLERANCE, capacity: 8192, ..QuerySettings::default() };
+    let mut whole = ContactQuery::new(upper.clone(), lower.clone(), settings);
+    let mut resting = ContactQuery::new(upper, lower, QuerySettings { holding: true, ..settings });
+    let (mut walks, mut all_walks) = (0, 0);
+    let mut worst = (0.0f64, 0.0f64);
+    for tick in 0..200 {
+        let pose = pose(tick);
+        let counters = *resting.run(&pose, &NoClock);
+        let (sum, deepest) = pressure(resting.found());
+        all_walks += whole.run(&pose, &NoClock).walks;
+        walks += counters.walks;
+        let (true_sum, truly_deepest) = pressure(whole.found());
+        assert!(whole.found().len() > 600, "{} contacts", whole.found().len());
+        assert_eq!(counters.held, 0, "the quota suffices");
+        let engaged = TOLERANCE - truly_deepest;
+        worst.0 = worst.0.max(sum.distance(true_sum) / true_sum.length());
+        worst.1 = worst.1.max((deepest - truly_deepest).abs() / engaged);
+    }
+    assert!(worst.0 < 0.02 && worst.1 < 0.05, "{worst:?}");
+    assert!(3 * walks < all_walks, "{walks} of {all_walks}");
+}
+
+#[test]
+fn few_contacts_are_measured_in_each_query() {
+    let (lower, upper) = (board(true), board(false));
+    let settings = QuerySettings { tolerance: TOLERANCE, ..QuerySettings::default() };
+    let mut query = ContactQuery::new(upper, lower, QuerySettings { holding: true, ..settings });
+    for tick in 0..50 {
+        // On one end only.
+        let tilt = DQuat::from_rotation_y(0.01);
+        let tilted = Pose::new(tilt, DVec3::new(1e-6 * f64::from(tick), 0.0, 1.6e-4));
+        let counters = *query.run(&tilted, &NoClock);
+        assert!(!query.found().is_empty() && query.found().len() < 128, "{}", query.found().len());
+        assert_eq!(counters.traversal.resting, 0);
+    }
+}
