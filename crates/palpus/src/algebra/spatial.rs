@@ -71,6 +71,22 @@ impl std::ops::Mul<f64> for Twist {
     }
 }
 
+impl std::ops::Add for Twist {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self { angular: self.angular + other.angular, linear: self.linear + other.linear }
+    }
+}
+
+impl std::ops::Sub for Twist {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        Self { angular: self.angular - other.angular, linear: self.linear - other.linear }
+    }
+}
+
 impl std::ops::Add for Wrench {
     type Output = Self;
 

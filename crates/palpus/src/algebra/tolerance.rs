@@ -1306,6 +1306,18 @@ pub const TOOL_FASTEST: f64 = 5.0;
 /// Pressing settles in two or three; sliding halves its error in each. More only costs time.
 pub const COUPLING_ROUNDS: u32 = 12;
 
+/// Rounds of a tool's step swing to and fro if a solution is as near to the last but one as this
+/// share of its way to the last one.
+///
+/// A contact that comes to press turns rounds back too, but not to where they were.
+pub const RELAX_DRIFT: f64 = 0.1;
+
+/// Share of the way from guess to solution that a relaxed round of a tool's step goes at least.
+///
+/// Friction that lifts its body off settles at a few hundredths of the way. Smaller could take more
+/// rounds than there are.
+pub const RELAX_LEAST: f64 = 0.02;
+
 /// Share of the most that a contact holds: a larger change of its friction needs another round of a
 /// tool's step.
 ///

@@ -61,6 +61,7 @@ mod held;
 mod islands;
 mod object;
 mod pair;
+mod relax;
 mod settle;
 mod solve;
 #[cfg(test)]

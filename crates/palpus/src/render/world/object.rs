@@ -112,11 +112,17 @@ pub(super) struct Part {
     pub(super) slot: usize,
     /// At the end of the step, of the centre of mass.
     pub(super) twist: Twist,
+    /// Twist for which the forces of the current round were predicted, and the last round's
+    /// solution minus its own.
+    pub(super) guess: Twist,
+    pub(super) residual: Twist,
     /// N·s and N·m·s: what contacts with tools gave it in the step, about its centre of mass.
     pub(super) from_tools: Wrench,
     /// The same of driven and free bodies.
     pub(super) from_objects: Wrench,
 }
+
+const STILL: Twist = Twist { angular: DVec3::ZERO, linear: DVec3::ZERO };
 
 impl Part {
     pub(super) const NONE: Self = Self {
@@ -125,7 +131,9 @@ impl Part {
         alone: (SpatialMatrix::ZERO, Wrench::ZERO),
         system: (SpatialMatrix::ZERO, Wrench::ZERO),
         slot: usize::MAX,
-        twist: Twist { angular: DVec3::ZERO, linear: DVec3::ZERO },
+        twist: STILL,
+        guess: STILL,
+        residual: STILL,
         from_tools: Wrench::ZERO,
         from_objects: Wrench::ZERO,
     };

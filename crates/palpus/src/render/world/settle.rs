@@ -6,7 +6,8 @@ use std::ops::Range;
 use super::free::Free;
 use super::held::Held;
 use super::object::{Role, Thing};
-use super::pair::relative_twist;
+use super::pair::{Pair, relative_twist};
+use super::relax::Relaxation;
 use super::{NONE, World};
 use crate::algebra::tolerance::COUPLING_ROUNDS;
 use crate::algebra::{SpatialMatrix, Twist, Wrench};
@@ -84,31 +85,36 @@ impl World {
         let group = self.islands.group(self.islands.body(of.start));
         // A contact that slides in one step mostly slides in the next. Starting with sticking would
         // take all rounds to release it.
-        for &k in &self.near {
-            let pair = &mut self.pairs[k as usize];
-            if pair.group == group && pair.settings().friction.is_some() {
-                pair.revise(&relative_to(&self.things, pair.bodies), h);
-            }
-        }
+        self.predict(group, h, |pair| pair.settings().friction.is_some());
+        let mut relaxation = Relaxation::begin(self, of.clone());
         for round in 1..=COUPLING_ROUNDS {
             if !self.solve_once(of.clone(), group, h) {
                 return false;
             }
             counters.rounds = round;
-            let mut news = false;
-            for &k in &self.near {
-                let pair = &mut self.pairs[k as usize];
-                if pair.group == group {
-                    news |= pair.revise(&relative_to(&self.things, pair.bodies), h);
-                }
-            }
-            if !news {
+            if !self.predict(group, h, |_| true) {
                 return true;
+            }
+            if round < COUPLING_ROUNDS && relaxation.step(self, of.clone(), round) {
+                self.predict(group, h, |_| true);
             }
         }
         counters.unsettled = 1;
         self.counters.unsettled += 1;
         true
+    }
+
+    /// Predicts the forces of those pairs of a group that are `chosen`, for the twists as of now;
+    /// true if others press or slide than before.
+    fn predict(&mut self, group: u32, h: f64, chosen: impl Fn(&Pair) -> bool) -> bool {
+        let mut news = false;
+        for &k in &self.near {
+            let pair = &mut self.pairs[k as usize];
+            if pair.group == group && chosen(pair) {
+                news |= pair.revise(&relative_to(&self.things, pair.bodies), h);
+            }
+        }
+        news
     }
 
     /// The system of a group with the contacts that press and hold as of now, solved.

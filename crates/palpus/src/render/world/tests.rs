@@ -2,6 +2,7 @@
 
 mod hosts;
 mod sticking;
+mod swinging;
 
 use std::sync::Arc;
 
