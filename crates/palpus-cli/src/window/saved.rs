@@ -31,7 +31,7 @@ const OF_CONTACT: [&str; 4] = ["friction", "crease_angle", "shading_limit", "sti
 /// If the scene has several tools, whose hands work together.
 pub(super) fn begin_at(stage: &mut Stage, start: &Start) -> anyhow::Result<()> {
     if !stage.others.is_empty() {
-        bail!("a scene with several tools begins where its file says");
+        bail!("a scene with several tools begins where its file says; palpus run --lead-out leads them out there");
     }
     if let Some(grip_a) = start.grip_a {
         stage.settings.grip_a = grip_a;
@@ -140,7 +140,8 @@ mod tests {
             if round == 1 {
                 let probe = Pose { translation: DVec3::new(0.01, -0.02, 0.2), rotation: DQuat::from_rotation_x(0.4) };
                 let grip_a = DVec3::new(0.001, 0.002, 0.003);
-                begin_at(&mut stage, &Start { probe: Some(probe), grip_a: Some(grip_a) }).expect("one tool");
+                begin_at(&mut stage, &Start { probe: Some(probe), grip_a: Some(grip_a), lead_out: false })
+                    .expect("one tool");
                 settings.grip_a = grip_a;
             }
             let file = save(&stage, &settings, round == 1, &folder).expect("it is saved");

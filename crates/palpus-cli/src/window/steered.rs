@@ -64,8 +64,8 @@ pub(super) struct Steered<'a> {
 
 /// Result of a preparation.
 enum Next {
-    /// A stage, by name; its device is not open yet.
-    Stage(String, Box<Stage>),
+    /// A stage, by name; its device is not open yet, and may lead its probe out first.
+    Stage { name: String, stage: Box<Stage>, lead_out: bool },
     /// Everything.
     Run(Box<Ready>),
 }
@@ -121,7 +121,10 @@ impl<'a> Steered<'a> {
         self.end_session()?;
         let ready = match next {
             Next::Run(ready) => *ready,
-            Next::Stage(name, stage) => Ready::new(self.arguments, &name, *stage, true)?,
+            Next::Stage { name, stage, lead_out } => {
+                let arguments = RunArguments { lead_out, ..self.arguments.clone() };
+                Ready::new(&arguments, &name, *stage, true)?
+            }
         };
         let record = recorded.then_some(self.arguments.record.as_path());
         // Earlier recordings of this window are kept.
@@ -139,7 +142,9 @@ impl<'a> Steered<'a> {
     /// Prepares what is wanted, while the present run goes on.
     fn begin_loading(&mut self, wanted: Wanted, start: Option<Start>) -> Result<(), String> {
         let session = self.session.as_ref().ok_or("the run is over")?;
-        let (present, arguments) = (Present::of(session.stage()), self.arguments.clone());
+        let lead_out = self.arguments.lead_out || start.is_some_and(|start| start.lead_out);
+        let arguments = RunArguments { lead_out, ..self.arguments.clone() };
+        let present = Present::of(session.stage());
         let words = match &wanted {
             Wanted::Scene(name) => format!("preparing {name}"),
             Wanted::SceneFile(file) => format!("reading {}", file.display()),
@@ -180,7 +185,7 @@ fn prepared(
     let is_hardware = |device: &String| device != "sim" && !device.starts_with("replay:");
     let mut devices = arguments.device.iter().chain(&arguments.second_device);
     if devices.any(is_hardware) {
-        return Ok(Next::Stage(name, Box::new(stage)));
+        return Ok(Next::Stage { name, stage: Box::new(stage), lead_out: arguments.lead_out });
     }
     Ready::new(arguments, &name, stage, true).map(|ready| Next::Run(Box::new(ready)))
 }
@@ -293,7 +298,7 @@ impl Run for Steered<'_> {
     }
 
     fn waits_for(&self) -> Option<String> {
-        self.live.way_out.map(|out| out.words())
+        self.live.way_out.map(|out| format!("{}, or F4", out.words()))
     }
 
     fn untouched(&mut self) -> Option<String> {

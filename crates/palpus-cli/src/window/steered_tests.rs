@@ -112,6 +112,7 @@ fn the_scene_begins_anew_where_it_is_told_and_is_saved() {
         let start = Start {
             probe: Some(Pose::from_translation(DVec3::new(0.01, 0.02, 0.3))),
             grip_a: Some(DVec3::new(0.0, 0.0, 0.004)),
+            lead_out: false,
         };
         run.restart(Some(start)).expect("it begins");
         until(&mut run, |run| run.loading() == Loading::Idle);
@@ -135,5 +136,28 @@ fn the_scene_begins_anew_where_it_is_told_and_is_saved() {
         let probe = scene.bodies[0].pose.translation;
         assert!((probe - DVec3::new(0.01, 0.02, 0.3)).length() < 1e-9, "{probe}");
         assert!((run.settings().stiffness - 1234.0).abs() < 1e-6);
+    });
+}
+
+#[test]
+fn a_probe_inside_is_led_out_on_request() {
+    with_run("led-out", |mut run, folder| {
+        until(&mut run, |run| run.numbers().ticks > 20);
+        let inside = Pose::from_translation(DVec3::new(0.0, 0.0, 0.02));
+        let start = Start { probe: Some(inside), grip_a: None, lead_out: true };
+        run.restart(Some(start)).expect("it begins");
+        until(&mut run, |run| run.loading() == Loading::Idle);
+        until(&mut run, |run| run.numbers().ticks > 20);
+        assert!(run.start().is_some(), "it begins inside");
+
+        // Beginning the scene anew does not lead out.
+        run.restart(None).expect("it begins");
+        until(&mut run, |run| run.loading() == Loading::Idle);
+        let led = |file: &str| {
+            let recording = read_recording(&folder.join(file)).expect("a recording");
+            recording.header.scene.more.contains_key("lead_out")
+        };
+        drop(run.end().expect("it ends"));
+        assert_eq!(["run-2.csv", "run-3.csv"].map(led), [true, false]);
     });
 }

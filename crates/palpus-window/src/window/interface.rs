@@ -252,8 +252,15 @@ impl<'a> Interface<'a> {
             }
             Action::Jump => {
                 let aim = self.hand.aim(&self.scene);
-                let start = Start { probe: Some(aim), grip_a: Some(self.run.settings().grip_a) };
+                let start = self.start_at(aim, false);
                 self.jump = self.notices.check(self.run.restart(Some(start))).map(|()| aim);
+            }
+            Action::LeadOut if self.way_out.is_none() => {
+                self.notices.tell("the probe does not overlap anything");
+            }
+            Action::LeadOut => {
+                let start = self.start_at(self.hand.aim(&self.scene), true);
+                self.notices.check(self.run.restart(Some(start)));
             }
             Action::Save => {
                 if let Some(file) = self.notices.check(self.run.save()) {
@@ -288,6 +295,10 @@ impl<'a> Interface<'a> {
                 self.notices.check(self.feel.act(of_settings, self.run));
             }
         }
+    }
+
+    fn start_at(&self, probe: Pose, lead_out: bool) -> Start {
+        Start { probe: Some(probe), grip_a: Some(self.run.settings().grip_a), lead_out }
     }
 
     /// True if the panel at the right is there.
@@ -355,7 +366,7 @@ impl<'a> Interface<'a> {
         let Some(probe) = self.scene.bodies.first() else { return };
         let grip_a = self.run.settings().grip_a + probe.pose.inverse().vector(way);
         if way != DVec3::ZERO {
-            self.notices.check(self.run.restart(Some(Start { probe: None, grip_a: Some(grip_a) })));
+            self.notices.check(self.run.restart(Some(Start { probe: None, grip_a: Some(grip_a), lead_out: false })));
         }
     }
 

@@ -335,6 +335,8 @@ pub struct Start {
     pub probe: Option<Pose>,
     /// m, in the frame of its mesh; `None` for the scene's own.
     pub grip_a: Option<DVec3>,
+    /// The device leads the probe out first, if it overlaps the environment or an object there.
+    pub lead_out: bool,
 }
 
 /// How far preparing has come.

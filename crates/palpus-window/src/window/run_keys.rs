@@ -14,6 +14,8 @@ pub(super) enum Action {
     Restart,
     /// The scene begins anew where the hand holds the probe.
     Jump,
+    /// The same, and the device leads the probe out of the part.
+    LeadOut,
     Open,
     Save,
     Handles,
@@ -72,12 +74,13 @@ const fn held(group: Group, key: Key, action: Action, name: &'static str, words:
 }
 
 /// The window's own. A second key for the same has no words.
-const SHORTCUTS: [Shortcut; 33] = [
+const SHORTCUTS: [Shortcut; 34] = [
     once(Group::Run, Key::Space, Action::Pause, "Space", "pause, go on"),
     held(Group::Run, Key::Period, Action::Tick, ".", "one tick, while paused"),
     once(Group::Run, Key::E, Action::Record, "E", "begin and end a recording"),
     once(Group::Run, Key::Backspace, Action::Restart, "Back", "begin the scene anew"),
     once(Group::Run, Key::J, Action::Jump, "J", "jump: begin where the hand holds it"),
+    once(Group::Run, Key::F4, Action::LeadOut, "F4", "lead the probe out of the part"),
     once(Group::Run, Key::O, Action::Open, "O", "open meshes or a scene"),
     once(Group::Run, Key::F2, Action::Save, "F2", "save the scene as a file"),
     once(Group::Run, Key::Escape, Action::Script, "Esc", "the hand goes back to its script"),
