@@ -204,6 +204,7 @@ mod tests {
         assert!(near.at(ground.middle + DVec3::X) < 1e-9 && near.at(ground.middle + 100.0 * DVec3::X) == 0.0);
     }
 
+    #[cfg(feature = "gui")]
     #[test]
     fn grid_lines_stay_within_reach_and_fade() {
         let corners = [DVec3::ZERO, DVec3::splat(0.1)];
