@@ -39,7 +39,8 @@ impl HapticDevice for Swing {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let spec = DeviceSpec { name: "swing".into(), force_max: 3.0, ..SimulationSettings::default().spec };
+    let exact = DeviceSpec { position_step: 0.0, angle_step: 0.0, ..SimulationSettings::default().spec };
+    let spec = DeviceSpec { name: "swing".into(), force_max: 3.0, ..exact };
     let mut device = Swing { spec, since: Instant::now(), told: Wrench::default() };
 
     // Something to feel: a spring towards the middle. The safety chain stands behind it, as behind

@@ -218,6 +218,10 @@ pub struct DeviceSpec {
     pub workspace: Option<DVec3>,
     /// From a write until it acts, beyond being held for a tick, s; 0 when not known.
     pub delay: f64,
+    /// Smallest change of a sensed position, m; 0 when there is none or it is not known.
+    pub position_step: f64,
+    /// Smallest change of a sensed orientation, rad, likewise.
+    pub angle_step: f64,
 }
 
 /// N, as the makers' data sheets state them.
@@ -247,6 +251,8 @@ pub fn known_devices() -> [DeviceSpec; 10] {
             buttons: 0,
             workspace: workspace_mm.map(|mm| DVec3::from_array(mm) * 1e-3),
             delay: 0.0,
+            position_step: 0.0,
+            angle_step: 0.0,
         };
     [
         spec("Phantom Premium 1.5/6DOF", 8.5, 0.188, Axes::FULL, Axes::FULL, Some([381.0, 267.0, 191.0])),

@@ -35,6 +35,7 @@ mod recorder;
 mod replay;
 mod safety;
 mod self_test;
+mod sensed_work;
 mod servo;
 mod simulated;
 mod spacemouse;

@@ -24,6 +24,8 @@ fn frames() -> Vec<Frame> {
         buttons: 4,
         workspace: Some(DVec3::new(0.5, 0.75, 0.125)),
         delay: 0.0625,
+        position_step: 0.0,
+        angle_step: 0.0,
     };
     let command = frames::Command {
         echo: 51,

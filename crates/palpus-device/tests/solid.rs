@@ -3,10 +3,12 @@
 
 mod bodies;
 mod closed_loop;
+mod own_loop;
 
 use bodies::body;
-use closed_loop::{HandWork, TICK, cycle, elapsed, limits};
+use closed_loop::{HandWork, TICK, limits};
 use glam::DVec3;
+use own_loop::{cycle, elapsed};
 use palpus::algebra::{NoClock, Pose, Wrench};
 use palpus::force::FrictionSettings;
 use palpus::render::{Clustering, Limits, ProbeState, Renderer, Settings, VirtualCoupling};

@@ -2,11 +2,13 @@
 //! nothing brakes them, and neither hand is given energy.
 
 mod closed_loop;
+mod own_loop;
 
 use std::sync::Arc;
 
-use closed_loop::{HandWork, TICK, cycle, elapsed, limits};
+use closed_loop::{HandWork, TICK, limits};
 use glam::DVec3;
+use own_loop::{cycle, elapsed};
 use palpus::algebra::{NoClock, Pose};
 use palpus::body::{Body, BodySettings};
 use palpus::force::FrictionSettings;

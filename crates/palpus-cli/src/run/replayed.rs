@@ -18,6 +18,8 @@ pub(super) fn record_spec(spec: &DeviceSpec, into: &mut Table) {
         ("force_continuous", spec.force_continuous),
         ("torque_continuous", spec.torque_continuous),
         ("delay", Some(spec.delay)),
+        ("position_step", Some(spec.position_step)),
+        ("angle_step", Some(spec.angle_step)),
     ] {
         if let Some(value) = value {
             table.insert(name.into(), value.into());
@@ -53,6 +55,8 @@ pub(super) fn spec_of(more: &Table) -> DeviceSpec {
         torque_continuous: Some(limits.torque_continuous),
         actuated: if limits.torque_peak > 0.0 { Axes::FULL } else { Axes::TRANSLATION },
         delay: limits.delay,
+        position_step: limits.position_step,
+        angle_step: limits.angle_step,
         ..simulated
     }
 }
@@ -82,6 +86,9 @@ fn written(table: &Table, simulated: &DeviceSpec) -> Option<DeviceSpec> {
         buttons: table.get("buttons")?.as_integer().and_then(|count| u8::try_from(count).ok())?,
         workspace: sides,
         delay: number("delay").unwrap_or(simulated.delay),
+        // Recordings made before specifications had the steps of the encoders do not say.
+        position_step: number("position_step").unwrap_or(0.0),
+        angle_step: number("angle_step").unwrap_or(0.0),
     })
 }
 

@@ -290,6 +290,8 @@ fn read_welcome(from: &mut Reader<'_>) -> Result<Welcome, Refusal> {
         buttons,
         workspace: Some(workspace).filter(|sides| sides.min_element() > 0.0),
         delay,
+        position_step: 0.0,
+        angle_step: 0.0,
     };
     Ok(Welcome { session, rate_hz, spec })
 }

@@ -216,6 +216,8 @@ fn spec_of(arm: &Arm, grip: Option<&Grip>) -> DeviceSpec {
         buttons: grip.map_or(0, |grip| grip.buttons),
         workspace: None,
         delay: ASSUMED_DELAY,
+        position_step: 0.0,
+        angle_step: 0.0,
     }
 }
 

@@ -4,9 +4,9 @@
 //! Translation and rotation have one account: a tool that is pushed into a corner turns in the
 //! hand, and what the hand gave by pushing comes back by turning. In every tick:
 //!
-//! 1. *Observe*: the wrench that acted since the last state, times the motion from that state to
-//!    this. Positive when the hand was given energy. What acts now was written a while ago: the
-//!    device says how long ([`SafetyLimits::delay`]).
+//! 1. *Observe*: the work of the wrenches that acted, over the sensed motion (`sensed_work.rs`).
+//!    Positive when the hand was given energy. What acts now was written a while ago: the device
+//!    says how long ([`SafetyLimits::delay`]).
 //! 2. *Keep the account*. A credit is bounded by what an elastic thing at peak could give back: a
 //!    long slide, which pays all the time, must not hide a later hum.
 //! 3. *Control*: beyond the allowance, take back as much as the motion allows in the coming tick,
@@ -22,15 +22,14 @@
 //! long as such contact gives no more than it takes ([`ContactAccount`]).
 //!
 //! Deviations from HR02: the applied wrench and its delay in place of the commanded one; both
-//! bounds in step 3; the allowance, since sensed positions come in steps, each of which is worth
-//! its length times the force.
+//! bounds in step 3; the allowance, since sensed positions come in steps.
 
 use glam::DVec3;
-use palpus::algebra::{Pose, Twist, Wrench, rotation_between};
+use palpus::algebra::{Twist, Wrench};
 
 use super::{Passivity, SafetyLimits};
-use crate::acting::Acting;
 use crate::device::DeviceState;
+use crate::sensed_work::SensedWork;
 
 /// m/s: below this, directions of velocities fade into noise: a tenth of an encoder's step of 0.03
 /// mm a millisecond.
@@ -49,8 +48,7 @@ const CREDIT_TURN: f64 = 0.4;
 #[derive(Clone, Debug)]
 pub struct EnergyAccount {
     period: f64,
-    acting: Acting,
-    pose: Option<Pose>,
+    work: SensedWork,
     /// J given and not yet taken back; negative: taken.
     given: f64,
     /// J.
@@ -112,8 +110,7 @@ impl EnergyAccount {
     pub fn new(limits: &SafetyLimits, period: f64) -> Self {
         Self {
             period,
-            acting: Acting::new(limits.delay, period),
-            pose: None,
+            work: SensedWork::new(limits.delay, period, [limits.position_step, limits.angle_step]),
             given: 0.0,
             allowance: limits.allowance,
             credit: 0.5 * (limits.force_peak * CREDIT_TRAVEL + limits.torque_peak * CREDIT_TURN),
@@ -159,11 +156,8 @@ impl Port {
 
 impl Passivity for EnergyAccount {
     fn limit(&mut self, computed: &Wrench, state: &DeviceState, elapsed: f64) -> Wrench {
-        let Wrench { force, torque } = self.acting.over(elapsed);
-        if let Some(last) = self.pose.replace(state.pose) {
-            let turn = rotation_between(last.rotation, state.pose.rotation);
-            self.give(force.dot(state.pose.translation - last.translation) + torque.dot(turn));
-        }
+        let [translation, rotation] = self.work.moved_to(&state.pose, elapsed);
+        self.give(translation + rotation);
         let Twist { angular, linear } = state.twist;
         let force = self.translation.most(computed.force, linear);
         let torque = self.rotation.most(computed.torque, angular);
@@ -179,18 +173,19 @@ impl Passivity for EnergyAccount {
     }
 
     fn commanded(&mut self, wrench: &Wrench) {
-        self.acting.write(wrench);
+        self.work.write(wrench);
     }
 
     fn reset(&mut self) {
-        self.acting.forget();
-        self.pose = None;
+        self.work.forget();
         self.given = 0.0;
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use palpus::algebra::Pose;
+
     use super::*;
     use crate::simulated::{Encoder, HandImpedance, SimulatedDevice, SimulationSettings};
     use crate::{HapticDevice, SafetyLimits};
@@ -285,7 +280,7 @@ mod tests {
         let settings = SimulationSettings { encoder: Encoder::EXACT, ..SimulationSettings::default() };
         let mut device = SimulatedDevice::new(settings, |time: f64| Pose::from_translation(DVec3::X * (0.05 * time)))
             .expect("usual");
-        let mut stage = account();
+        let mut stage = EnergyAccount::new(&SafetyLimits::of(device.spec(), 1.0 / PERIOD), PERIOD);
         let mut work = 0.0;
         let mut last: Option<(Pose, Wrench)> = None;
         for k in 0..500 {

@@ -123,6 +123,10 @@ pub struct SafetyLimits {
     pub rest_torque: f64,
     /// From a write until it acts, beyond being held for a tick, s.
     pub delay: f64,
+    /// Smallest change of a sensed position, m; 0 when there is none or it is not known.
+    pub position_step: f64,
+    /// Smallest change of a sensed orientation, rad, likewise.
+    pub angle_step: f64,
     /// Energy that translation, and rotation, may have given to the hand before it is damped, J.
     pub allowance: f64,
 }
@@ -186,12 +190,14 @@ impl SafetyLimits {
             rest_force: REST_SHARE * force_peak,
             rest_torque: REST_SHARE * torque_peak,
             delay: believed(spec.delay, DELAY_MAX as f64 * period),
+            position_step: believed(spec.position_step, POSITION_SLACK),
+            angle_step: believed(spec.angle_step, ANGLE_SLACK),
             allowance: ALLOWED_TRAVEL * force_peak,
         }
     }
 
     /// Every threshold with its value, formula and reason.
-    pub fn explained(&self) -> [LimitLine; 25] {
+    pub fn explained(&self) -> [LimitLine; 27] {
         let line = |name, value, unit, why| LimitLine { name, value, unit, why };
         [
             line("force_peak", self.force_peak, "N", "as the device states; at most what is known of it, or 40 N"),
@@ -218,6 +224,8 @@ impl SafetyLimits {
             line("rest_force", self.rest_force, "N", "0.1 of the peak: the most of that damping"),
             line("rest_torque", self.rest_torque, "N·m", "0.1 of the peak"),
             line("delay", self.delay, "s", "from a write until it acts, as the device states; at most 8 periods"),
+            line("position_step", self.position_step, "m", "of the encoders, as the device states; at most 0.5 mm"),
+            line("angle_step", self.angle_step, "rad", "likewise; at most 0.005 rad"),
             line(
                 "allowance",
                 self.allowance,
@@ -255,13 +263,16 @@ impl SafetyLimits {
             rest_force: value("rest_force")?,
             rest_torque: value("rest_torque")?,
             delay: value("delay")?,
+            // Recordings made before the account knew of encoder steps do not say.
+            position_step: value("position_step").unwrap_or(0.0),
+            angle_step: value("angle_step").unwrap_or(0.0),
             allowance: value("allowance")?,
         })
     }
 
     /// These where they are tighter than `others`, and `others` where not. Tighter is shorter and
     /// smaller, but for the ramp and the time without faults; more damping is not tighter, it may
-    /// hum. The delay is no threshold and stays.
+    /// hum. The delay and the encoders' steps are no thresholds and stay.
     #[must_use]
     pub fn within(&self, others: &Self) -> Self {
         Self {
@@ -289,6 +300,8 @@ impl SafetyLimits {
             rest_force: self.rest_force.min(others.rest_force),
             rest_torque: self.rest_torque.min(others.rest_torque),
             delay: self.delay,
+            position_step: self.position_step,
+            angle_step: self.angle_step,
             allowance: self.allowance.min(others.allowance),
         }
     }

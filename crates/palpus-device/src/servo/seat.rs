@@ -74,7 +74,7 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
     ) -> Self {
         let Kept { safety, passivity, tally } = kept;
         let options = ServoOptions { safety: *safety, ..*loop_options };
-        tally.restart(device.spec().delay, 1.0 / options.rate_hz);
+        tally.restart(device.spec(), 1.0 / options.rate_hz);
         let stage = passivity.take();
         let passivity = stage.is_some().then_some(passivity);
         let line = Some(Line::new(&options, device, stage, time));

@@ -3,13 +3,13 @@
 use std::time::Duration;
 
 use hdrhistogram::Histogram;
-use palpus::algebra::{Pose, Wrench, rotation_between};
+use palpus::algebra::Wrench;
 
 use super::pace::Start;
 use super::{ServoTick, Timing};
-use crate::acting::Acting;
-use crate::device::DeviceError;
+use crate::device::{DeviceError, DeviceSpec};
 use crate::safety::{Cut, Cuts, SafetyCounters};
+use crate::sensed_work::SensedWork;
 
 /// Durations from 1 ns to 10 s are stored to three digits; a longer one counts as 10 s.
 const LONGEST_NS: u64 = 10_000_000_000;
@@ -123,7 +123,7 @@ pub(super) struct Tally {
     period: Histogram<u64>,
     lateness: Histogram<u64>,
     counts: Counts,
-    acting: Acting,
+    work: SensedWork,
     panic: Option<String>,
 }
 
@@ -141,7 +141,6 @@ struct Counts {
     force_step_max: f64,
     torque_step_max: f64,
     last: Wrench,
-    pose: Option<Pose>,
 }
 
 impl Tally {
@@ -154,14 +153,14 @@ impl Tally {
             period: histogram(),
             lateness: histogram(),
             counts: Counts::default(),
-            acting: Acting::new(0.0, 1.0),
+            work: SensedWork::new(0.0, 1.0, [0.0; 2]),
             panic: None,
         }
     }
 
-    /// A run begins on a device whose wrenches act `delay` seconds late.
-    pub(super) fn restart(&mut self, delay: f64, period: f64) {
-        self.acting = Acting::new(delay, period);
+    /// A run begins on a device of this description.
+    pub(super) fn restart(&mut self, spec: &DeviceSpec, period: f64) {
+        self.work = SensedWork::of(spec, period);
         self.step.reset();
         self.period.reset();
         self.lateness.reset();
@@ -200,16 +199,11 @@ impl Tally {
         counts.overruns += u64::from(tick.overrun);
         counts.saturated += u64::from(tick.saturated);
         counts.safety.add(tick.cuts);
-        let acted = self.acting.over(tick.elapsed_s);
-        if let Some(last) = counts.pose {
-            let moved = tick.state.pose.translation - last.translation;
-            let turned = rotation_between(last.rotation, tick.state.pose.rotation);
-            counts.energy.translation += acted.force.dot(moved);
-            counts.energy.rotation += acted.torque.dot(turned);
-            counts.energy.highest = counts.energy.highest.max(counts.energy.translation + counts.energy.rotation);
-        }
-        counts.pose = Some(tick.state.pose);
-        self.acting.write(&tick.wrench);
+        let [translation, rotation] = self.work.moved_to(&tick.state.pose, tick.elapsed_s);
+        counts.energy.translation += translation;
+        counts.energy.rotation += rotation;
+        counts.energy.highest = counts.energy.highest.max(counts.energy.translation + counts.energy.rotation);
+        self.work.write(&tick.wrench);
         counts.force_max = counts.force_max.max(tick.wrench.force.length());
         counts.torque_max = counts.torque_max.max(tick.wrench.torque.length());
         counts.force_step_max = counts.force_step_max.max(tick.wrench.force.distance(counts.last.force));

@@ -74,6 +74,8 @@ impl Default for SimulationSettings {
                 buttons: 0,
                 workspace: None,
                 delay: 1e-3,
+                position_step: Encoder::TYPICAL.position_quantum,
+                angle_step: Encoder::TYPICAL.angle_quantum,
             },
             rate_hz: 1000.0,
             hand: HandImpedance::NORMAL,
@@ -160,6 +162,8 @@ impl<I: Intent> SimulatedDevice<I> {
         let sensed = settings.encoder.sense(&pose);
         let mut settings = settings;
         settings.spec.delay = settings.delay_ticks as f64 * period;
+        settings.spec.position_step = settings.encoder.position_quantum;
+        settings.spec.angle_step = settings.encoder.angle_quantum;
         Ok(Self {
             uneven: settings.jitter.map(|jitter| Periods::new(jitter, period)),
             elapsed: 0.0,

@@ -189,6 +189,8 @@ fn spec_of(name: String) -> DeviceSpec {
         buttons: 0,
         workspace: None,
         delay: 0.0,
+        position_step: 0.0,
+        angle_step: 0.0,
     }
 }
 

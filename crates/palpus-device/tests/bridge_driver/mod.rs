@@ -129,6 +129,8 @@ pub(crate) fn spec() -> DeviceSpec {
         buttons: 0,
         workspace: None,
         delay: 0.0,
+        position_step: 0.0,
+        angle_step: 0.0,
     }
 }
 

@@ -373,6 +373,8 @@ fn spec(api: &Dhd, id: i8) -> DeviceSpec {
             buttons: 0,
             workspace: None,
             delay: 0.0,
+            position_step: 0.0,
+            angle_step: 0.0,
         }
     });
     if !active {
