@@ -252,7 +252,7 @@ pub struct SeenTick {
 /// The same by other settings.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ComparedTick {
-    /// s since the run began.
+    /// Time since the run began, s.
     pub time: f64,
     /// N, world: what the device would get, before its safety chain.
     pub force: DVec3,
