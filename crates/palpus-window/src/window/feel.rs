@@ -273,7 +273,7 @@ fn apply(run: &mut dyn Run, now: &Settings, wanted: &Settings) -> Result<(), Str
     if wanted == now {
         return Ok(());
     }
-    // Limits and room are the device's and the run's.
+    // The device sets the limits and the run the capacity; neither may change here.
     let wanted = Settings { limits: now.limits, capacity: now.capacity, ..*wanted };
     run.set_settings(&wanted)
 }

@@ -309,10 +309,11 @@ pub const WAY_STEPS: usize = 2;
 /// then is not taken.
 pub const WAY_LOOKS: u32 = 32;
 
-/// Relative to its length: by how much a step of a way is cut below the length at which nearer
-/// surface was found.
+/// By how much a step of a path toward the medial axis is cut below the length at which nearer
+/// surface was found, relative to that length.
 ///
-/// Larger ends ways short of the medial axis; smaller needs more looks (at 0 twice as many).
+/// With a larger value paths end short of the medial axis; a smaller one needs more searches for
+/// the nearest surface (at 0 twice as many).
 pub const WAY_CUT: f64 = 0.06;
 
 /// Steps of the search for the point of a hull of normals that is nearest to the origin; a few
