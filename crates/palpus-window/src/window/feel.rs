@@ -245,7 +245,7 @@ impl Feel {
                 let usual = self.usual(quantity, now);
                 let is_changed = usual.is_some_and(|usual| (usual - value).abs() > 1e-9 * usual.abs());
                 let label = if is_changed {
-                    let hint = format!("{}; a click sets it back", quantity.words());
+                    let hint = format!("{}; click to reset it", quantity.words());
                     ui.add(Label::new(name.color(ui.visuals().hyperlink_color)).sense(Sense::click()))
                         .on_hover_text(hint)
                 } else {
