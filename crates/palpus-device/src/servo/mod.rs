@@ -218,7 +218,7 @@ impl Servo {
         self.run_in(&WallTime::new(), device, step, observer, stop)
     }
 
-    /// The same by another clock.
+    /// Runs the loop like [`Servo::run`], with the clock `time`.
     pub fn run_in<D, T, S, O>(
         &mut self,
         time: &dyn LoopTime,
