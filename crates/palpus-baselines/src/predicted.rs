@@ -108,7 +108,7 @@ struct LastClosest {
     point_a: DVec3,
     /// In b's frame.
     point_b: DVec3,
-    /// Unit, from b into a.
+    /// Unit normal of the contact, from b into a.
     normal: Direction,
     /// Both points lie on the surfaces of the meshes.
     real: bool,

@@ -1,4 +1,4 @@
-//! Signals that end a run in order: Ctrl-C, SIGTERM, and SIGHUP of a closed terminal.
+//! Signals that end a run properly: Ctrl-C, SIGTERM, and SIGHUP of a closed terminal.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

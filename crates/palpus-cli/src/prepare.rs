@@ -22,7 +22,7 @@ struct Report {
     pieces_per_triangle: f64,
     nodes: usize,
     seconds: f64,
-    /// Prepared before, and only read.
+    /// Read from the cache of an earlier preparation.
     cached: bool,
 }
 

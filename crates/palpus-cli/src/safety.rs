@@ -15,7 +15,7 @@ const SECTION: &str = "safety";
 /// Safety part of a summary.
 #[derive(Debug, Default, Serialize)]
 pub(crate) struct SafetyReport {
-    /// Ticks by what was cut in them.
+    /// Number of ticks for each kind of cut.
     cuts: serde_json::Map<String, serde_json::Value>,
     /// Thresholds by name, in SI units.
     limits: serde_json::Map<String, serde_json::Value>,

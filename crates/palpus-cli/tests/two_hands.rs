@@ -43,7 +43,7 @@ fn both_hands_are_felt_summed_up_recorded_and_replayed_bit_for_bit() {
         let other = name.replace("run", "again");
         assert!(forces(&format!("{name}.csv")) == forces(&format!("{other}.csv")), "{name}");
     }
-    // Neither can be run again without the other.
+    // Each recording needs the other one to be replayed.
     fs::remove_file(folder.0.join("run-second.csv")).expect("it is there");
     let alone = palpus(&folder.0, &["replay", "run.csv"]);
     assert!(!alone.status.success() && text(&alone.stderr).contains("run-second.csv"), "{}", text(&alone.stderr));

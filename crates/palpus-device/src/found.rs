@@ -1,9 +1,9 @@
 //! The devices found on this machine, and the requirements of the others.
 //!
 //! Every back end answers for itself with a function `look() -> Vec<Finding>`: one finding for each
-//! device that it sees, or one that says what it looked for, where, why it is missing, and the one
-//! line that mends it. A search never moves a device nor gives it a force, and never takes longer
-//! than a second.
+//! device. If it sees no device, one finding names the missing part, the places searched, the
+//! reason and a remedy of one line. A search never moves a device, never gives it a force, and
+//! takes at most a second.
 
 use crate::device::{DeviceSpec, known_devices};
 use crate::simulated::SimulationSettings;

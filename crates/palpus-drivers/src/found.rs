@@ -1,4 +1,4 @@
-//! Devices that the makers' libraries see.
+//! Devices that the manufacturers' libraries find.
 
 use std::sync::mpsc::{self, Receiver};
 use std::time::{Duration, Instant};

@@ -23,7 +23,7 @@ pub enum Place {
 
 /// Names and places of a library.
 pub(crate) struct Known {
-    /// File names, the best first.
+    /// File names of the library, in order of preference.
     pub(crate) names: &'static [&'static str],
     /// A variable that leads to the unpacked kit, and folders with libraries below it.
     pub(crate) kit: (&'static str, &'static [&'static str]),

@@ -14,7 +14,7 @@ use palpus::body::{Mesh, MeshError, PolygonSoup, TriangleTree};
 
 /// Samples along the edges of one mesh: at most this many, so that a judgement of a fine mesh ends.
 const MOST_SAMPLES: f64 = 40_000.0;
-/// m: samples along an edge are at most this far apart, unless they would be too many.
+/// Largest distance between samples along an edge, m, unless that takes more than [`MOST_SAMPLES`].
 const SPACING: f64 = 0.25e-3;
 /// Steps of the search for the deepest point of an edge; each leaves 0.62 of the interval.
 const REFINEMENTS: usize = 20;

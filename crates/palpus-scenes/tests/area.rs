@@ -5,7 +5,7 @@
 //! triangle cut in four: whatever the engine makes of coplanar triangles must come out the same.
 //! *Finer* meshes sample the same smooth surface more densely: there the surface itself moves by
 //! the height of the coarse mesh's arcs, so forces are compared for the same deepest engagement, as
-//! direction and size; most of what is left is the facets' normals.
+//! direction and size. Most of the remaining difference comes from the facets' normals.
 
 mod bodies;
 

@@ -177,7 +177,7 @@ fn a_front_without_room_is_slower_and_as_right() {
 }
 
 /// The poses of a camera in a hand, recorded at 300 Hz (TUM RGB-D, freiburg2_desk), relative to the
-/// first; none when not at hand.
+/// first; empty if the file is missing.
 fn recorded() -> Option<Vec<Pose>> {
     let name = "../../../shared/models/trajectories/tum_fr2_desk_300hz.txt";
     let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(name)).ok()?;

@@ -25,8 +25,7 @@ const LONGEST_ARROW: f64 = 150.0;
 const TURNING_CIRCLE: f64 = 42.0;
 /// The smallest turning arrow, of the largest.
 const LEAST_TURN: f64 = 0.35;
-/// Less than this part of the largest torque is noise to the eye, which an arrow of a size of its
-/// own would make much of.
+/// Torques below this share of the largest one are noise, and get no arrow.
 const NO_TURN: f64 = 0.004;
 
 /// Patches: the radius for no and for the largest force, and of the halo; opacity of both.

@@ -63,7 +63,7 @@ impl Lens {
     }
 
     /// Intersects the line of sight through a sample (from the upper left corner) with the plane
-    /// through `point` (world) across `normal`; `None` if there is none.
+    /// through `point` (world) across `normal`; `None` if they do not meet.
     pub(crate) fn on_plane(&self, at: DVec2, point: DVec3, normal: DVec3) -> Option<DVec3> {
         let metres = self.camera.metres_per_pixel(1.0, self.height);
         let [right, up, back] = self.axes;

@@ -19,7 +19,7 @@ use crate::style::{Theme, encoded, linear};
 /// Quantity that a panel shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shown {
-    /// The depth that the pieces give.
+    /// Depth measured by the convex pieces.
     Felt,
     /// The distance to the surface.
     True,

@@ -63,7 +63,7 @@ pub(crate) enum BenchCommand {
         #[arg(long, value_name = "NAME")]
         scene: Option<String>,
         /// Measures parts with a known play too: the folder of their models, itself or the
-        /// folders in it. Models that are not there are left out.
+        /// folders in it. Missing models are left out.
         #[arg(long, value_name = "DIR")]
         models: Option<PathBuf>,
         /// Another engine: its name and the folder of its answers, one SCENE.csv for each

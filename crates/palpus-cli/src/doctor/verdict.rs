@@ -52,7 +52,7 @@ impl Verdict {
 const NOTED_LATE: f64 = 1e-3;
 /// And more than this is not fit: ten late ticks a second are felt as roughness.
 const UNFIT_LATE: f64 = 1e-2;
-/// Share of ticks with bounded work that is worth a note.
+/// Share of ticks with bounded work above which a note reports it.
 const NOTED_BOUNDED: f64 = 0.01;
 /// Cores' worth of other work that may stand in the way of a loop without priority.
 const NOTED_LOAD: f64 = 0.5;

@@ -42,7 +42,7 @@ pub(crate) fn run_figure(name: &str, rows: &[RecordRow]) -> Figure {
             panel(
                 "separation: least distance, or minus the greatest depth",
                 "mm",
-                // Nothing is near where it is infinite.
+                // It is infinite where no pair is near.
                 vec![series("separation", BLUE, curve(&|row| row.separation * 1e3))],
             ),
             panel(

@@ -187,7 +187,7 @@ impl Writing {
         &self.path
     }
 
-    /// The error of writing, if any: the file ends there.
+    /// The write error, if there was one; the file ends at that point.
     #[cfg(feature = "window")]
     pub(crate) fn trouble(&self) -> Option<String> {
         self.told.trouble()

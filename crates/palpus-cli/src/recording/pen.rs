@@ -93,7 +93,7 @@ impl Pen {
         Ok(())
     }
 
-    /// True if the next piece could be one too many.
+    /// True if the next piece might exceed the size limit.
     fn is_full(&mut self) -> bool {
         let (Some(limit), Some(writer)) = (self.limit, &self.writer) else { return false };
         let length = writer.length();

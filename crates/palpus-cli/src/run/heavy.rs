@@ -23,7 +23,7 @@ const HEAVY_RESTS: u32 = 2;
 /// s: a scripted hand is through with its way by then.
 const WAY: f64 = 10.0;
 
-/// Share of the contacts: a pair of which more are carried is heavy.
+/// Share of extrapolated contacts above which a pair counts as heavy.
 pub(super) const HEAVY: f64 = 0.5;
 /// Message for a heavy pair.
 pub(super) const IN_WORDS: &str = "note: this pair is heavy for this machine: to hold the rate, most contacts are extrapolated from tick to tick and \

@@ -37,7 +37,7 @@ pub(crate) struct Plan {
     pub(crate) script: Script,
     /// Set if the probe begins inside the part.
     pub(super) inside: Option<InsideStart>,
-    /// Set if the device is to lead the probe out of there.
+    /// Set if the device has to lead the probe out of the overlap.
     pub(super) lead: Option<LeadOut>,
     /// Header of a recording from the beginning.
     pub(crate) header: RecordingHeader,

@@ -107,7 +107,7 @@ pub enum BridgeError {
     },
 }
 
-/// Counts of the line so far.
+/// Counters of the connection so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BridgeCounts {
     /// States that were taken.
@@ -192,7 +192,7 @@ impl BridgeDevice {
         &self.notes
     }
 
-    /// Counts of the line so far.
+    /// Counters of the connection so far.
     pub fn counts(&self) -> BridgeCounts {
         let read = |count: &AtomicU64| count.load(Ordering::Relaxed);
         let counts = &self.shared.counts;

@@ -168,7 +168,7 @@ struct Counts {
     idle: AtomicU64,
 }
 
-/// Counts of the line so far.
+/// Counters of the connection so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct HaplyCounts {
     /// States that were understood.
@@ -228,7 +228,7 @@ impl HaplyDevice {
         &self.notes
     }
 
-    /// Counts of the line so far.
+    /// Counters of the connection so far.
     pub fn counts(&self) -> HaplyCounts {
         let Counts { states, late, bad, extra, otherwise, withheld, idle } = &self.shared.counts;
         let read = |count: &AtomicU64| count.load(Ordering::Relaxed);

@@ -180,7 +180,7 @@ impl SafetyChain {
     }
 
     /// Returns the wrench for the device in place of `computed`, when the grip is in `state` and
-    /// the gate, the clock and the step have reported faults (`told`). `elapsed`: s since the
+    /// the gate, the clock and the step have reported the faults `told`. `elapsed`: s since the
     /// last call, for which the last wrench was held; energy, heat and slew depend on it.
     pub fn shape(&mut self, state: &DeviceState, computed: &Wrench, told: Cuts, elapsed: f64) -> Shaped {
         self.elapsed = if elapsed >= 0.0 && elapsed.is_finite() { elapsed } else { self.period };

@@ -15,9 +15,9 @@ pub struct SafetyOptions {
     /// Takes looser thresholds as they are, down to none at all. For tests of what lies beyond
     /// them, not for a device that is held.
     pub loosened: bool,
-    /// After a fault that the loop survives.
+    /// Behaviour after a fault that the loop survives.
     pub after_fault: AfterFault,
-    /// After a panic in the step, whose memory may then be in disorder.
+    /// Behaviour after a panic in the step, which may have left its state inconsistent.
     pub after_panic: AfterPanic,
     /// After three faults in ten seconds.
     pub rearm: Rearm,

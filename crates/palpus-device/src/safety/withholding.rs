@@ -1,8 +1,8 @@
-//! Withholding: the device gives no force by itself, whatever the command.
+//! Withholding: the device itself withholds the force, whatever the command.
 //!
 //! Causes: the arm is not ready or has no power supply, the person has switched the force off at
-//! the device, an answer came late or was lost ([`DeviceState::withheld`](crate::DeviceState)). It
-//! is no fault. While it lasts the commanded wrench falls to zero within the slew limit.
+//! the device, an answer came late or was lost ([`DeviceState::withheld`](crate::DeviceState)).
+//! This is no fault. While it lasts the commanded wrench falls to zero within the slew limit.
 //! Afterwards:
 //!
 //! 1. The wrench returns from zero: it is limited to a share of the peak that grows to the whole

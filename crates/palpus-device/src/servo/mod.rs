@@ -192,7 +192,7 @@ impl Servo {
         Ok(self)
     }
 
-    /// With this in place of the usual passivity stage of the newest device's safety chain.
+    /// Replaces the passivity stage in the safety chain of the device that was added last.
     #[must_use]
     pub fn with_passivity(mut self, stage: Box<dyn Passivity>) -> Self {
         if let Some(kept) = self.kept.last_mut() {
@@ -201,13 +201,13 @@ impl Servo {
         self
     }
 
-    /// By which it is paused, taken on tick by tick, and ended, from any thread.
+    /// Returns the run control, which pauses, steps and ends the loop from any thread.
     pub fn control(&self) -> Arc<RunControl> {
         Arc::clone(&self.control)
     }
 
     /// Runs the first device on the calling thread until the duration is over, `stop` is set, the
-    /// control end the run, the device ends or something fails; the last wrench written to `device`
+    /// control ends the run, the device ends or something fails; the last wrench written to `device`
     /// is zero.
     pub fn run<D, T, S, O>(&mut self, device: &mut D, step: S, observer: &mut O, stop: &AtomicBool) -> RunStatistics
     where
@@ -218,7 +218,7 @@ impl Servo {
         self.run_in(&WallTime::new(), device, step, observer, stop)
     }
 
-    /// The same by another clock.
+    /// Runs the loop like [`Servo::run`], with the clock `time`.
     pub fn run_in<D, T, S, O>(
         &mut self,
         time: &dyn LoopTime,

@@ -89,7 +89,7 @@ pub struct RunStatistics {
     pub step_us: Percentiles,
     /// From tick to tick; `None` in simulated time.
     pub period_us: Option<Percentiles>,
-    /// From the deadline to the tick; `None` in simulated time.
+    /// Lateness of the tick after its deadline; `None` in simulated time.
     pub lateness_us: Option<Percentiles>,
     /// Work done on the grip.
     pub energy: Energy,

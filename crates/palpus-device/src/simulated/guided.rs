@@ -96,9 +96,9 @@ impl<I: Intent> Guided<I> {
         }
     }
 
-    /// The same, but the hand holds nothing until the grip has passed a plane, if one is given: a
-    /// point (m) and the normal, in the device's frame. So a device can lead it. A person who takes
-    /// it ends that.
+    /// With `before`, the hand exerts no force until the grip has passed that plane, so that a
+    /// device can lead the grip: a point (m) and the normal, in the device's frame. It exerts force
+    /// at once if a person takes the grip.
     pub fn yielding(self, before: Option<[DVec3; 2]>) -> Self {
         Self { yields_before: before, ..self }
     }

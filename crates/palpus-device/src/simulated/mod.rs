@@ -42,7 +42,7 @@ use jitter::Periods;
 /// Settings of a simulated device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimulationSettings {
-    /// Its description; written wrenches are clipped to its limits, force and torque each.
+    /// The device's description. Written forces and torques are each clipped to its limits.
     pub spec: DeviceSpec,
     /// Reads per simulated second, Hz.
     pub rate_hz: f64,

@@ -36,8 +36,8 @@ impl RecordingFormat {
         formats.iter().find(|(name, _)| extension.eq_ignore_ascii_case(name)).map(|(_, format)| *format)
     }
 
-    /// The format of a file that begins like this. What is neither Parquet nor MCAP can only be
-    /// CSV.
+    /// Returns the format of a file by its first bytes. A file that is neither Parquet nor MCAP is
+    /// read as CSV.
     pub fn of_content(beginning: &[u8]) -> Self {
         if beginning.starts_with(parquet::MAGIC) {
             Self::Parquet

@@ -218,7 +218,7 @@ pub struct SceneBody {
     pub mesh: PathBuf,
     /// Metres for each unit of that file: what to multiply its coordinates by.
     pub metres_per_unit: f64,
-    /// Its frame in the world at the start, m; the mesh's own frame when the file doesn't say.
+    /// Pose of the body in the world at the start, m; identity if the file states no pose.
     pub pose: Pose,
 }
 

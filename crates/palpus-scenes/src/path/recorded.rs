@@ -110,7 +110,7 @@ impl HandPath {
 struct Sample {
     time: f64,
     translation: DVec3,
-    /// On the hemisphere of the one before it.
+    /// A unit quaternion, with the sign that brings it nearer to the one before.
     rotation: DVec4,
 }
 

@@ -6,9 +6,9 @@
 //! * *Honesty*: a small probe is put down at seeded points of the inside. Depth and direction of
 //!   the deepest contact are held against the nearest point of the surface.
 //!
-//! Both ask the pair query of the servo path, with its contacts as they come: the deepest is what
-//! eq. 5 takes. The probe is an octahedron, turned at random, and small beside what it is pushed
-//! into; its own extent along the normal is taken off.
+//! Both run the pair query of the servo path and take its deepest contact, as eq. 5 does. The probe
+//! is an octahedron, turned at random and much smaller than the body it is pushed into; its own
+//! extent along the normal is subtracted.
 
 mod figures;
 mod probes;

@@ -50,22 +50,30 @@ impl Bar<'_> {
             };
             let paused = self.run.is_paused();
             let (icon, words) = if paused { (Icon::GoOn, "go on") } else { (Icon::Pause, "pause") };
-            button(ui, icon, words, paused, text, "the loop's time stands still (Space)", Action::Pause);
-            button(ui, Icon::Tick, "one tick", false, text, "one tick, and stand still (.)", Action::Tick);
+            button(ui, icon, words, paused, text, "pauses or resumes the run (Space)", Action::Pause);
+            button(ui, Icon::Tick, "one tick", false, text, "computes one tick, then pauses (.)", Action::Tick);
             let red = ui.visuals().error_fg_color;
             match self.run.recording() {
                 Some(file) => {
-                    let hint = format!("ends {} (E)", file.display());
+                    let hint = format!("stops recording to {} (E)", file.display());
                     button(ui, Icon::Stop, "recording", true, red, &hint, Action::Record);
                 }
                 None => {
-                    let hint = "every tick into a file that replays bit for bit (E)";
+                    let hint = "records every tick to a file that replays bit for bit (E)";
                     button(ui, Icon::Record, "record", false, red, hint, Action::Record);
                 }
             }
-            let hint = "of the whole window, as a PNG file (S)";
+            let hint = "saves a picture of the whole window as a PNG file (S)";
             button(ui, Icon::Picture, "picture", false, text, hint, Action::Scene(SceneAction::Picture));
-            button(ui, Icon::Open, "open", false, text, "a mesh, a scene file or another scene (O)", Action::Open);
+            button(
+                ui,
+                Icon::Open,
+                "open",
+                false,
+                text,
+                "opens a mesh, a scene file or another scene (O)",
+                Action::Open,
+            );
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 let mut button = |ui: &mut Ui, text: &str, hint: &str, action: Action| {
                     let button = Button::new(text).min_size(NARROW.into());
@@ -73,11 +81,11 @@ impl Bar<'_> {
                         actions.push(action);
                     }
                 };
-                button(ui, "?", "all keys (?)", Action::Scene(SceneAction::Keys));
+                button(ui, "?", "lists all keys (?)", Action::Scene(SceneAction::Keys));
                 let side = if self.side { "hide" } else { "settings" };
-                button(ui, side, "state and settings at the right (M)", Action::Side);
+                button(ui, side, "shows or hides state and settings (M)", Action::Side);
                 let light = if self.style.theme == Theme::Dark { "light" } else { "dark" };
-                button(ui, light, "light or dark (L)", Action::Scene(SceneAction::Theme));
+                button(ui, light, "switches between light and dark (L)", Action::Scene(SceneAction::Theme));
                 let config = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
                 let view = Button::new("view").min_size(NARROW.into());
                 MenuButton::from_button(view).config(config).ui(ui, |ui| self.view(ui, actions));

@@ -245,7 +245,7 @@ impl Feel {
                 let usual = self.usual(quantity, now);
                 let is_changed = usual.is_some_and(|usual| (usual - value).abs() > 1e-9 * usual.abs());
                 let label = if is_changed {
-                    let hint = format!("{}; a click sets it back", quantity.words());
+                    let hint = format!("{}; click to reset it", quantity.words());
                     ui.add(Label::new(name.color(ui.visuals().hyperlink_color)).sense(Sense::click()))
                         .on_hover_text(hint)
                 } else {
@@ -273,7 +273,7 @@ fn apply(run: &mut dyn Run, now: &Settings, wanted: &Settings) -> Result<(), Str
     if wanted == now {
         return Ok(());
     }
-    // Limits and room are the device's and the run's.
+    // The device sets the limits and the run the capacity; neither may change here.
     let wanted = Settings { limits: now.limits, capacity: now.capacity, ..*wanted };
     run.set_settings(&wanted)
 }

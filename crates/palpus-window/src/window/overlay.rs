@@ -134,7 +134,7 @@ pub(super) fn whose(ui: &mut Ui, rect: Rect, holds: bool, cap: Option<&str>, act
     }
 }
 
-/// On the probe, until it has been taken once: how that is done.
+/// Draws the hint on the probe that it can be dragged, until a person has taken it once.
 pub(super) fn hint(ui: &Ui, area: &Area, view: &View3d, scene: &Scene, style: &Style) {
     let Some(probe) = scene.bodies.first() else { return };
     let vertices = &probe.solid.vertices;
@@ -211,5 +211,5 @@ pub(super) fn drop_here(ui: &Ui, rect: Rect, style: &Style) {
     let painter = ui.painter_at(rect);
     painter.rect_filled(rect, 0.0, thin(colours.below, 0.8));
     let font = FontId::proportional(26.0);
-    painter.text(rect.center(), Align2::CENTER_CENTER, "let go: a mesh or a scene", font, colour(colours.ink));
+    painter.text(rect.center(), Align2::CENTER_CENTER, "drop a mesh or a scene here", font, colour(colours.ink));
 }

@@ -107,8 +107,8 @@ impl Quantity {
             Self::Crease => "crease",
             Self::CouplingStiffness => "coupling",
             Self::CouplingDamping => "damping",
-            Self::TurningStiffness => "turning",
-            Self::TurningDamping => "its damping",
+            Self::TurningStiffness => "rotation",
+            Self::TurningDamping => "rot. damping",
         }
     }
 
@@ -118,13 +118,13 @@ impl Quantity {
             Self::Stiffness => "how hard a contact pushes back",
             Self::Tolerance => "from which distance on contacts are found",
             Self::Radius => "contacts nearer to each other than this share a force (linkage)",
-            Self::StaticFriction => "how much of the pressing force holds a contact where it is",
-            Self::DynamicFriction => "how much of it goes on while it slides",
+            Self::StaticFriction => "friction coefficient of a contact that holds",
+            Self::DynamicFriction => "friction coefficient of a contact that slides",
             Self::Crease => "edges that are more open than this are felt as smooth",
             Self::CouplingStiffness => "the spring between the device and the tool",
             Self::CouplingDamping => "the damper between the device and the tool",
-            Self::TurningStiffness => "the same spring, for turning",
-            Self::TurningDamping => "the same damper, for turning",
+            Self::TurningStiffness => "the spring against rotation between the device and the tool",
+            Self::TurningDamping => "the damper against rotation between the device and the tool",
         }
     }
 
@@ -140,7 +140,7 @@ impl Quantity {
         }
     }
 
-    /// In its unit; none where it does not apply.
+    /// Returns the value in its unit; `None` where it does not apply.
     pub(super) fn get(self, settings: &Settings) -> Option<f64> {
         let (friction, coupling) = (settings.friction, settings.coupling);
         match self {

@@ -46,7 +46,7 @@ pub trait Run {
     /// Changes the settings from the next tick on. Capacity and limits stay as they are.
     ///
     /// # Errors
-    /// In words, when they cannot be; the run then goes on as it was.
+    /// Fails with a message if the settings cannot be used; the run then keeps its old settings.
     fn set_settings(&mut self, settings: &Settings) -> Result<(), String>;
 
     /// They as lines of a scene file.
@@ -190,7 +190,7 @@ pub struct Numbers {
     pub overruns: u64,
     /// Times that a fault took the force away.
     pub faults: u64,
-    /// Contacts nearer than the tolerance.
+    /// Number of contacts with a separation below the tolerance.
     pub contacts: u32,
     /// Groups of contacts that share a force.
     pub clusters: u32,
@@ -243,7 +243,7 @@ pub struct SeenTick {
     pub query: f64,
     /// s: what computing forces took.
     pub force_time: f64,
-    /// Contacts nearer than the tolerance.
+    /// Number of contacts with a separation below the tolerance.
     pub contacts: u32,
     /// m: of the deepest contact, negative where the bodies overlap.
     pub separation: f64,
@@ -252,7 +252,7 @@ pub struct SeenTick {
 /// The same by other settings.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ComparedTick {
-    /// s since the run began.
+    /// Time since the run began, s.
     pub time: f64,
     /// N, world: what the device would get, before its safety chain.
     pub force: DVec3,

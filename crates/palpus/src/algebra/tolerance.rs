@@ -309,10 +309,11 @@ pub const WAY_STEPS: usize = 2;
 /// then is not taken.
 pub const WAY_LOOKS: u32 = 32;
 
-/// Relative to its length: by how much a step of a way is cut below the length at which nearer
-/// surface was found.
+/// By how much a step of a path toward the medial axis is cut below the length at which nearer
+/// surface was found, relative to that length.
 ///
-/// Larger ends ways short of the medial axis; smaller needs more looks (at 0 twice as many).
+/// With a larger value paths end short of the medial axis; a smaller one needs more searches for
+/// the nearest surface (at 0 twice as many).
 pub const WAY_CUT: f64 = 0.06;
 
 /// Steps of the search for the point of a hull of normals that is nearest to the origin; a few
@@ -588,11 +589,11 @@ pub const MERGE_CLEARANCE: f64 = 1.0;
 /// Pairs of pieces in contact up to which each of them is measured in each query, and has the
 /// corners of its patch.
 ///
-/// So many fit into a millisecond. Smaller changes contacts that there is time for; larger leaves
-/// the crowd to the bound of work.
+/// That many fit into a millisecond. A smaller value changes contacts although there is time to
+/// measure them; with a larger one the limit of work is reached first.
 pub const CROWD_FROM: f64 = 128.0;
 
-/// Pairs in contact from which on each is one contact, and rests as long as its answer is good.
+/// Pairs in contact from which on each pair gives one contact, and keeps it as long as it is good.
 ///
 /// Nearer to [`CROWD_FROM`], contacts would change noticeably as one more pair comes near.
 pub const CROWD_ALL: f64 = 512.0;
@@ -606,8 +607,8 @@ pub const REST_TRAVEL: f64 = 0.1;
 /// Share of that motion for which the first answer of a pair is taken to be good.
 pub const REST_FIRST: f64 = 0.5;
 
-/// Relative to the tolerance and the deepest depth together: the error of a separation at the end
-/// of its pair's rest.
+/// Allowed error of a separation just before its pair is measured again, relative to the sum of
+/// the tolerance and the deepest depth.
 ///
 /// A hundredth is a hundredth of the force at most; the errors of many contacts cancel. Larger
 /// is felt; smaller measures more pairs in each query.
@@ -768,8 +769,8 @@ pub const ADMISSIBLE_CROSSINGS: usize = 1 << 14;
 
 // depth: the certificate (certificate, inner)
 
-/// Relative to the depth: what a proof may leave open. No direction is better than a proven one by
-/// more.
+/// Largest gap of a proof between its lower and upper bound, relative to the depth. No direction is
+/// better than a proven one by more.
 ///
 /// A surface within the CSO that is complete around the answer agrees with it to rounding; larger
 /// saves growths where the CSO is nearly round, smaller than 1e-12 makes them fight with the

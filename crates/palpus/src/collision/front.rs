@@ -87,9 +87,9 @@ pub struct Front {
     /// The length of motion that is a jump.
     jump: f64,
     begun: bool,
-    /// The first so many of those awake were not visited by the last query.
+    /// How many awake pairs, at the head of the list, the last query did not visit.
     unvisited: usize,
-    /// Of these, so many first ones had to be.
+    /// How many of these, at the head of the list, were due to be visited.
     late: usize,
     /// Places on the way into `awake`.
     sorted: [Vec<u32>; 2],

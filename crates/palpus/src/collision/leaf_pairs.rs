@@ -47,7 +47,7 @@ struct Rank {
 }
 
 impl LeafPairs {
-    /// Room for `capacity` pairs, at least one.
+    /// Allocates room for `capacity` pairs, at least one.
     pub fn new(capacity: usize) -> Self {
         let capacity = capacity.max(1);
         Self { pairs: Vec::with_capacity(capacity), capacity, ranks: BinaryHeap::with_capacity(capacity), dropped: 0 }

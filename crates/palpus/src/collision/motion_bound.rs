@@ -8,7 +8,7 @@
 //! 3. A pair that is `D` apart while the sum is S₀ cannot be nearer than `t` before the sum exceeds
 //!    S₀ + (D − t).
 //!
-//! Turns are summed up beside it, in radians.
+//! The angles of rotation have a sum of their own, in radians.
 //!
 //! S counts whole *quanta*, a fixed small fraction of the bodies' size. A motion is rounded up to
 //! whole quanta and one more is added, a clearance is rounded down; so that the sum is exact

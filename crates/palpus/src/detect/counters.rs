@@ -24,7 +24,7 @@ pub struct QueryCounters {
     /// Contacts of a witness point with the nearest surface, made when no depth of the pieces was
     /// accepted; 0 or 1.
     pub stood_in: u32,
-    /// Overlaps without an admissible depth, left out: there is no normal that both pieces own.
+    /// Overlaps without an admissible depth, left out: the two pieces share no surface normal.
     pub inadmissible: u32,
     /// Searches for an admissible depth that did not look at all edge pairs.
     pub admissible_stops: u32,
@@ -45,7 +45,7 @@ pub struct QueryCounters {
     pub patches: u32,
     /// Contacts that are further corners of a patch.
     pub corners: u32,
-    /// Contacts that were left out since something in them was no number.
+    /// Contacts left out because one of their values was not a finite number.
     pub non_finite: u32,
     /// Time in the descent and the marches, ns.
     pub query_ns: u64,

@@ -1,5 +1,5 @@
-//! Hundreds of pieces in contact at a time: most rest, and the contacts are nearly those of a query
-//! that measures each of them.
+//! With hundreds of pieces in contact at a time, most pairs rest, and the contacts are nearly the
+//! same as in a query that measures each pair.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use crate::body::{Body, BodySettings, Mesh, PolygonSoup};
 /// Cells along a side of the board, and the length of one, m.
 const CELLS: usize = 36;
 const CELL: f64 = 1e-3;
-/// Of the waves, m.
+/// Height of the waves, m.
 const HEIGHT: f64 = 1e-4;
 const TOLERANCE: f64 = 1e-5;
 

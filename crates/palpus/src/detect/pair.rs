@@ -131,7 +131,7 @@ impl PairSearch {
             && let Some(contact) = self.contacts.get(known).copied()
         {
             let room = self.capacity - known - left;
-            // A crowd of contacts says what the corners of each would say.
+            // Many contacts together describe the surface as well as the corners of each would.
             self.spread(asked, &contact, slope * (1.0 - self.crowd), room, counters);
         }
         if let Some(place) = leaf.place {

@@ -298,7 +298,7 @@ impl Cell {
         }
         twice += match (last, first) {
             (Some(last), Some(first)) => sector(last, first),
-            // No side comes into the disc: all of it is in the cell, or nothing.
+            // No side of the cell crosses the disc: the cell contains all of the disc, or nothing.
             _ if self.holds_origin() => 2.0 * PI,
             _ => 0.0,
         };

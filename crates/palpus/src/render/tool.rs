@@ -49,9 +49,9 @@ pub(super) struct Tool {
     limits: Limits,
     /// The device's current limits, where they are below the nominal ones.
     available: Limits,
-    /// In a's frame: where it is held.
+    /// The grip, in a's frame.
     grip_a: DVec3,
-    /// In a's frame: the centre of mass.
+    /// The centre of mass, in a's frame.
     center_a: DVec3,
     /// kg·m² about the centre of mass, along a's axes.
     inertia_a: DMat3,

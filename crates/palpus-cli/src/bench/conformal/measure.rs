@@ -121,11 +121,11 @@ impl PerTick {
 /// Errors of the net force and torque on the probe, at the 99th percentile of the compared poses.
 #[derive(Debug, Serialize)]
 pub(super) struct Accuracy {
-    /// °: how far the force turns in a tick.
+    /// Angle by which the force turns in a tick, °.
     pub(super) turn: f64,
-    /// ° : the same of the truth.
+    /// Angle by which the true force turns in a tick, °.
     pub(super) true_turn: f64,
-    /// °: from the truth's direction.
+    /// Angle between the force and the true force, °.
     pub(super) direction: f64,
     /// Error as a share of the truth's size.
     pub(super) size: f64,

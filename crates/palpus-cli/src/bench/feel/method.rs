@@ -69,14 +69,14 @@ impl Tuning {
 pub(super) enum Skin {
     /// From the contact tolerance on.
     Tolerance,
-    /// From the tool's skin on.
+    /// Force begins at the tool's contact offset.
     Tool,
-    /// From touching on.
+    /// Force begins where the surfaces touch.
     Surface,
 }
 
 impl Skin {
-    /// That separation, m.
+    /// Returns the separation at which the force begins (m).
     pub(super) fn width(self, ground: &Ground) -> f64 {
         match self {
             Self::Tolerance => ground.settings.contact_tolerance,

@@ -248,7 +248,7 @@ fn stiffness(value: f64, column: &Column) -> String {
 /// Values below this, in the unit of the table, are rounding.
 const NOTHING: f64 = 1e-7;
 
-/// The value with that many digits that matter.
+/// Returns the value with that many significant digits.
 fn short(value: f64, digits: usize) -> String {
     if value.abs() < NOTHING {
         return "0".to_owned();

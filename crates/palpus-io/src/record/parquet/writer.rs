@@ -43,7 +43,7 @@ impl Writer {
         Self { header, format, written: 0, groups: Vec::new(), tail: Tail::default(), in_small: 0, small: 0 }
     }
 
-    /// A change of settings before the next row.
+    /// Settings that changed before the next row.
     pub(in crate::record) fn change(&mut self, line: &str) {
         let next = self.tail.rows.len();
         match self.tail.changes.last_mut() {

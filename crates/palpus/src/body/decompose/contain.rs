@@ -12,7 +12,7 @@
 //! promise: past the border of an open surface a piece may bulge over the opening, and where sheets
 //! overlap "inside" is judged by each patch's own normals.
 //!
-//! 1. Triangles of the surface near what the hull gained come from the triangle tree.
+//! 1. The triangle tree gives the triangles of the surface near the volume that the hull gained.
 //! 2. A triangle enters H when something of it is left after clipping by every face's plane, moved
 //!    inward by [`ENTERED`](crate::algebra::tolerance::ENTERED): touching along shared corners and
 //!    sides is not entering.

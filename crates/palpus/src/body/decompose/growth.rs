@@ -36,11 +36,11 @@ impl PartialEq for Candidate {
 
 impl Eq for Candidate {}
 
-/// The memory of one growth after the other.
+/// Buffers that successive growths share.
 pub(super) struct Growth {
     queue: BinaryHeap<Candidate>,
     postponed: Vec<Candidate>,
-    /// The last growth that came past each facet.
+    /// For each facet, the last growth that visited it.
     seen: Vec<u32>,
     round: u32,
     arrivals: u32,

@@ -9,7 +9,7 @@
 //! 2. *Support*: the highest vertex along a direction, by climbing from vertex to vertex.
 //! 3. *Entering*: does a triangle come deeper than so much into the hull? It is clipped by one
 //!    plane at a time: by that of the face that its middle is most beyond, as seen from a point of
-//!    the interior; when there is none, the middle is inside. The face is found by climbing from
+//!    the interior; without such a face the middle is inside. The face is found by climbing from
 //!    face to face: the faces are the vertices of the polar body, where "most beyond" is a linear
 //!    function. Where faces lie in one plane but for rounding, the climb looks at all of them.
 

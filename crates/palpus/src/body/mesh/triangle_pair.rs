@@ -270,8 +270,8 @@ mod tests {
         })
     }
 
-    /// Is the origin in the interior of the convex hull? All supporting planes of three points must
-    /// say so.
+    /// Returns true if the origin is in the interior of the convex hull: strictly inside of each
+    /// supporting plane through three of the points.
     fn hull_holds_origin_inside(points: &[Whole]) -> bool {
         let mut planes = 0;
         for &p in points {

@@ -152,7 +152,7 @@ impl<'a> EarCutter<'a> {
         turn(self.flat[self.previous[i]], self.flat[i], self.flat[self.next[i]])
     }
 
-    /// Puts corner `i` among the ears if it is one now; forgets what was known of it.
+    /// Adds corner `i` to the ears if it is an ear now, and discards its earlier entries.
     fn offer(&mut self, i: usize) {
         self.generation[i] += 1;
         if self.is_ear(i) {

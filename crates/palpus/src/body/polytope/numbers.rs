@@ -1,8 +1,8 @@
-//! Lists of indices in half the room: sixteen bits each, unless one of them is too large for that.
+//! Lists of indices in half the memory: 16 bits each, unless an index is too large for that.
 //!
-//! Nearly all polytopes of a body have less than a hundred edges, and indices are more than half of
-//! what one takes. They are read as if they were of 32 bits; which of the two a list is, is the
-//! same for all of a polytope.
+//! Nearly all polytopes of a body have fewer than a hundred edges, and indices are more than half
+//! of a polytope's memory. Readers get 32 bits in either case. All lists of a polytope have the
+//! same width.
 
 use std::ops::Range;
 

@@ -50,7 +50,7 @@ impl Front {
                 self.sleep(query, place, answer.distance());
             }
         }
-        // Those that were visited, and those that woke in this query, come last.
+        // Pairs that were visited, and pairs that woke in this query, come last.
         let gone = count - kept;
         if gone > 0 {
             self.awake.copy_within(count.., kept);

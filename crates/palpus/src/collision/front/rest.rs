@@ -2,11 +2,10 @@
 //! enough, moved along with the bodies.
 //!
 //! Pieces that slide along each other keep their contacts for many ticks, and where surfaces fit
-//! closely there are thousands of them. Whoever answers a pair says after how much motion it has to
-//! be measured again; until then it is *at rest*.
+//! closely there are thousands of them. The caller that measures a pair states after how much
+//! motion it has to be measured again; until then the pair is *at rest*.
 //!
-//! How many pairs rest, and so how long, is decided by whoever answers them: see
-//! [`Front::set_rest_share`].
+//! The caller also decides how many pairs rest, and so how long: see [`Front::set_rest_share`].
 
 use super::Front;
 use crate::algebra::tolerance::REST_SPREAD;
@@ -60,9 +59,9 @@ impl Front {
         (since >= self.rests_from).then(|| self.motion_bound.since(since))
     }
 
-    /// The answer of this query is good for a motion of `length` (model units) from here. Pairs
-    /// that were answered at once, as after a jump, are not all due at once: each rests for its own
-    /// share of that.
+    /// Puts `pair` at rest: its answer is good for a motion of `length` (model units) from here.
+    /// Each pair rests for its own share of `length`, so that pairs which were measured in the same
+    /// query, as after a jump, are not all due in the same query.
     pub(crate) fn rest(&mut self, pair: &LeafPair, length: f64) {
         if let Some(place) = pair.place {
             let share = 1.0 - REST_SPREAD * (f64::from(place) * GOLDEN).fract();

@@ -196,8 +196,8 @@ impl<'s, 'p> Search<'s, 'p> {
         Ok(self.surface.close_tetrahedron())
     }
 
-    /// The support along ± `direction` on the side of `from` where the origin is, or on the other
-    /// if there is none off `from`; `known` for a zero direction.
+    /// Returns the support along ± `direction` on the side of `from` where the origin is, or on the
+    /// other side if that one gives no point apart from `from`; `known` for a zero direction.
     fn support_off(&mut self, known: HubPair, from: DVec3, direction: DVec3) -> HubPair {
         let Some(normal) = direction.try_normalize() else { return known };
         let normal = if normal.dot(from) <= 0.0 { normal } else { -normal };

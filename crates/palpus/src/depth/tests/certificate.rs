@@ -1,4 +1,4 @@
-//! Proofs against the exhaustive oracle: the robustness sweep, and what memories may do.
+//! Proofs against the exhaustive oracle: the robustness sweep, and the effect of reused memories.
 
 use super::*;
 use crate::collision::{StopReason, initial_features, march};

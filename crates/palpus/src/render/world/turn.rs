@@ -85,7 +85,7 @@ impl World {
         }
     }
 
-    /// m: no point of body `i` moves farther in this step; `None` if that is not known.
+    /// Bound on the motion of any point of body `i` in this step (m); `None` if it is not known.
     fn reach(&self, i: usize, dt: f64) -> Option<f64> {
         let thing = &self.things[i];
         match &thing.role {

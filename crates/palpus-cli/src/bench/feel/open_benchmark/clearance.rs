@@ -227,8 +227,8 @@ mod tests {
     use super::*;
     use palpus_scenes::shape;
 
-    /// A wall all round at the play, felt as k times the overlap, is judged as right; felt a tenth
-    /// of the play too early, as wrong.
+    /// A wall all round at the play is judged right if its force is k times the overlap, and wrong
+    /// if the force begins a tenth of the play too early.
     #[test]
     fn travel_and_press_are_judged() {
         let fit = &FITS[1];

@@ -15,7 +15,7 @@ use super::clearance::Fit;
 use crate::bench::TICK;
 use crate::files;
 
-/// What the folder holds, and how it may be used.
+/// Text of the folder's README: its files, and their terms of use.
 const README: &str = include_str!("README.md");
 
 /// Writes the folder's description.
@@ -80,8 +80,8 @@ fn obj(name: &str, soup: PolygonSoup) -> anyhow::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The right wrench at each row of the motion, of contacts that push from touching on; a torque that
-/// is not known is left empty. `None` for a scene without a truth.
+/// The right wrench at each row of the motion, for methods whose force begins where surfaces touch.
+/// A torque that is not known is left empty. `None` for a scene without known wrenches.
 fn truth(ground: &Ground) -> Option<String> {
     let exact = Fit::of(ground.name).filter(|fit| fit.is_exact);
     if ground.truth.is_none() && exact.is_none() {
