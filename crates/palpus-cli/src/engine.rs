@@ -239,7 +239,7 @@ fn fill(moment: &mut Moment, world: &World, tools: &[Tool], objects: &Objects, p
     moment.fill(tick, tick.index as f64 * period, world.tool_settings(first.id).grip_a);
     for (k, tool) in tools.iter().enumerate().skip(1) {
         let body = world.body_of(tool.id);
-        // Contacts with tools before it are there already.
+        // Contacts with the tools before it are already in the list.
         let known = tools[..k].iter().map(|other| world.contacts(body, world.body_of(other.id)).count()).sum();
         moment.join(world.tick(tool.id), known);
     }

@@ -28,7 +28,7 @@ pub(crate) fn check_poses(recording: &Recording) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// An error unless every tick of a run from its beginning is there, with device poses of the grip.
+/// Fails unless the recording has every tick from the beginning, with device poses of the grip.
 pub(crate) fn check_rows(recording: &Recording) -> anyhow::Result<()> {
     check_poses(recording)?;
     if recording.rows.is_empty() {

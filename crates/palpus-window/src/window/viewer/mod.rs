@@ -70,7 +70,7 @@ pub struct Viewed {
 /// Shows a model until the user closes the window; must be called on the main thread.
 ///
 /// # Errors
-/// When no window can be opened here.
+/// Fails if no window can be opened.
 pub fn view(viewed: Viewed) -> Result<(), WindowError> {
     let title = format!("palpus — {}", viewed.name);
     shell::show(&title, |creation| Ok(Box::new(Viewer::new(creation, viewed)?)))
