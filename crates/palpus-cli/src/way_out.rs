@@ -73,13 +73,14 @@ pub(crate) struct InsideStart {
 
 impl InsideStart {
     /// Returns the way out for the probe at the start of the stage's hand path; `None` if it is
-    /// outside of the environment and of all objects there, or if no way out of all of them was
-    /// found.
-    pub(crate) fn of(stage: &Stage) -> Option<Self> {
+    /// outside of the environment, of all objects and of the `tools` (each where it starts, world),
+    /// or if no way out of all of them was found.
+    pub(crate) fn of(stage: &Stage, tools: &[(Arc<Body>, Pose)]) -> Option<Self> {
         let start = stage.path.pose(0.0);
         let objects = stage.objects.iter().map(|object| Part::new(&object.body, object.pose));
-        let mut parts: Vec<Part<'_>> =
-            std::iter::once(Part::new(&stage.environment, stage.environment_pose)).chain(objects).collect();
+        let tools = tools.iter().map(|(tool, pose)| Part::new(tool, *pose));
+        let environment = Part::new(&stage.environment, stage.environment_pose);
+        let mut parts: Vec<Part<'_>> = std::iter::once(environment).chain(objects).chain(tools).collect();
         let mut interior = None;
         let mut found: Option<Self> = None;
         for _ in 0..MOST_LEGS {
@@ -122,7 +123,7 @@ impl InsideStart {
     }
 }
 
-/// The environment, or an object where it begins.
+/// The environment, or an object or another tool where it begins.
 struct Part<'a> {
     body: &'a Arc<Body>,
     /// World.

@@ -173,6 +173,20 @@ fn a_start_inside_an_object_is_said_with_the_way_out() {
 }
 
 #[test]
+fn a_start_inside_another_tool_is_said_by_the_first() {
+    let folder = Folder::new("in-tool");
+    assert!(palpus(&folder.0, &["export", "box-table", "mine"]).status.success());
+    hold_a_cube(&folder.0);
+    let scene = folder.0.join("mine/scene.toml");
+    let text = fs::read_to_string(&scene).expect("it was written");
+    let second = "\n[second]\nmesh = \"tool.obj\"\nposition = [-30.0, 0.0, 39.0]\n";
+    fs::write(&scene, text + second).expect("it can be written");
+    let said = said_of_start(&folder.0);
+    assert_eq!(said.matches("the probe overlaps the part by").count(), 1, "{said}");
+    assert!(said.contains("along (0.00, 0.00, 1.00)"), "{said}");
+}
+
+#[test]
 fn the_way_out_of_the_part_leads_past_objects() {
     let folder = Folder::new("past-object");
     assert!(palpus(&folder.0, &["export", "box-table", "mine"]).status.success());

@@ -1,9 +1,12 @@
 //! Plan of a run: a stage, a device, thresholds and settings.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use anyhow::{anyhow, bail};
 use glam::DVec3;
+use palpus::algebra::Pose;
+use palpus::body::Body;
 use palpus::render::{Clustering, Settings};
 use palpus_device::{
     AfterFault, DEVICE_BUTTONS, DeviceSpec, DeviceState, Engagement, FaultyDevice, Guide, Guided, HOLD_KEY,
@@ -46,13 +49,15 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
-    /// A run on `stage`, which is called `name`, of the tool for which this was `typed`.
+    /// A run on `stage`, which is called `name`, of the tool for which this was `typed`. If it
+    /// begins inside one of the tools `after` it (each with its start pose, world), it has to leave.
     /// `in_window`: the run has keys, and without a duration it lasts until it is stopped.
     pub(super) fn new(
         arguments: &RunArguments,
         typed: &ToolArguments<'_>,
         name: &str,
         mut stage: Stage,
+        after: &[(Arc<Body>, Pose)],
         in_window: bool,
     ) -> anyhow::Result<Self> {
         if let Some(rendering) = arguments.rendering {
@@ -63,7 +68,7 @@ impl Plan {
         }
         let rate_hz = stage.rate_hz(arguments.rate);
         let script = faults::script(typed.faults, rate_hz, arguments.fast)?;
-        let inside = InsideStart::of(&stage);
+        let inside = InsideStart::of(&stage, after);
         let end = inside.filter(|_| arguments.lead_out).map(|inside| inside.end());
         let Opened { device, guide, notes } = open(arguments, typed, &stage, rate_hz, end)?;
         let spec = lowered(device.spec(), arguments);

@@ -22,9 +22,12 @@ impl Ready {
         // Hands that work together have paths of their own lengths, which would drift apart.
         let stage = Stage { to_and_fro: in_window && stage.others.is_empty(), ..stage };
         let others: Vec<Stage> = stage.of_others().collect();
+        let tools: Vec<_> = stage.tools().map(|(body, pose)| (body.clone(), pose)).collect();
         let stages = std::iter::once(stage).chain(others);
-        let plan = |(stage, typed)| Plan::new(arguments, &typed, name, stage, in_window);
-        let plans: Vec<Plan> = stages.zip(typed).map(plan).collect::<anyhow::Result<_>>()?;
+        let plan = |(k, (stage, typed)): (usize, (Stage, ToolArguments<'_>))| {
+            Plan::new(arguments, &typed, name, stage, &tools[k + 1..], in_window)
+        };
+        let plans: Vec<Plan> = stages.zip(typed).enumerate().map(plan).collect::<anyhow::Result<_>>()?;
         let settings: Vec<_> = plans.iter().map(|plan| plan.settings).collect();
         let mut engine = plans[0].engine(&settings, in_window)?;
         plans.iter().enumerate().for_each(|(which, plan)| engine.lead_out(which, plan.lead.clone()));
