@@ -25,6 +25,7 @@ pub(super) struct Comparison {
     ticks: Option<SyncSender<Vec<WatchedTick>>>,
     answers: Receiver<Vec<ComparedTick>>,
     moments: Newest<Moment>,
+    has_answered: bool,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -55,7 +56,7 @@ impl Comparison {
         };
         let thread = std::thread::Builder::new().name("compare".to_owned()).spawn(work);
         let thread = thread.context("no thread to compare on")?;
-        Ok(Self { ticks: Some(ticks), answers, moments, thread: Some(thread) })
+        Ok(Self { ticks: Some(ticks), answers, moments, has_answered: false, thread: Some(thread) })
     }
 
     /// Has it compute these; leaves them out while it has enough to do.
@@ -65,10 +66,14 @@ impl Comparison {
         }
     }
 
-    /// Passes the ticks since the last call to `each`, and returns the newest for display.
-    pub(super) fn take(&mut self, each: &mut dyn FnMut(ComparedTick)) -> &Moment {
-        self.answers.try_iter().flatten().for_each(each);
-        self.moments.get()
+    /// Passes the ticks since the last call to `each`, and returns the newest for display; `None`
+    /// before the first.
+    pub(super) fn take(&mut self, each: &mut dyn FnMut(ComparedTick)) -> Option<&Moment> {
+        for tick in self.answers.try_iter().flatten() {
+            self.has_answered = true;
+            each(tick);
+        }
+        if self.has_answered { Some(self.moments.get()) } else { None }
     }
 }
 
@@ -113,6 +118,7 @@ mod tests {
             WatchedTick { time, state, wrench, query_ns: 0, force_ns: 0, contacts: 0, separation: f64::INFINITY }
         };
         let ticks: Vec<WatchedTick> = (0..2000).map(tick).collect();
+        assert!(comparison.take(&mut |_| ()).is_none(), "nothing has been computed");
         comparison.give(ticks.clone());
         let (mut compared, begin) = (Vec::new(), Instant::now());
         while compared.len() < ticks.len() && begin.elapsed() < PATIENCE {

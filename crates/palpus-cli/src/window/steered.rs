@@ -252,7 +252,7 @@ impl Run for Steered<'_> {
     }
 
     fn compared(&mut self, each: &mut dyn FnMut(ComparedTick)) -> Option<&Moment> {
-        self.comparison.as_mut().map(|comparison| comparison.take(each))
+        self.comparison.as_mut().and_then(|comparison| comparison.take(each))
     }
 
     fn settings_as_toml(&self) -> String {

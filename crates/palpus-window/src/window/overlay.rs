@@ -134,27 +134,31 @@ pub(super) fn whose(ui: &mut Ui, rect: Rect, holds: bool, cap: Option<&str>, act
     }
 }
 
-/// Draws the hint on the probe that it can be dragged, until a person has taken it once.
+/// Draws the hint on the probe that it can be dragged, until a person has taken it once: at its
+/// side, since the arrow of the force mostly points up.
 pub(super) fn hint(ui: &Ui, area: &Area, view: &View3d, scene: &Scene, style: &Style) {
     let Some(probe) = scene.bodies.first() else { return };
     let vertices = &probe.solid.vertices;
     let some = vertices.iter().step_by(1 + vertices.len() / MOST_HINTED);
     let seen = some.filter_map(|vertex| view.seen_at(area, probe.pose.point(*vertex)));
-    let Some(top) = seen.filter(|at| area.rect.contains(*at)).min_by(|a, b| a.y.total_cmp(&b.y)) else { return };
+    let seen: Vec<egui::Pos2> = seen.filter(|at| area.rect.contains(*at)).collect();
+    let end = |sign: f32| seen.iter().copied().min_by(|a, b| (sign * a.x).total_cmp(&(sign * b.x)));
+    let (Some(left), Some(right)) = (end(1.0), end(-1.0)) else { return };
     let colours = style.theme.colours();
     let painter = ui.painter_at(area.rect);
     let words = painter.layout_no_wrap(HINT.to_owned(), FontId::proportional(LETTERS), colour(colours.ink));
     let frame = words.size() + vec2(16.0, 8.0);
-    // Below the top where there is no room above it.
-    let is_above = top.y - POINTER - frame.y > area.rect.top();
-    let (side, align) = if is_above { (-1.0, Align2::CENTER_BOTTOM) } else { (1.0, Align2::CENTER_TOP) };
-    let at = align.anchor_size(top + vec2(0.0, side * POINTER), frame);
     let room = area.rect.shrink(4.0);
-    let at = at.translate(vec2((room.left() - at.left()).max(0.0) + (room.right() - at.right()).min(0.0), 0.0));
+    // At the right where there is no room at the left.
+    let is_left = left.x - POINTER - frame.x > room.left();
+    let (tip, side, align) =
+        if is_left { (left, -1.0, Align2::RIGHT_CENTER) } else { (right, 1.0, Align2::LEFT_CENTER) };
+    let at = align.anchor_size(tip + vec2(side * POINTER, 0.0), frame);
+    let at = at.translate(vec2(0.0, (room.top() - at.top()).max(0.0) + (room.bottom() - at.bottom()).min(0.0)));
     let (fill, edge) = (thin(colours.below, 0.9), Stroke::new(1.0, thin(colours.faint, 0.9)));
     painter.rect(at, 6.0, fill, edge, egui::StrokeKind::Inside);
-    let base = top + vec2(0.0, side * (POINTER - 0.5));
-    let tip = [base - vec2(5.0, 0.0), top, base + vec2(5.0, 0.0)];
+    let base = tip + vec2(side * (POINTER - 0.5), 0.0);
+    let tip = [base - vec2(0.0, 5.0), tip, base + vec2(0.0, 5.0)];
     painter.add(egui::Shape::convex_polygon(tip.to_vec(), fill, Stroke::NONE));
     painter.line(tip.to_vec(), edge);
     painter.galley(at.min + vec2(8.0, 4.0), words, colour(colours.ink));

@@ -82,7 +82,7 @@ impl PairSearch {
     pub(super) fn rest(&mut self, asked: &Asked<'_>, leaf: &LeafPair, known: usize, foretold: Option<f64>) {
         let found = least_separation(self.contacts[known..].iter().map(|contact| contact.separation));
         if found == f64::INFINITY {
-            // The pair is near the tolerance: a contact may begin or end at any time.
+            // Without a contact there is nothing to extrapolate, and one may begin at any time.
             return;
         }
         let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);

@@ -17,7 +17,7 @@
 //!    times.
 //! 4. *Friction*: −c (z + h v′) in the tangent plane and −c R² (φ + h ω′) about the normal, with c
 //!    the contact's k_t while it sticks, and so small that both together are μ F_n when it slides.
-//!    The same rounds find c.
+//!    The same rounds find c; those that swing are relaxed (`world/relax.rs`).
 //! 5. *Solve* the 6 × 6 system, move the tool, but no point of it farther than contacts were looked
 //!    ahead for: that is at least two skins, and twice the way of the last step. So nothing can be
 //!    jumped over, at any speed. Where the query's work is bounded and nothing is near, it does not
