@@ -50,7 +50,7 @@ pub(crate) struct Plan {
 
 impl Plan {
     /// A run on `stage`, which is called `name`, of the tool for which this was `typed`. If it
-    /// begins inside one of the tools `after` it (each with its start pose, world), it has to leave.
+    /// begins inside one of the tools `after` it (with their start poses, world), it has to leave.
     /// `in_window`: the run has keys, and without a duration it lasts until it is stopped.
     pub(super) fn new(
         arguments: &RunArguments,

@@ -207,8 +207,8 @@ impl Servo {
     }
 
     /// Runs the first device on the calling thread until the duration is over, `stop` is set, the
-    /// control ends the run, the device ends or something fails; the last wrench written to `device`
-    /// is zero.
+    /// control ends the run, the device ends or something fails. The last wrench written to
+    /// `device` is zero.
     pub fn run<D, T, S, O>(&mut self, device: &mut D, step: S, observer: &mut O, stop: &AtomicBool) -> RunStatistics
     where
         D: HapticDevice + ?Sized,

@@ -18,8 +18,9 @@ use crate::algebra::tolerance::{RELAX_DRIFT, RELAX_LEAST};
 
 /// Relaxation of the rounds of one group's step; see the module's description.
 pub(super) struct Relaxation {
-    /// Of the way from guess to solution in the last round.
+    /// Share of the way from guess to solution in the last round.
     share: f64,
+    /// A solution has come back to the last but one.
     swings: bool,
 }
 
@@ -30,7 +31,7 @@ impl Relaxation {
         Self { share: 1.0, swings: false }
     }
 
-    /// After a `round`'s solution: sets the twists for which the next forces are to be predicted;
+    /// After a `round`'s solution: sets the twists for which the next round predicts forces;
     /// true if they are not the solution.
     pub(super) fn step(&mut self, world: &mut World, of: Range<usize>, round: u32) -> bool {
         let (mut slope, mut change, mut size, mut drift) = (0.0, 0.0, 0.0, 0.0);
