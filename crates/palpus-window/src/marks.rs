@@ -21,6 +21,7 @@ const ANCHOR_RADIUS: f64 = 2.0;
 const ANCHOR_ROD_RADIUS: f64 = 1.0;
 const SHAFT_RADIUS: f64 = 2.2;
 const CLUSTER_SHAFT_RADIUS: f64 = 1.6;
+/// A larger force has no longer arrow.
 const LONGEST_ARROW: f64 = 150.0;
 const TURNING_CIRCLE: f64 = 42.0;
 /// The smallest turning arrow, of the largest.
@@ -144,10 +145,12 @@ impl Marks {
         if style.contacts {
             marks.press(moment.clusters.iter().map(|c| (place(c.point), turn(c.force))), &colours);
         }
-        let arrow_of = |tail: DVec3, force: DVec3, radius: f64| {
-            let length = metres(tail, LONGEST_ARROW) / scene.force_scale.max(f64::MIN_POSITIVE);
-            arrow(tail, force * length, metres(tail, radius))
+        // Clusters that press against each other can push with many times the force of the hand.
+        let way_of = |tail: DVec3, force: DVec3| {
+            let longest = metres(tail, LONGEST_ARROW);
+            (force * (longest / scene.force_scale.max(f64::MIN_POSITIVE))).clamp_length_max(longest)
         };
+        let arrow_of = |tail: DVec3, force: DVec3, radius: f64| arrow(tail, way_of(tail, force), metres(tail, radius));
         if style.clusters {
             let colour = |separation: f64| match style.clusters_as_contacts {
                 false => colours.cluster,
@@ -162,8 +165,7 @@ impl Marks {
             let (force, torque) = (moment.wrench.force.length(), moment.wrench.torque.length());
             marks.solids.push((arrow_of(grip, turn(moment.wrench.force), SHAFT_RADIUS), colours.force));
             if force > NO_TURN * scene.force_scale {
-                let length = metres(grip, LONGEST_ARROW) / scene.force_scale.max(f64::MIN_POSITIVE);
-                let point = grip + turn(moment.wrench.force) * length;
+                let point = grip + way_of(grip, turn(moment.wrench.force));
                 marks.labels.push(Label { point, words: format!("{force:.2} N"), colour: colours.force });
             }
             let part = (moment.wrench.torque.length() / scene.torque_scale.max(f64::MIN_POSITIVE)).min(1.0);

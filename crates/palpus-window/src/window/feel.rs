@@ -6,7 +6,7 @@
 use std::ops::RangeInclusive;
 use std::time::{Duration, Instant};
 
-use eframe::egui::{Grid, Label, RichText, Sense, Slider, Ui};
+use eframe::egui::{Align, Grid, Label, Layout, RichText, Sense, Slider, Ui, vec2};
 use palpus::force::{FrictionSettings, ShadingSettings};
 use palpus::render::{Clustering, Settings};
 
@@ -16,6 +16,7 @@ use super::run_keys::Action;
 
 /// Points.
 const SLIDER: f32 = 84.0;
+const CAPTION: f32 = 84.0;
 /// Default crease angle, degrees, and default coefficients.
 const USUAL_CREASE: f64 = 40.0;
 const MOST_TURN: f64 = 45.0;
@@ -151,6 +152,7 @@ impl Feel {
         let now = run.settings();
         let mut wanted = now;
         ui.horizontal(|ui| {
+            caption(ui, "settings");
             for (k, (preset, key)) in self.presets.iter().zip(["B", "V", "", ""]).enumerate() {
                 let is_on = Settings { limits: now.limits, capacity: now.capacity, ..preset.settings } == now;
                 if ui
@@ -163,8 +165,9 @@ impl Feel {
             }
         });
         let mut switch =
-            |ui: &mut Ui, action: Action, key: &str, is_first: bool, names: [&str; 2], words: [&str; 2]| {
+            |ui: &mut Ui, of: &str, action: Action, key: &str, is_first: bool, names: [&str; 2], words: [&str; 2]| {
                 ui.horizontal(|ui| {
+                    caption(ui, of);
                     for (k, (name, words)) in names.into_iter().zip(words).enumerate() {
                         let is_on = is_first == (k == 0);
                         let response = ui.selectable_label(is_on, name).on_hover_text(format!("{words} ({key})"));
@@ -176,6 +179,7 @@ impl Feel {
             };
         switch(
             ui,
+            "rendering",
             Action::Coupling,
             "D",
             now.coupling.is_some(),
@@ -184,6 +188,7 @@ impl Feel {
         );
         switch(
             ui,
+            "clustering",
             Action::Clustering,
             "K",
             now.clustering == Clustering::Smooth,
@@ -206,8 +211,12 @@ impl Feel {
         self.change(run, &now, &wanted)?;
         ui.horizontal_wrapped(|ui| {
             for (words, hint, action) in [
-                ("A | B", "the paper's way, or what was kept, beside it on the same hand (Y)", Action::Beside),
-                ("keep as B", "compares with these settings from now on (N)", Action::Keep),
+                (
+                    "compare",
+                    "shows the paper's settings, or those kept, beside these, on the same hand (Y)",
+                    Action::Beside,
+                ),
+                ("keep to compare", "compares with these settings from now on (N)", Action::Keep),
                 ("undo", "goes back by one change (U)", Action::Undo),
             ] {
                 if ui.button(words).on_hover_text(hint).clicked() {
@@ -267,6 +276,15 @@ impl Feel {
             }
         });
     }
+}
+
+/// Name of a row of choices.
+fn caption(ui: &mut Ui, words: &str) {
+    let size = vec2(CAPTION, ui.spacing().interact_size.y);
+    ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
+        ui.set_min_width(CAPTION);
+        ui.label(words);
+    });
 }
 
 fn apply(run: &mut dyn Run, now: &Settings, wanted: &Settings) -> Result<(), String> {

@@ -204,13 +204,13 @@ impl<'a> Interface<'a> {
     fn turn_beside(&mut self) {
         if self.beside.take().is_some() {
             beside::end(self.run, &mut self.history, &self.notices);
-            self.view.reframe();
+            self.view.widen();
             return;
         }
         let (names, settings) = self.feel.other(&self.run.settings());
         let begun = Beside::begin(names, &settings, &self.scene, self.run);
         self.beside = self.notices.check(begun);
-        self.view.reframe();
+        self.view.widen();
     }
 
     /// Another scene, seen in the way that the last one was.

@@ -17,6 +17,8 @@ use super::slot::{Content, Slot};
 const WIDTH: f32 = 740.0;
 const MARGIN: f32 = 70.0;
 const SCENES_HEIGHT: f32 = 230.0;
+/// Width of the column of names.
+const SCENE_NAME: f32 = 120.0;
 /// Recent files that are offered.
 const MOST_RECENT: usize = 5;
 
@@ -123,12 +125,13 @@ impl Opening {
 
     fn built_in(&self, ui: &mut Ui, wanted: &mut Option<Wanted>) {
         ScrollArea::vertical().max_height(SCENES_HEIGHT).auto_shrink([false, true]).show(ui, |ui| {
-            egui::Grid::new("scenes").num_columns(2).spacing([10.0, 5.0]).show(ui, |ui| {
+            let wide = ui.available_width() - SCENE_NAME;
+            egui::Grid::new("scenes").num_columns(2).spacing([10.0, 5.0]).max_col_width(wide).show(ui, |ui| {
                 for (name, summary) in &self.scenes {
                     if ui.button(name).clicked() {
                         *wanted = Some(Wanted::Scene(name.clone()));
                     }
-                    ui.add(Label::new(summary).truncate());
+                    ui.add(Label::new(summary).wrap());
                     ui.end_row();
                 }
             });

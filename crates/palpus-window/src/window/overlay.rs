@@ -87,21 +87,30 @@ pub(super) fn legend(ui: &Ui, rect: Rect, scene: &Scene, style: &Style) {
         return;
     }
     let painter = ui.painter_at(rect);
-    for (k, (rgb, words)) in lines.iter().rev().enumerate() {
-        let left = rect.left() + MARGIN;
-        let y = rect.bottom() - MARGIN - LINE * (k as f32 + 0.5);
-        painter.circle_filled(pos2(left + 6.0, y), 5.5, colour(*rgb));
-        let font = FontId::proportional(LETTERS);
-        painter.text(pos2(left + 20.0, y), Align2::LEFT_CENTER, *words, font, colour(colours.ink));
+    let ink = colour(colours.ink);
+    let galley = |words: &str| painter.layout_no_wrap(words.to_owned(), FontId::proportional(LETTERS), ink);
+    let words: Vec<_> = lines.iter().map(|(_, words)| galley(words)).collect();
+    let width = words.iter().map(|words| words.size().x).fold(0.0, f32::max);
+    let size = vec2(20.0 + width, LINE * lines.len() as f32);
+    let at = Rect::from_min_size(pos2(rect.left() + MARGIN, rect.bottom() - MARGIN - size.y), size);
+    // A plate, so that it is legible over a body.
+    painter.rect_filled(at.expand2(vec2(8.0, 4.0)), 6.0, thin(colours.below, 0.55));
+    for (k, ((rgb, _), words)) in lines.iter().zip(words).enumerate() {
+        let y = at.top() + LINE * (k as f32 + 0.5);
+        painter.circle_filled(pos2(at.left() + 6.0, y), 5.5, colour(*rgb));
+        painter.galley(pos2(at.left() + 20.0, y - 0.5 * words.size().y), words, ink);
     }
 }
 
 fn meanings(scene: &Scene, style: &Style, colours: &Colours) -> Vec<(Rgb, &'static str)> {
     let body = |k: usize| scene.bodies.get(k).map(|body| body.colour);
     let mut lines = Vec::new();
-    let probes = if scene.bodies.len() > 2 { "both probes" } else { "probe" };
-    lines.extend(body(0).map(|rgb| (rgb, probes)));
+    // All probes have one colour, and so have all objects.
+    let more = scene.bodies.iter().skip(2).map(|body| body.colour);
+    let has_probes = more.clone().any(|rgb| Some(rgb) == body(0));
+    lines.extend(body(0).map(|rgb| (rgb, if has_probes { "probes" } else { "probe" })));
     lines.extend(body(1).map(|rgb| (rgb, "environment")));
+    lines.extend(more.clone().find(|rgb| Some(*rgb) != body(0)).map(|rgb| (rgb, "objects")));
     if style.contacts {
         lines.extend([(colours.disjoint, "contact, apart"), (colours.penetrating, "contact, overlapping")]);
     }

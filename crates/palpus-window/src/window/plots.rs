@@ -21,6 +21,7 @@ const MARGIN: f32 = 10.0;
 const SCALE: f32 = 11.5;
 const TITLE: f32 = 14.0;
 const VALUE: f32 = 17.0;
+const LEAST_VALUE: f32 = 13.5;
 /// Narrower charts than this leave those of times and contacts out.
 const NARROW: f32 = 130.0;
 /// How much of a state's colour stands behind the curves.
@@ -212,7 +213,8 @@ impl Seen<'_> {
         painter.text(pos2(field.left() + 4.0, y(top)), Align2::LEFT_TOP, number(top), font, faint);
     }
 
-    /// Writes the chart's name and its value, as large as there is room for both.
+    /// Writes the chart's name and its value, as large as there is room for both; in a chart that
+    /// is too narrow, the name alone.
     fn head(&self, ui: &Ui, field: Rect, chart: &Chart) {
         let base = field.top() - 5.0;
         let painter = ui.painter();
@@ -220,17 +222,19 @@ impl Seen<'_> {
         let names: Vec<_> = (chart.names.iter())
             .map(|(name, rgb)| painter.layout_no_wrap(name.clone(), FontId::proportional(TITLE), colour(*rgb)))
             .collect();
-        let wide = |count: usize| names.iter().take(count).map(|name| name.size().x + 8.0).sum::<f32>();
+        let widths: Vec<f32> = names.iter().map(|name| name.size().x + 8.0).collect();
+        let wide = |count: usize| widths.iter().take(count).sum::<f32>();
         let value = (chart.said)(self.history.at(self.cursor), self.history.compared_at(self.cursor));
         let galley = |font: FontId| painter.layout_no_wrap(value.clone(), font, ink);
-        let (large, small) = (galley(large_font()), galley(FontId::proportional(VALUE)));
+        let large = galley(large_font());
+        let [small, least] = [VALUE, LEAST_VALUE].map(|size| galley(FontId::proportional(size)));
         let fits = |galley: &egui::Galley, count: usize| wide(count) + galley.size().x <= field.width();
         let all = names.len();
         let (shown, galley) = match () {
             () if fits(&large, all) => (all, large),
             () if fits(&small, all) => (all, small),
             () if fits(&small, 1) => (1, small),
-            () => (0, small),
+            () => (1, least),
         };
         let mut left = field.left();
         for name in names.into_iter().take(shown) {
@@ -238,7 +242,7 @@ impl Seen<'_> {
             painter.galley(pos2(left, base - name.size().y), name, ink);
             left += width + 8.0;
         }
-        if galley.size().x <= field.width() {
+        if fits(&galley, shown) {
             painter.galley(pos2(field.right(), base + 3.0) - galley.size(), galley, ink);
         }
     }

@@ -104,10 +104,10 @@ impl Quantity {
             Self::Radius => "cluster radius",
             Self::StaticFriction => "friction, rest",
             Self::DynamicFriction => "friction, slide",
-            Self::Crease => "crease",
+            Self::Crease => "crease angle",
             Self::CouplingStiffness => "coupling",
             Self::CouplingDamping => "damping",
-            Self::TurningStiffness => "rotation",
+            Self::TurningStiffness => "rot. stiffness",
             Self::TurningDamping => "rot. damping",
         }
     }
@@ -117,10 +117,10 @@ impl Quantity {
         match self {
             Self::Stiffness => "how hard a contact pushes back",
             Self::Tolerance => "from which distance on contacts are found",
-            Self::Radius => "contacts nearer to each other than this share a force (linkage)",
+            Self::Radius => "contacts nearer to each other than this share a force, with linkage clustering",
             Self::StaticFriction => "friction coefficient of a contact that holds",
             Self::DynamicFriction => "friction coefficient of a contact that slides",
-            Self::Crease => "edges that are more open than this are felt as smooth",
+            Self::Crease => "edges at which the surface turns by less than this are felt as smooth",
             Self::CouplingStiffness => "the spring between the device and the tool",
             Self::CouplingDamping => "the damper between the device and the tool",
             Self::TurningStiffness => "the spring against rotation between the device and the tool",

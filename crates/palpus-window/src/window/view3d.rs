@@ -53,6 +53,10 @@ const TITLE: f32 = 36.0;
 pub(super) struct View3d {
     camera: Camera,
     framed: bool,
+    /// The next framing keeps what the last one had.
+    widens: bool,
+    /// World, of the boxes about all bodies at the last framing.
+    corners: Vec<DVec3>,
     ground: Option<Ground>,
     /// The bodies in few triangles, for their shadow.
     shadowed: Vec<Arc<Solid>>,
@@ -111,6 +115,8 @@ impl View3d {
         Ok(Self {
             camera: Camera::framing(scene.corners(), View::Oblique, 1.5),
             framed: false,
+            widens: false,
+            corners: Vec::new(),
             ground: None,
             shadowed: shadowed(scene),
             pace: Pace::new(artist.by_processor),
@@ -157,6 +163,11 @@ impl View3d {
         self.framed = false;
     }
 
+    /// The same, with the places where bodies were when everything was brought into view before.
+    pub(super) fn widen(&mut self) {
+        (self.framed, self.widens) = (false, true);
+    }
+
     /// The bodies are others from now on, or in other colours; the eye stays where it is.
     pub(super) fn replace(&mut self, scene: &Scene, style: &Style) {
         self.shadowed = shadowed(scene);
@@ -197,9 +208,13 @@ impl View3d {
         let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
         let area = Area { rect, response };
         if !self.framed {
-            self.camera.frame(scene.corners(), area.aspect());
+            if !self.widens {
+                self.corners.clear();
+            }
+            self.corners.extend(scene.corners());
+            self.camera.frame(self.corners.iter().copied(), area.aspect());
             self.ground = Ground::below(scene);
-            self.framed = true;
+            (self.framed, self.widens) = (true, false);
         }
         area
     }

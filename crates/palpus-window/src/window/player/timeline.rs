@@ -47,7 +47,9 @@ struct Columns {
 }
 
 /// Points.
-const LABEL: f32 = 92.0;
+const LABEL: f32 = 108.0;
+/// A lower strip has its name and its value side by side.
+const LOW: f32 = 30.0;
 const GAP: f32 = 3.0;
 const WORDS: f32 = 11.5;
 const LEAST_RANGE: f64 = 1e-9;
@@ -159,12 +161,26 @@ impl Timeline {
         let words = |at: Pos2, align, text: String, colour: Color32| {
             painter.text(at, align, text, FontId::proportional(WORDS), colour);
         };
-        let (name_at, value_at) = (Pos2::new(left, strip.top()), Pos2::new(left, strip.bottom()));
-        words(name_at, egui::Align2::LEFT_TOP, curve.name.to_owned(), colour(colours.faint));
+        let [name_at, value_at] = if strip.height() < LOW {
+            let y = strip.center().y;
+            [
+                (Pos2::new(left, y), egui::Align2::LEFT_CENTER),
+                (Pos2::new(strip.left() - 6.0, y), egui::Align2::RIGHT_CENTER),
+            ]
+        } else {
+            let [top, bottom] = [strip.top(), strip.bottom()].map(|y| Pos2::new(left, y));
+            [(top, egui::Align2::LEFT_TOP), (bottom, egui::Align2::LEFT_BOTTOM)]
+        };
+        words(name_at.0, name_at.1, curve.name.to_owned(), colour(colours.faint));
         let now = curve.values.get(tick).copied().unwrap_or(0.0);
-        words(value_at, egui::Align2::LEFT_BOTTOM, said(now), ink);
-        let largest_at = strip.right_top() + vec2(-4.0, 0.0);
-        words(largest_at, egui::Align2::RIGHT_TOP, said(largest), colour(colours.faint));
+        words(value_at.0, value_at.1, said(now), ink);
+        let font = FontId::proportional(WORDS);
+        let largest = painter.layout_no_wrap(said(largest), font, colour(colours.faint));
+        let at = Pos2::new(strip.right() - 4.0 - largest.size().x, strip.top());
+        // A plate, so that it is legible over the curve.
+        let plate = Rect::from_min_size(at, largest.size()).expand2(vec2(3.0, 0.0));
+        painter.rect_filled(plate, 2.0, colour(colours.above).gamma_multiply(0.85));
+        painter.galley(at, largest, colour(colours.faint));
     }
 
     /// Ticks into columns.
