@@ -296,7 +296,7 @@ fn errors_say_what_where_and_what_to_do() {
         ),
         (
             change("unit = \"mm\"", ""),
-            "line 1, column 1: unit is missing: a mesh file has none, so say unit = \"mm\" (or cm, m, inch, …)",
+            "line 1, column 1: unit is missing: a mesh file has none, so write unit = \"mm\" (or cm, m, inch, …) above the first section",
         ),
         (
             change("mesh = \"spoon.obj\"", ""),

@@ -85,8 +85,11 @@ fn parse(text: &str, path: &Path, policy: FilePolicy, check: Check<'_>) -> Resul
         "hand",
     ];
     let top = Section::top(source, &root, &keys)?;
-    let unit = read_unit(&top)?
-        .ok_or_else(|| top.error("unit is missing: a mesh file has none, so say unit = \"mm\" (or cm, m, inch, …)"))?;
+    let unit = read_unit(&top)?.ok_or_else(|| {
+        top.error(
+            "unit is missing: a mesh file has none, so write unit = \"mm\" (or cm, m, inch, …) above the first section",
+        )
+    })?;
     let sections = tool_sections(&top)?;
     let environment_section = top.section("environment", &["mesh", "unit", "position", "orientation"])?;
     let environment = read_body(&environment_section, unit, files)?;

@@ -299,6 +299,7 @@ fn apply(run: &mut dyn Run, now: &Settings, wanted: &Settings) -> Result<(), Str
 /// Three figures.
 fn rounded(value: f64, _: RangeInclusive<usize>) -> String {
     match value {
+        v if v >= 9.995e6 => format!("{:.1}M", v / 1e6),
         v if v >= 9995.0 => format!("{:.0}k", v / 1e3),
         v if v >= 99.95 => format!("{v:.0}"),
         v if v >= 9.995 => format!("{v:.1}"),
@@ -310,10 +311,12 @@ fn rounded(value: f64, _: RangeInclusive<usize>) -> String {
 /// The opposite of [`rounded`].
 fn parsed(text: &str) -> Option<f64> {
     let text = text.trim();
-    match text.strip_suffix('k') {
-        Some(thousands) => thousands.trim().parse::<f64>().ok().map(|value| value * 1e3),
-        None => text.parse().ok(),
-    }
+    let (digits, factor) = match (text.strip_suffix('k'), text.strip_suffix('M')) {
+        (Some(thousands), _) => (thousands, 1e3),
+        (_, Some(millions)) => (millions, 1e6),
+        _ => (text, 1.0),
+    };
+    digits.trim().parse::<f64>().ok().map(|value| value * factor)
 }
 
 #[cfg(test)]
@@ -322,9 +325,9 @@ mod tests {
 
     #[test]
     fn values_keep_three_figures() {
-        let words = [0.0, 0.1234, 1.0, 12.34, 123.4, 1234.0, 170e3].map(|value| rounded(value, 0..=3));
-        assert_eq!(words, ["0.00", "0.123", "1.00", "12.3", "123", "1234", "170k"]);
+        let words = [0.0, 0.1234, 1.0, 12.34, 123.4, 1234.0, 170e3, 14.59e6].map(|value| rounded(value, 0..=3));
+        assert_eq!(words, ["0.00", "0.123", "1.00", "12.3", "123", "1234", "170k", "14.6M"]);
         let read = words.map(|text| parsed(&text));
-        assert_eq!(read, [0.0, 0.123, 1.0, 12.3, 123.0, 1234.0, 170e3].map(Some));
+        assert_eq!(read, [0.0, 0.123, 1.0, 12.3, 123.0, 1234.0, 170e3, 14.6e6].map(Some));
     }
 }

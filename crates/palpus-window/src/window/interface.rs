@@ -400,6 +400,9 @@ impl<'a> Interface<'a> {
         if self.hand.touches() || self.handles.has_mouse() {
             ui.set_cursor_icon(if is_taken { egui::CursorIcon::Grabbing } else { egui::CursorIcon::Grab });
         }
+        if !self.was_taken {
+            self.view.keep_in_view(&area, &self.scene);
+        }
         self.view.draw(ui, &area, &self.scene, &self.style, &[]);
         if let (Some(other), Some(beside)) = (&other, &self.beside) {
             self.view.draw(ui, other, &beside.scene, &self.style, &[]);

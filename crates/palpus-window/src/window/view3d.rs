@@ -53,6 +53,8 @@ const TITLE: f32 = 36.0;
 pub(super) struct View3d {
     camera: Camera,
     framed: bool,
+    /// The user has moved the camera.
+    is_users: bool,
     /// The next framing keeps what the last one had.
     widens: bool,
     /// World, of the boxes about all bodies at the last framing.
@@ -115,6 +117,7 @@ impl View3d {
         Ok(Self {
             camera: Camera::framing(scene.corners(), View::Oblique, 1.5),
             framed: false,
+            is_users: false,
             widens: false,
             corners: Vec::new(),
             ground: None,
@@ -145,6 +148,7 @@ impl View3d {
     /// Looks from a standard side, at what is in the middle.
     pub(super) fn look(&mut self, view: View) {
         self.camera.look(view);
+        self.is_users = true;
     }
 
     /// Looks in the direction in which another camera looks.
@@ -154,7 +158,7 @@ impl View3d {
 
     /// Brings everything into view, in the next frame, from the first side.
     pub(super) fn see_everything(&mut self) {
-        self.framed = false;
+        (self.framed, self.is_users) = (false, false);
         self.camera.look(View::Oblique);
     }
 
@@ -166,6 +170,14 @@ impl View3d {
     /// The same, with the places where bodies were when everything was brought into view before.
     pub(super) fn widen(&mut self) {
         (self.framed, self.widens) = (false, true);
+    }
+
+    /// Widens the view if a body leaves it, unless the user has moved the camera.
+    pub(super) fn keep_in_view(&mut self, area: &Area, scene: &Scene) {
+        let is_out = |corner: DVec3| self.seen_at(area, corner).is_none_or(|at| !area.rect.contains(at));
+        if self.framed && !self.is_users && scene.corners().any(is_out) {
+            self.widen();
+        }
     }
 
     /// The bodies are others from now on, or in other colours; the eye stays where it is.
@@ -241,6 +253,7 @@ impl View3d {
     pub(super) fn navigate(&mut self, ui: &egui::Ui, area: &Area) {
         let response = &area.response;
         let moved = response.drag_delta();
+        let before = self.camera;
         let shift = ui.input(|input| input.modifiers.shift);
         if response.dragged_by(PointerButton::Primary) && !shift {
             self.camera.orbit(f64::from(-moved.x * TURN), f64::from(moved.y * TURN));
@@ -252,6 +265,7 @@ impl View3d {
             self.camera.zoom(f64::from((wheel * ZOOM).exp() * pinch));
         }
         self.by_keys(ui);
+        self.is_users |= self.camera != before;
     }
 
     fn by_keys(&mut self, ui: &egui::Ui) {
