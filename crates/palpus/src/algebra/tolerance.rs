@@ -1242,6 +1242,12 @@ pub const COUPLING_SLIP: f64 = 3e-3;
 /// [`COUPLING_STRETCH`].
 pub const COUPLING_SLIP_TURN: f64 = 0.075;
 
+/// rad: a coupling without a torque limit turns no farther than this before it slips.
+///
+/// At half a turn the shortest way back changes sides, and with it the torque. The rest is room for
+/// the motion of a tick.
+pub const COUPLING_MOST_TURN: f64 = 2.4;
+
 /// Share of the device's motion in free air by which an anchor that has slipped returns to the
 /// grip.
 ///

@@ -12,12 +12,13 @@
 //!    most [`COUPLING_RETURN`] of the device's own motion: a hand that is still sees its tool
 //!    still, and a tool is never moved into contact by its anchor alone.
 //!
-//! Rotation likewise. Neither does work on the hand: a slip takes energy, and a return moves
+//! Rotation likewise, and also where no torque limit levels the spring off: it slips before half a
+//! turn, at which the shortest way back would be the other way round. Neither does work on the hand: a slip takes energy, and a return moves
 //! nothing that pulls.
 
 use glam::{DQuat, DVec3};
 
-use crate::algebra::tolerance::{COUPLING_RETURN, COUPLING_SLIP, COUPLING_SLIP_TURN};
+use crate::algebra::tolerance::{COUPLING_MOST_TURN, COUPLING_RETURN, COUPLING_SLIP, COUPLING_SLIP_TURN};
 use crate::algebra::{Twist, rotation_between};
 
 /// How far the anchor has slipped from the device's grip, in b's frame.
@@ -45,7 +46,7 @@ impl Anchor {
     /// levels off at `levelled`. Slips.
     pub(super) fn turn(&mut self, tool: DQuat, device: DQuat, levelled: f64) -> DVec3 {
         let turn = rotation_between(tool, self.turn * device);
-        let share = share_kept(turn.length(), levelled + COUPLING_SLIP_TURN);
+        let share = share_kept(turn.length(), (levelled + COUPLING_SLIP_TURN).min(COUPLING_MOST_TURN));
         if share < 1.0 {
             self.turn = (DQuat::from_scaled_axis(turn * (share - 1.0)) * self.turn).normalize();
         }
@@ -65,4 +66,23 @@ impl Anchor {
 /// The share of `length` that is within `most`.
 fn share_kept(length: f64, most: f64) -> f64 {
     if length > most { most / length } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hand_that_goes_on_turning_feels_no_jump() {
+        let (step, ticks) = (0.01, 1500);
+        let mut anchor = Anchor::AT_GRIP;
+        let mut last = DVec3::ZERO;
+        for k in 1..=ticks {
+            let device = DQuat::from_rotation_z(step * f64::from(k));
+            let turn = anchor.turn(DQuat::IDENTITY, device, f64::INFINITY);
+            assert!((turn - last).length() < 1.01 * step, "at {} rad: from {last} to {turn}", step * f64::from(k));
+            last = turn;
+        }
+        assert!((last.z - COUPLING_MOST_TURN).abs() < 1e-9, "{last}");
+    }
 }
