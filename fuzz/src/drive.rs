@@ -60,7 +60,7 @@ pub fn body(bytes: &mut Bytes<'_>) -> Arc<Body> {
 }
 
 /// A positive number: usual, or of any size.
-fn positive(bytes: &mut Bytes<'_>, usual: f64) -> f64 {
+pub fn positive(bytes: &mut Bytes<'_>, usual: f64) -> f64 {
     match bytes.byte() {
         0..=150 => usual,
         151..=220 => bytes.between(1e-3 * usual, 1e3 * usual),

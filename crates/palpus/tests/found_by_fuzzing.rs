@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
-use palpus::algebra::{Clock, NoClock, Pose, Wrench};
+use palpus::algebra::{Clock, NoClock, Pose, Twist, Wrench};
 use palpus::body::{Body, Feature, FeaturePair, convex_hull};
 use palpus::collision::{Proximity, march};
 use palpus::render::{Limits, Object, ProbeState, Renderer, Saturation, Settings, World, saturate};
@@ -174,5 +174,50 @@ fn a_march_does_not_end_at_a_vertex_that_is_there_twice() {
         let start = FeaturePair { a: Feature::Vertex(0), b: Feature::Vertex(v) };
         let Proximity::Disjoint(closest) = march(&a, &b, &place, start).proximity else { panic!("they are apart") };
         assert!((closest.distance - 11.798_546_764_667_083).abs() < 1e-7, "from vertex {v}: {closest:?}");
+    }
+}
+
+/// The inverse of the inertia overflowed: a body at rest moved with NaN, or a turning one stood
+/// still.
+#[test]
+fn a_free_body_of_any_mass_moves_as_thrown() {
+    let thrown = Twist { angular: DVec3::new(0.1, -0.2, 0.3), linear: DVec3::X };
+    for exponent in (-280..=280).step_by(20) {
+        let mut world = World::new(Settings::default()).expect("valid settings");
+        let object = Object::free_of_mass(cube(), Pose::IDENTITY, 10f64.powi(exponent));
+        let body = world.add(object).expect("a mass that is finite and positive");
+        assert_eq!(world.twist(body), Twist::default(), "1e{exponent} kg");
+        assert!(world.throw(body, thrown));
+        let Twist { angular, linear } = world.twist(body);
+        let off = (angular - thrown.angular).length() + (linear - thrown.linear).length();
+        assert!(off < 1e-12, "1e{exponent} kg: {angular}, {linear}");
+    }
+}
+
+/// A throw with finite numbers made a momentum that was not.
+#[test]
+fn a_throw_beyond_a_finite_momentum_is_refused() {
+    let mut world = World::new(Settings::default()).expect("valid settings");
+    let body = world.add(Object::free_of_mass(cube(), Pose::IDENTITY, 1e10)).expect("valid settings");
+    assert!(!world.throw(body, Twist { angular: DVec3::ZERO, linear: 1e300 * DVec3::X }));
+    assert_eq!(world.momentum(body), Wrench::ZERO);
+}
+
+/// The rotation of a driven body was NaN where its way was beyond what squares of numbers hold.
+#[test]
+fn a_driven_body_of_any_speed_has_a_pose() {
+    for exponent in (0..=300).step_by(20) {
+        for dt in [1e-7, 1e-3, 1e3, 1e200] {
+            let mut world = World::new(Settings::default()).expect("valid settings");
+            let body = world.add(Object::driven(cube(), Pose::IDENTITY)).expect("valid settings");
+            let fast = 10f64.powi(exponent) * DVec3::new(0.6, -0.8, 0.1);
+            for _ in 0..4 {
+                assert!(world.drive(body, Pose::from_translation(DVec3::X), Twist { angular: fast, linear: fast }));
+                world.step(&[], dt, &NoClock);
+                let (pose, Twist { angular, linear }) = (world.pose(body), world.twist(body));
+                assert!(pose.is_valid(), "1e{exponent}, {dt} s: {pose:?}");
+                assert!(angular.is_finite() && linear.is_finite(), "1e{exponent}, {dt} s: {angular}, {linear}");
+            }
+        }
     }
 }

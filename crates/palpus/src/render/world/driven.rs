@@ -74,6 +74,9 @@ impl Driven {
             next = self.pose(self.since + dt);
             twist.angular = rotation_between(pose.rotation, next.rotation) / dt;
             twist.linear = (next.translation - pose.translation) / dt;
+            if !(twist.angular.length().is_finite() && twist.linear.length().is_finite()) {
+                twist = Twist::default();
+            }
         }
         (self.next, self.step) = ((next, twist), dt);
         (pose, twist)
@@ -84,8 +87,15 @@ impl Driven {
         self.since > DRIVEN_PATIENCE && self.said.1 != Twist::default()
     }
 
-    /// The pose `since` s after what was said.
+    /// The pose `since` s after what was said; the pose that was said if that is beyond all
+    /// numbers, since a host may say a velocity of any size.
     fn pose(&self, since: f64) -> Pose {
+        let pose = self.on_the_way(since);
+        if pose.is_valid() { pose } else { self.said.0 }
+    }
+
+    /// Steps 1 to 3 of the module's description.
+    fn on_the_way(&self, since: f64) -> Pose {
         let ends_at = self.begins + self.lasts;
         if since >= ends_at {
             return self.said_then(since);

@@ -18,6 +18,9 @@ pub(super) struct Free {
     pub(super) mass: f64,
     /// kg·m² about the centre of mass, along the body's axes.
     inertia: DMat3,
+    /// m²: inertia of one kilogram, along the body's axes. Its determinant cannot overflow or
+    /// vanish, whatever the mass.
+    gyration: DMat3,
     /// N·s, and N·m·s about the centre of mass.
     pub(super) momentum: Wrench,
     pub(super) reach: Reach,
@@ -30,6 +33,7 @@ impl Free {
         Self {
             mass,
             inertia: properties.inertia * (mass / properties.volume),
+            gyration: properties.inertia * properties.volume.recip(),
             momentum: Wrench::ZERO,
             reach: Reach::new(radius(body), skin),
         }
@@ -44,13 +48,21 @@ impl Free {
 
     /// The velocity that belongs to the momentum.
     pub(super) fn twist(&self, pose: &Pose) -> Twist {
-        let angular = self.inertia_at(pose).inverse() * self.momentum.torque;
+        let rotation = DMat3::from_quat(pose.rotation);
+        let per_mass = rotation.transpose() * (self.momentum.torque / self.mass);
+        let angular = rotation * (self.gyration.inverse() * per_mass);
         Twist { angular, linear: self.momentum.force / self.mass }
     }
 
-    /// The momentum that belongs to a velocity.
-    pub(super) fn set_twist(&mut self, pose: &Pose, twist: &Twist) {
-        self.momentum = Wrench { torque: self.inertia_at(pose) * twist.angular, force: twist.linear * self.mass };
+    /// Sets the momentum that belongs to a velocity. Returns false, and changes nothing, if it is
+    /// not finite.
+    pub(super) fn set_twist(&mut self, pose: &Pose, twist: &Twist) -> bool {
+        let momentum = Wrench { torque: self.inertia_at(pose) * twist.angular, force: twist.linear * self.mass };
+        let is_finite = momentum.is_finite();
+        if is_finite {
+            self.momentum = momentum;
+        }
+        is_finite
     }
 
     /// The pose after `h` s with `twist`; `center` is the centre of mass in the body's frame.

@@ -258,14 +258,11 @@ impl World {
     }
 
     /// Gives a free body this velocity (m/s and rad/s, of its centre of mass). False for any other
-    /// body, and for numbers that are not finite.
+    /// body, and if the velocity or its momentum is not finite.
     pub fn throw(&mut self, body: BodyId, twist: Twist) -> bool {
         let Some(Thing { role: Role::Free(free), pose, .. }) = self.things.get_mut(body.0) else { return false };
         let is_finite = twist.angular.is_finite() && twist.linear.is_finite();
-        if is_finite {
-            free.set_twist(pose, &twist);
-        }
-        is_finite
+        is_finite && free.set_twist(pose, &twist)
     }
 
     /// Pose of a body in the world; for a tool with a coupling that of the tool, not of the device.
