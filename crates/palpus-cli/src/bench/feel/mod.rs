@@ -208,7 +208,7 @@ fn measure(ground: &Ground, entry: &Entry, effort: &Effort) -> anyhow::Result<Ou
     Ok(Outcome { rows: rows.rows, curve, held })
 }
 
-/// A typical contact stiffness for assembly, N/m.
+/// Contact stiffness of the column "at 5 kN/m", N/m.
 const STIFF: f64 = 5000.0;
 
 fn at_rest(
