@@ -1,4 +1,4 @@
-//! The path of a simulated hand that a scene gives none: to the environment, and back.
+//! Default path of the simulated hand, for scenes without one: to the environment, and back.
 
 use std::sync::Arc;
 
@@ -27,7 +27,7 @@ impl WayIn {
         let mut nearest = |pose: Pose| query.nearest(&(environment.inverse() * pose));
         let goal = environment.point(b.mass().center_of_mass) - start.point(a.mass().center_of_mass);
         let towards = goal.normalize_or(-DVec3::Z);
-        // Conservative advancement: the nearest distance can always be travelled.
+        // Conservative advancement: a step of the current distance cannot cause overlap.
         let mut way = Self { towards, travel: 0.0 };
         for _ in 0..MOST_ADVANCES {
             let gap = nearest(way.end(start, 0.0)).map_or(f64::INFINITY, |contact| contact.separation);
@@ -71,7 +71,7 @@ pub(crate) fn approach(
     mode: CouplingMode,
 ) -> HandPath {
     let way = WayIn::find(a, b, start, environment, tolerance);
-    // Behind a coupling the tool stays outside however deep the hand goes.
+    // With a coupling, the tool stays outside however deep the hand's target is.
     let least = match mode {
         CouplingMode::Coupled => LEAST_PRESS,
         CouplingMode::Direct => LEAST_PRESS.min(LEAST_PRESS_SHARE * a.size().min(b.size())),
@@ -88,8 +88,8 @@ pub(crate) fn approach(
 const MOST_ADVANCES: usize = 200;
 /// How far the hand presses beyond touch, in contact tolerances.
 const PRESS_TOLERANCES: f64 = 3.0;
-/// m: less is lost in the device's friction. Without a coupling at most so much of the smaller
-/// body, or the hand would go through it.
+/// Least press, m: a smaller one is lost in the device's friction. Without a coupling, the press is
+/// at most this share of the smaller body, since the hand could pass through it.
 const LEAST_PRESS: f64 = 3e-3;
 const LEAST_PRESS_SHARE: f64 = 0.1;
 /// m/s, in the mean.

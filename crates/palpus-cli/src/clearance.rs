@@ -1,5 +1,5 @@
-//! `palpus clearance`: how far apart two models are, or how deep in each other, along a path or
-//! over a set of placements, and where it is tightest.
+//! `palpus clearance`: computes the distance or the penetration depth of two models along a path or
+//! for a set of poses, and finds the tightest places.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -26,11 +26,11 @@ struct Summary<'a> {
     notes: &'a [String],
 }
 
-/// A placement with less room than its neighbours in the file.
+/// A pose with less clearance than its neighbours in the file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Place {
     pub(crate) frame: usize,
-    /// The distance of free bodies; minus the depth (its upper bound) of others.
+    /// The distance if the bodies are free; else minus the upper bound of the depth.
     pub(crate) clearance: f64,
     /// No shorter translation frees the bodies.
     pub(crate) depth_lower: f64,
@@ -120,7 +120,7 @@ fn tell(summary: &Summary<'_>) {
     }
 }
 
-/// The distance of free bodies; minus the upper bound of the depth of others.
+/// The distance if the bodies are free; else minus the upper bound of the depth.
 fn clearance_of(answer: &DepthBracket) -> f64 {
     if answer.upper > 0.0 { -answer.upper } else { answer.distance.unwrap_or(0.0) }
 }
@@ -134,8 +134,8 @@ fn state(answer: &DepthBracket) -> &'static str {
     }
 }
 
-/// Up to `most` frames with no more room than the frames beside them, the tightest first. Of equal
-/// neighbours the first counts.
+/// Up to `most` frames that are at least as tight as the frames beside them, the tightest first. Of
+/// equal neighbours the first counts.
 fn tightest(clearances: &[f64], most: usize) -> Vec<usize> {
     let least_here = |&k: &usize| {
         let before = k.checked_sub(1).is_none_or(|before| clearances[k] < clearances[before]);

@@ -1,8 +1,8 @@
 //! `palpus depth`: bounds of the penetration depth of two models of any shape, for a list of poses.
 //!
-//! Frames are answered in runs of fixed length, each by one thread from its beginning: so the
-//! answers are the same for any number of threads, and most frames know the answer of the one
-//! before.
+//! Frames are divided into runs of fixed length, and one thread computes a run from its beginning.
+//! So the answers do not depend on the number of threads, and most frames start from the previous
+//! frame's answer.
 
 use std::ops::Range;
 use std::process::ExitCode;
@@ -25,7 +25,7 @@ struct Summary {
     frames: usize,
     overlapping: usize,
     contained: usize,
-    /// Overlapping frames whose bounds are as near as was asked for.
+    /// Overlapping frames whose bounds differ by at most the requested gap.
     certified: usize,
     gap: f64,
     deepest: Option<Deepest>,
@@ -53,9 +53,9 @@ pub(crate) struct Pair {
 
 /// The answers of all poses.
 pub(crate) struct Answers {
-    /// With what each took, µs.
+    /// Each answer with its time, µs.
     pub(crate) answers: Vec<(DepthBracket, f64)>,
-    /// Notes about limits that defects of the models set.
+    /// Notes about defects of the models that limit the meaning of the depths.
     pub(crate) notes: Vec<String>,
     gap: f64,
     cells: [usize; 2],
@@ -106,7 +106,7 @@ pub(crate) fn answer_all(pair: &Pair, arguments: &PairArguments) -> anyhow::Resu
     Ok(Answers { answers, notes, gap, cells, preparation_s })
 }
 
-/// The answers of all poses with what each took, µs.
+/// The answers of all poses, each with its time, µs.
 fn answer(
     query: &GlobalDepth<'_>,
     poses: &[Pose],
@@ -192,7 +192,7 @@ fn note_of(name: &str, body: &Body) -> Option<String> {
     Some(format!("{name} has {}; {meaning}", counted(&notice)))
 }
 
-/// The notice without what it means to the hand.
+/// The notice without its last part, which is about haptics.
 fn counted(notice: &Notice) -> String {
     let text = notice.to_string();
     text.split(':').next().unwrap_or_default().to_owned()

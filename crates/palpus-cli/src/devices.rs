@@ -1,5 +1,5 @@
-//! `palpus devices`: what is there, and what it would take to have the rest; and `--device`, by
-//! name.
+//! `palpus devices` lists the devices that were found and the requirements of the others. Also
+//! opens the device named by `--device`.
 
 mod conformance;
 mod page;
@@ -109,7 +109,7 @@ impl<'a> Wanted<'a> {
     }
 }
 
-/// From 0, out of a number that counts from 1.
+/// Index from 0, from a typed number that counts from 1.
 fn number(which: Option<&str>) -> anyhow::Result<Option<u8>> {
     let Some(text) = which else { return Ok(None) };
     match text.parse::<u8>() {
@@ -118,7 +118,7 @@ fn number(which: Option<&str>) -> anyhow::Result<Option<u8>> {
     }
 }
 
-/// For a recording's header: what the device said of itself.
+/// The device's own description, for a recording's header.
 pub(crate) fn recorded(notes: &[String], into: &mut Table) {
     if !notes.is_empty() {
         into.insert("device".into(), notes.to_vec().into());
@@ -133,7 +133,7 @@ fn library(place: Option<&str>) -> Place {
     place.map_or(Place::Usual, |file| Place::File(file.into()))
 }
 
-/// A user who names a service may name one on another machine.
+/// An address that the user types may be on another machine.
 fn haply(which: Option<&str>, place: Option<&str>, real_time: bool) -> HaplyOptions {
     HaplyOptions {
         address: place.unwrap_or(HAPLY_ADDRESS).to_owned(),

@@ -33,23 +33,23 @@ pub(crate) struct Engine {
 struct Tool {
     id: ToolId,
     asked: Option<Newest<Settings>>,
-    /// Settings that no detail has reported yet.
+    /// New settings that no tick detail has reported yet.
     untold: Option<Settings>,
-    /// Leads the device out of the part, where that was asked for.
+    /// Leads the device out of the part; `None` unless requested.
     lead: Option<LeadOut>,
 }
 
 /// Answer of the engine to the loop.
 pub(crate) type Answer = Option<StepOutcome<Detail>>;
 
-/// Results of a step beside its wrench.
+/// Results of a step besides its wrench.
 #[derive(Clone, Copy)]
 pub(crate) struct Detail {
     /// Summary of the engine's tick.
     pub(crate) tick: TickSummary,
     /// Pose at which the engine rendered the probe, world.
     pub(crate) tool: Pose,
-    /// Times that the step obtained memory.
+    /// Number of allocations in the step.
     pub(crate) allocations: u64,
     /// The settings that were new in this step.
     pub(crate) changed: Option<Settings>,
@@ -60,7 +60,7 @@ pub(crate) struct Detail {
 }
 
 impl Engine {
-    /// An engine for the tools of a stage for which there are `settings`.
+    /// Creates an engine for the first tools of a stage, one for each of the `settings`.
     pub(crate) fn new(stage: &Stage, settings: &[Settings]) -> anyhow::Result<Self> {
         let frame = Frame::new(stage.environment_pose);
         let mut world = World::new(settings.first().copied().unwrap_or_default())?;
@@ -84,7 +84,7 @@ impl Engine {
         self
     }
 
-    /// rad: at which shading can be on.
+    /// Crease angle for which shading can be turned on, rad.
     pub(crate) fn crease_angle(&self) -> Option<f64> {
         self.tools.iter().find_map(|tool| self.world.crease_angle(tool.id))
     }
@@ -99,13 +99,12 @@ impl Engine {
         self.tools[which].lead = lead;
     }
 
-    /// Goes on with other settings of tool `which` from the next step on; see
-    /// [`World::set_tool_settings`].
+    /// Sets the settings of tool `which` from the next step on; see [`World::set_tool_settings`].
     pub(crate) fn set_settings(&mut self, which: usize, settings: &Settings) -> Result<(), SettingsError> {
         self.world.set_tool_settings(self.tools[which].id, settings)
     }
 
-    /// Takes the settings that have been asked for since the last step, if they can be.
+    /// Applies the settings that were requested since the last step, if they are valid.
     fn take_settings(&mut self) {
         for Tool { id, asked, untold, .. } in &mut self.tools {
             if let Some(settings) = asked.as_mut().and_then(Newest::take)
@@ -116,17 +115,17 @@ impl Engine {
         }
     }
 
-    /// The room that a [`Moment`] needs for what a tick has to show.
+    /// The capacity that a [`Moment`] needs to display a tick.
     pub(crate) fn capacity(&self) -> usize {
         self.tools.iter().map(|tool| self.world.tool_settings(tool.id).capacity).sum()
     }
 
-    /// Keeps what tick number `tick` has to show, for [`Engine::shown`] and [`Engine::kept`].
+    /// Keeps the moment of tick number `tick` for [`Engine::shown`] and [`Engine::kept`].
     pub(crate) fn keep(&mut self, tick: u64) {
         self.shots.keep(tick, Moment::new(self.capacity()));
     }
 
-    /// Leaves what every tick has to show with `publisher`.
+    /// Publishes the moment of every tick through `publisher`.
     #[cfg(feature = "window")]
     pub(crate) fn publish(&mut self, publisher: Publisher<Moment>) {
         self.live = Some(publisher);
@@ -148,18 +147,19 @@ impl Engine {
         self.shots.kept(period)
     }
 
-    /// Each step's work is bounded from now on, so that a loop of `rate_hz` has the time for it.
+    /// Bounds the work of each step from now on, so that it fits into the period of a loop at
+    /// `rate_hz`.
     pub(crate) fn pace(&mut self, rate_hz: f64) {
         self.pacer = self.tools.first().map(|tool| Pacer::of(self.world.tool_settings(tool.id), rate_hz));
     }
 
-    /// The next step may do so much work; see [`World::allow`].
+    /// Sets the work that the next step may do; see [`World::allow`].
     pub(crate) fn allow(&mut self, work: Option<u64>) {
         self.world.allow(work);
     }
 
-    /// Forgets the past after a step that panicked, of which the memory may be half done. The next
-    /// step is as the first was.
+    /// Resets the engine after a step that panicked, since its state may be inconsistent. The next
+    /// step then acts as the first one.
     pub(crate) fn forget(&mut self) {
         self.world.clear();
         // It is unknown whether that step applied other settings.
@@ -168,12 +168,12 @@ impl Engine {
         }
     }
 
-    /// The device of tool `which` can give no more than `available` from now on.
+    /// Limits the wrench of tool `which` to `available` from now on.
     pub(crate) fn set_available(&mut self, which: usize, available: &Limits) {
         self.world.set_available(self.tools[which].id, available);
     }
 
-    /// One tick: what each device is to push with, given the states of all.
+    /// Computes one tick: the wrench for each device from the states of all devices.
     pub(crate) fn step(&mut self, states: &[DeviceState], dt: f64, answers: &mut [Answer]) {
         let before = allocations_of_this_thread();
         self.take_settings();
@@ -217,7 +217,7 @@ impl Engine {
         }
     }
 
-    /// Leaves what the last step has to show, and lets the pacer learn from it.
+    /// Publishes the moment of the last step, and updates the pacer with its time.
     fn show(&mut self, dt: f64) {
         let Self { world, tools, objects, shots, live, pacer, .. } = self;
         let Some(first) = tools.first().map(|tool| world.tick(tool.id)) else { return };
@@ -231,8 +231,8 @@ impl Engine {
     }
 }
 
-/// All tools, and all that happens at them; the arrow at the grip is the first one's. `period` is a
-/// tick's, s.
+/// The moment of all tools; the arrow at the grip is that of the first one. `period` is the length
+/// of a tick, s.
 fn fill(moment: &mut Moment, world: &World, tools: &[Tool], objects: &Objects, period: f64) {
     let Some(first) = tools.first() else { return };
     let tick = world.tick(first.id);
@@ -246,19 +246,19 @@ fn fill(moment: &mut Moment, world: &World, tools: &[Tool], objects: &Objects, p
     moment.place_others(objects.poses(world));
 }
 
-/// Between the world, which is a device's frame, and the environment's.
+/// Transforms between the world (the devices' frame) and the environment's frame.
 pub(crate) struct Frame {
     environment: Pose,
     from_world: Pose,
 }
 
 impl Frame {
-    /// For an environment that is placed so.
+    /// The transforms for an environment with this pose.
     pub(crate) fn new(environment: Pose) -> Self {
         Self { environment, from_world: environment.inverse() }
     }
 
-    /// A wrench as its device gets it.
+    /// Converts a wrench to the device's frame.
     pub(crate) fn for_device(&self, wrench: &Wrench) -> Wrench {
         wrench.rotated(&self.environment)
     }
@@ -267,7 +267,7 @@ impl Frame {
     /// (m, in the probe's frame).
     pub(crate) fn probe(&self, state: &DeviceState, grip_a: DVec3) -> ProbeState {
         if self.environment == Pose::IDENTITY {
-            // Not multiplied, so that a recorded pose reaches the engine bit for bit.
+            // Skips the multiplication, so that a recorded pose reaches the engine bit for bit.
             return ProbeState::of_grip(&state.pose, &state.twist, grip_a);
         }
         let turn = |v| self.from_world.vector(v);

@@ -77,7 +77,7 @@ fn obj(name: &str, soup: &PolygonSoup) -> anyhow::Result<String> {
     Ok(String::from_utf8(bytes)?)
 }
 
-/// The scripted hand, once through.
+/// The poses of one pass of the scripted hand.
 fn hand(path: &HandPath) -> String {
     let mut text = String::from("tx,ty,tz,qx,qy,qz,qw\n");
     let count = (path.duration() / POSE_PERIOD).ceil() as usize;
@@ -119,7 +119,7 @@ fn text(scene: &Scene) -> String {
     )
 }
 
-/// The shapes of the scene's objects, each once.
+/// The distinct shapes of the scene's objects.
 fn shapes(scene: &Scene) -> Vec<Arc<PolygonSoup>> {
     let mut shapes: Vec<Arc<PolygonSoup>> = Vec::new();
     for object in &scene.objects {

@@ -20,12 +20,12 @@ use palpus_io::scene::SceneFile;
 
 use crate::approach::WayIn;
 
-/// m: smaller and larger things are seldom meant to be felt by hand.
+/// Plausible sizes of bodies that are felt by hand, m.
 const SMALL: f64 = 5e-3;
 const LARGE: f64 = 2.0;
 /// Tolerance, as a share of the smaller body's size.
 pub(crate) const TOLERANCE_SHARE: f64 = 0.01;
-/// How far above the environment's box the probe begins, in its own reach.
+/// Start height of the probe above the environment's box, as a multiple of the probe's reach.
 const CLEARANCE: f64 = 0.25;
 
 /// Fills in what `file` leaves out; returns notes about values other than the defaults.
@@ -41,7 +41,7 @@ pub(crate) fn fill(file: &mut SceneFile, probe: &Arc<Body>, environment: &Arc<Bo
     }
     let least = TOLERANCE_SHARE * smaller;
     if file.gaps.tolerance && least < file.render.contact_tolerance {
-        // Both go together, as they are usual.
+        // The cluster radius shrinks by the same factor as the tolerance.
         file.render.cluster_radius *= least / file.render.contact_tolerance;
         file.render.contact_tolerance = least;
         notes.push(format!(
@@ -165,7 +165,7 @@ mod tests {
                 let mut query = ContactQuery::new(a.clone(), b.clone(), settings);
                 query.nearest(&pose).map_or(f64::INFINITY, |contact| contact.separation)
             };
-            // The hand may intend to go all through a small body.
+            // The simulated hand's target may lie beyond a small body.
             let mut on_its_way = (0..4000).map(|k| felt(0.5 * stage.path.duration() * f64::from(k) / 4000.0));
             assert!(stage.path.duration() <= 4.0, "{unit}: first touch within two seconds");
             assert!(felt(0.0) > 0.0 && on_its_way.any(|gap| gap < 0.0), "it begins apart and comes into touch");

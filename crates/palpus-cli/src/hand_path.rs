@@ -11,11 +11,11 @@ use crate::output;
 
 /// Seconds from one pose of a file without times to the next.
 pub(crate) const POSE_PERIOD: f64 = 0.5;
-/// A hand that goes so many sizes of the probe away from where it begins is said so: it will hardly
-/// touch anything.
+/// A note warns if the hand moves farther than this from its start, in sizes of the probe: it will
+/// hardly touch anything.
 const FAR_SIZES: f64 = 20.0;
 
-/// How a file is followed.
+/// Options for following a file.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Following {
     /// Start pose of a recorded hand; poses without times are not moved.

@@ -56,10 +56,10 @@ enum Phase {
         goal: f64,
         /// World, m: the grip in the last tick.
         last: DVec3,
-        /// Past the end once.
+        /// The goal has passed the end of the way.
         passed: bool,
     },
-    /// The contacts have the device.
+    /// Finished: the device gets the contacts' wrench.
     Over,
 }
 
@@ -67,7 +67,7 @@ enum Phase {
 pub(crate) struct Led {
     /// On the device, world.
     pub(crate) wrench: Wrench,
-    /// J that the goal gave the grip since the last tick; negative: took.
+    /// Energy that the goal gave to the grip since the last tick, J; negative if it took energy.
     pub(crate) work: f64,
     /// The engine is to forget what it knew inside of the part.
     pub(crate) forget: bool,
@@ -94,7 +94,7 @@ impl LeadOut {
                 return None;
             }
         };
-        // In the tick in which it forgets, the engine has not looked anew yet.
+        // In the tick in which it is reset, the engine has not searched for contacts again yet.
         if passed && free {
             self.phase = Phase::Over;
             return None;
@@ -109,7 +109,7 @@ impl LeadOut {
         Some(Led { wrench: Wrench { force, ..Wrench::ZERO }, work, forget: now && !passed })
     }
 
-    /// For a recording's header.
+    /// Description for a recording's header.
     pub(crate) fn record(&self, into: &mut Table) {
         let vector = |v: DVec3| Value::from(v.to_array().to_vec());
         let mut table = Table::new();

@@ -1,6 +1,6 @@
-//! Numbers as they are said.
+//! Formats numbers for people.
 
-/// With so many digits that matter, thousands set apart, and no more zeros than needed.
+/// Formats with so many significant digits, separated thousands, and no trailing zeros.
 pub(crate) fn said(value: f64, digits: usize) -> String {
     if value.is_nan() {
         return "unknown".to_owned();
@@ -17,12 +17,12 @@ pub(crate) fn said(value: f64, digits: usize) -> String {
     }
     let decimals = (digits as i32 - 1 - size).max(0) as usize;
     let text = format!("{value:.decimals$}");
-    // Zeros at the end of a part say nothing to most readers.
+    // Trailing zeros of the mantissa are removed.
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
     grouped(text)
 }
 
-/// Powers of ten beyond which a number is said by its power.
+/// Powers of ten beyond which a number is written with an exponent.
 const SMALL: i32 = -5;
 const LARGE: i32 = 8;
 
@@ -31,12 +31,13 @@ pub(crate) fn counted(count: u64) -> String {
     grouped(&count.to_string())
 }
 
-/// How many of what: `1 contact`, `2 contacts`.
+/// A count with its noun: `1 contact`, `2 contacts`.
 pub(crate) fn number_of(count: u64, one: &str) -> String {
     format!("{} {one}{}", counted(count), if count == 1 { "" } else { "s" })
 }
 
-/// With a minus that is one, no −0, and a thin space at the thousands from five figures on.
+/// Uses a true minus sign, never writes −0, and puts thin spaces at the thousands from five digits
+/// on.
 pub(crate) fn grouped(text: &str) -> String {
     let (sign, digits) = text.strip_prefix('-').map_or(("", text), |rest| ("−", rest));
     if digits.chars().all(|c| matches!(c, '0' | '.')) {

@@ -1,4 +1,4 @@
-//! The objects of a stage in the engine's world, and the host that moves those which are driven.
+//! The objects of a stage in the engine's world, and the host that moves the driven ones.
 
 use palpus::algebra::{Pose, Twist};
 use palpus::render::{BodyId, SettingsError, World};
@@ -16,7 +16,7 @@ pub(crate) struct Objects {
     driven: Vec<Driven>,
     /// s since the run began.
     time: f64,
-    /// s: when the host says something again.
+    /// Time of the host's next update, s.
     next: f64,
 }
 
@@ -45,7 +45,7 @@ impl Objects {
         Ok(objects)
     }
 
-    /// The host's part of a step of `dt` s: now and then it says where driven objects are.
+    /// Advances the host by `dt` s; at its own interval it sets the poses of driven objects.
     pub(crate) fn drive(&mut self, world: &mut World, dt: f64) {
         if !self.driven.is_empty() && self.time >= self.next {
             self.next += HOST_PERIOD;

@@ -5,13 +5,13 @@ use std::sync::atomic::{AtomicU8, Ordering};
 
 use serde::Serialize;
 
-/// How much is said beside answers and errors: one of the three below.
+/// Verbosity of messages beside answers and errors: one of the three constants below.
 static LEVEL: AtomicU8 = AtomicU8::new(USUAL);
 const QUIET: u8 = 0;
 const USUAL: u8 = 1;
 const VERBOSE: u8 = 2;
 
-/// Sets how much is said, as `--quiet` and `--verbose` ask for.
+/// Sets the verbosity from `--quiet` and `--verbose`.
 pub(crate) fn set_level(quiet: bool, verbose: bool) {
     let level = if quiet { QUIET } else { USUAL + u8::from(verbose) };
     LEVEL.store(level, Ordering::Relaxed);
@@ -44,9 +44,9 @@ pub(crate) fn detail(text: impl std::fmt::Display) {
     }
 }
 
-/// Prints a line to standard error. A terminal that is gone is no error: a run goes on to its end.
+/// Prints a line to standard error. Ignores write errors: a run goes on if its terminal is closed.
 fn to_user(text: impl std::fmt::Display) {
-    // A live line may stand there.
+    // Moves past a live line, if there is one.
     let begin = if watched() { "\r\x1b[2K" } else { "" };
     let _ = writeln!(std::io::stderr(), "{begin}{text}");
 }
@@ -59,7 +59,7 @@ pub(crate) fn line(text: impl std::fmt::Display) {
     }
 }
 
-/// Standard output as a place for a table. The program ends with success if the reader has closed
+/// Standard output as a writer for tables. The program ends with success if the reader has closed
 /// the pipe.
 pub(crate) struct Answer(std::io::Stdout);
 
@@ -96,13 +96,13 @@ pub(crate) fn json(document: &impl Serialize) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// True if standard error is a terminal and the program is not quiet, so that a line may be drawn
-/// over.
+/// True if the program may redraw a live line: standard error is a terminal, and `--quiet` is not
+/// set.
 pub(crate) fn watched() -> bool {
     !is_quiet() && std::io::stderr().is_terminal()
 }
 
-/// Draws over the last live line (only where [`watched`]).
+/// Redraws the live line. Call it only if [`watched`] returns true.
 pub(crate) fn live(text: &str) {
     let _ = write!(std::io::stderr(), "\r\x1b[2K{text}");
 }

@@ -49,7 +49,8 @@ pub(crate) fn prepare(arguments: &PrepareArguments) -> anyhow::Result<ExitCode> 
             cached: prepared.kept,
         });
         if reports.len() == arguments.models.len() {
-            // The program is about to end: the system takes a million lists back in one go.
+            // Skips the destructors: the program ends now, and freeing a million lists one by one
+            // takes long.
             std::mem::forget(prepared);
         }
     }

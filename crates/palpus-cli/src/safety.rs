@@ -1,4 +1,4 @@
-//! The safety chain as it is printed, recorded and made again for a replay.
+//! Prints and records the safety chain, and restores it for a replay.
 
 use palpus_device::{
     AfterFault, AfterPanic, Claimed, Cut, DeviceSpec, Engagement, LimitLine, RealTimeClaims, Rearm, SafetyChain,
@@ -9,7 +9,7 @@ use toml::{Table, Value};
 
 use crate::output;
 
-/// Under this name the chain stands in a recording's header.
+/// Key of the chain in a recording's header.
 const SECTION: &str = "safety";
 
 /// Safety part of a summary.
@@ -35,18 +35,18 @@ impl SafetyReport {
         }
     }
 
-    /// In words: what was cut, by name.
+    /// Names of the interventions, for people.
     pub(crate) fn cuts(&self) -> String {
         cuts_in_words(&self.cuts)
     }
 }
 
-/// Ticks by what was cut in them, in words.
+/// Number of ticks for each intervention, for people.
 pub(crate) fn cuts_in_words(cuts: &serde_json::Map<String, serde_json::Value>) -> String {
     if cuts.is_empty() {
         return "no interventions".to_owned();
     }
-    // Every run begins with the ramp of the engagement: it is no sign of trouble.
+    // Leaves out the engagement's ramp, with which every run begins.
     let start_up = Cut::Engagement.name();
     let each = cuts.iter().map(|(name, ticks)| match name.as_str() {
         name if name == start_up => format!("start-up ramp: {ticks} ticks (normal)"),
@@ -89,7 +89,7 @@ pub(crate) fn tell_claims(claims: &RealTimeClaims) {
     }
 }
 
-/// For a recording's header: all that decides what the chain does.
+/// All parameters of the chain, for a recording's header.
 pub(crate) fn recorded(limits: &SafetyLimits, engagement: Engagement, options: &SafetyOptions, into: &mut Table) {
     let mut table = Table::new();
     let (how, buttons) = match engagement {

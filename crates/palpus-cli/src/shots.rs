@@ -1,4 +1,4 @@
-//! Ticks that are kept to be shown.
+//! Ticks that are kept for display.
 
 use palpus_window::Moment;
 
@@ -13,7 +13,7 @@ struct Shot {
 }
 
 impl Shots {
-    /// Tick number `tick` is kept in `moment`, which has room for it.
+    /// Keeps tick number `tick` in `moment`, which has the capacity for it.
     pub(crate) fn keep(&mut self, tick: u64, moment: Moment) {
         self.0.push(Shot { tick, taken: false, moment });
     }

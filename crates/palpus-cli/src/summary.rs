@@ -25,7 +25,7 @@ pub(crate) struct Count {
     max: u32,
 }
 
-/// How much of its time a loop needed.
+/// Time that the loop needed, as a share of the period.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(crate) struct Load {
     p50: f64,
@@ -34,7 +34,7 @@ pub(crate) struct Load {
     /// Share of the ticks in which the work of a step was bounded, so that some contacts were
     /// carried from the tick before.
     bounded_ticks: f64,
-    /// Share of all contacts that were.
+    /// Share of all contacts that were extrapolated.
     carried_contacts: f64,
 }
 
@@ -87,8 +87,8 @@ pub(crate) struct Trouble {
     march_fallbacks: u64,
     /// Depth walks that ended for another reason than having converged.
     walk_stops: u64,
-    /// Depths whose direction is not the unconstrained one, since not both pieces own that on their
-    /// meshes.
+    /// Depths along an admissible normal because the unconstrained direction is not admissible on
+    /// both meshes.
     moved_depths: u64,
     /// Moved depths that the solids' own surfaces deny, left out.
     disbelieved_depths: u64,
@@ -106,7 +106,8 @@ pub(crate) struct Trouble {
     tool_resets: u64,
 }
 
-/// Gathers what the loop does not count, on the servo thread, in memory allocated before.
+/// Collects statistics that the loop itself does not count, on the servo thread, in preallocated
+/// memory.
 pub(crate) struct Gatherer {
     /// In the probe's frame, m.
     grip_a: DVec3,
@@ -136,8 +137,8 @@ impl Summary {
         self.ticks > 0 && self.contacts.max == 0
     }
 
-    /// Why the run is not one to be content with, though it came to its end: faults, and in real
-    /// time a rate that was not held. `rate_hz` is the asked one.
+    /// Reasons why a completed run still counts as failed: faults, and in real time a rate below
+    /// the requested `rate_hz`.
     pub(crate) fn complaint(&self, rate_hz: f64) -> Option<String> {
         if self.faults > 0 {
             return Some(format!("{} faults", self.faults));
@@ -207,8 +208,8 @@ impl Gatherer {
         }
     }
 
-    /// The summary of the run whose loop says `statistics`, within `limits`, with what the system
-    /// granted it.
+    /// The summary of a run from the loop's `statistics`, the device's `limits`, and the granted
+    /// real-time rights.
     pub(crate) fn finish(
         self,
         statistics: &RunStatistics,

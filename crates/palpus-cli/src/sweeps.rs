@@ -23,12 +23,12 @@ pub(crate) struct Sweeps {
 #[derive(Serialize)]
 struct Pushes {
     samples: usize,
-    /// To this share of the way to the opposite wall.
+    /// Probes are pushed this share of the way to the opposite wall.
     pushed_share: f64,
     held: f64,
     grew: f64,
-    /// Pushes by the share of the way at which they lost contact, in equal bins; last, those that
-    /// did not.
+    /// Histogram of the pushes by the share of the way at which they lost contact, in equal bins;
+    /// the last entry counts pushes that did not lose it.
     lost_in: Vec<usize>,
 }
 
@@ -42,7 +42,8 @@ struct Depths {
     turn_p90_deg: f64,
     beyond: f64,
     worst_ratio: f64,
-    /// Points without contact, then by depth as a multiple of the true distance.
+    /// Number of points without contact, then a histogram of the depth as a multiple of the true
+    /// distance.
     ratio_in: Vec<usize>,
 }
 

@@ -57,8 +57,8 @@ impl<'a> ToolArguments<'a> {
     }
 }
 
-/// Returns the values typed for each of so many tools: by the option in their order, or by the
-/// option of the second tool.
+/// Returns the typed value for each tool: from the repeated option, in the order of the tools, or
+/// from the option of the second tool.
 fn each<'a>(
     option: &str,
     scene: &str,
@@ -76,19 +76,19 @@ fn each<'a>(
     Ok((0..tools).map(|which| typed.get(which).or(second(which)).map(String::as_str)).collect())
 }
 
-/// The files of the recordings of so many tools, of which the first one's is `file`.
+/// The recording files of so many tools; the first tool's is `file`.
 pub(crate) fn recordings(file: PathBuf, tools: usize) -> Vec<PathBuf> {
     let others: Vec<PathBuf> = (1..tools).map(|which| files::beside(&file, name(which))).collect();
     std::iter::once(file).chain(others).collect()
 }
 
-/// Under this name the header of one of several recordings tells of the others.
+/// Header key under which one of several recordings names the others.
 const SECTION: &str = "tools";
-/// The same of recordings of two tools by older versions.
+/// The header key that older versions used for recordings of two tools.
 const SECTION_OF_TWO: &str = "other_tool";
 
-/// For the header of tool `which`: where the recordings of all tools are, without folders, since
-/// they lie beside each other.
+/// For the header of tool `which`: file names of the recordings of all tools, without folders,
+/// since they lie beside each other.
 pub(crate) fn name_recordings(which: usize, all: &[PathBuf], into: &mut Table) {
     let file = |path: &PathBuf| Value::from(file_name(path));
     let table = Table::from_iter([
@@ -102,8 +102,8 @@ fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Which tool `recording` is of, and the names of the recordings of all tools, its own left empty;
-/// `None` if there is but one tool.
+/// The tool number of `recording`, and the file names of the recordings of all tools (its own is
+/// empty); `None` if there is only one tool.
 pub(crate) fn named_by(recording: &Recording) -> Option<(usize, Vec<&str>)> {
     let more = &recording.header.scene.more;
     if let Some(two) = more.get(SECTION_OF_TWO).and_then(Value::as_table) {
@@ -125,7 +125,7 @@ mod tests {
 
     use super::*;
 
-    /// A recording without rows whose header tells of other tools in this way.
+    /// A recording without rows whose header has this entry about other tools.
     fn with(more: Table) -> Recording {
         crate::bodies::use_cache(false);
         let stage = crate::stage::prepare("pen-sphere", FilePolicy::Inside).expect("a built-in scene");

@@ -1,5 +1,5 @@
-//! `palpus view`: a model, its pieces, the Gauss map of one of them, how deep it is felt; as a
-//! picture or in a window.
+//! `palpus view`: shows a model, its pieces, the Gauss map of a piece, or the felt depth on a
+//! plane, as a picture or in a window.
 
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -58,7 +58,7 @@ fn in_window(_: &ViewArguments) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The piece that was asked for, or the one with most faces.
+/// The requested piece, or the one with most faces.
 fn chosen_piece(body: &Body, asked: Option<u32>) -> anyhow::Result<u32> {
     let count = body.polytopes().len();
     match (asked, richest_piece(body)) {
@@ -69,7 +69,7 @@ fn chosen_piece(body: &Body, asked: Option<u32>) -> anyhow::Result<u32> {
     }
 }
 
-/// The plane that was asked for, or one through the middle.
+/// The requested plane, or one through the middle.
 fn chosen_plane(body: &Body, arguments: &ViewArguments) -> anyhow::Result<SectionPlane> {
     let axis = arguments.axis.into();
     let [low, middle, high] = [0.0, 0.5, 1.0].map(|part| SectionPlane::through(body, axis, part));

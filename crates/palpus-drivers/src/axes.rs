@@ -1,12 +1,12 @@
 //! One frame for all makers: x to the user's right, y away from the user, z up.
 //!
-//! Axes are only renamed and negated, so that no digit is lost. A grip's own axes are renamed
-//! alike, so that a grip that its maker calls unturned is unturned here too.
+//! Axes are only permuted and negated, which is exact. The grip's own axes are converted in the
+//! same way, so the maker's identity orientation is the identity here too.
 
 use glam::{DMat3, DQuat, DVec3};
 use palpus::algebra::Pose;
 
-/// How a maker's axes lie.
+/// Directions of a maker's axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Axes {
     /// x towards the user, y to the user's right, z up.
@@ -16,7 +16,7 @@ pub(crate) enum Axes {
 }
 
 impl Axes {
-    /// A vector in the maker's frame, in ours.
+    /// Converts a vector from the maker's frame to ours.
     pub(crate) fn ours(self, v: DVec3) -> DVec3 {
         match self {
             Self::ForceDimension => DVec3::new(v.y, -v.x, v.z),
@@ -24,7 +24,7 @@ impl Axes {
         }
     }
 
-    /// A vector in our frame, in the maker's.
+    /// Converts a vector from our frame to the maker's.
     pub(crate) fn theirs(self, v: DVec3) -> DVec3 {
         match self {
             Self::ForceDimension => DVec3::new(-v.y, v.x, v.z),
@@ -34,7 +34,7 @@ impl Axes {
 
     /// A grip of the maker's in ours; `rotation` has the grip's axes as columns.
     pub(crate) fn pose(self, rotation: DMat3, translation: DVec3) -> Pose {
-        // The vector of a rotation turns with the axes, its angle does not.
+        // The axis of a rotation is converted like any vector; its angle stays.
         let q = DQuat::from_mat3(&rotation);
         let axis = self.ours(DVec3::new(q.x, q.y, q.z));
         Pose {

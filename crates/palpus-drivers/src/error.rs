@@ -34,7 +34,7 @@ pub enum DriverError {
         /// Advice, in one line.
         mend: String,
     },
-    /// The library is there and sees no device, or not one that can be used.
+    /// The library was loaded but finds no usable device.
     #[error("{why}; {mend}")]
     NoDevice {
         /// Message of the library.

@@ -12,7 +12,7 @@ use crate::open_haptics::{self, OpenHaptics};
 
 const FORCE_DIMENSION: (&str, &str) = ("force-dimension", "omega, delta, sigma, lambda, Falcon");
 const OPEN_HAPTICS: (&str, &str) = ("openhaptics", "Touch, Touch X, Phantom");
-/// People do not like to wait longer, and a device that is there answers sooner as a rule.
+/// Timeout of the search; a connected device usually answers sooner.
 const MOST: Duration = Duration::from_secs(1);
 
 /// Findings for Force Dimension's and OpenHaptics' devices, one each. Devices are opened for a
@@ -31,15 +31,14 @@ pub fn look() -> Vec<Finding> {
     asked.into_iter().map(answer).collect()
 }
 
-/// Looks on a thread of its own: libraries of others may hang, which then is left to its fate.
+/// Searches on a separate thread, which is abandoned if a maker's library hangs.
 fn ask(
     backend: (&'static str, &'static str),
     look: fn() -> Finding,
 ) -> ((&'static str, &'static str), Receiver<Finding>) {
     let (answer, answered) = mpsc::channel();
     let thread = std::thread::Builder::new().name(backend.0.to_owned());
-    // A caller that has waited long enough hears no answer any more; without a thread there is no
-    // answer.
+    // The receiver is gone after the timeout. If no thread can be started, there is no answer.
     drop(thread.spawn(move || drop(answer.send(look()))));
     (backend, answered)
 }

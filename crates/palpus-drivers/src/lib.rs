@@ -5,15 +5,15 @@
 //! * [`look`] — which of them are there, and what it takes to find the rest.
 //!
 //! The libraries are opened while the program runs: nothing is linked, nothing of theirs is in this
-//! repository. A missing library is an answer ([`DriverError`]) with the name, the searched places,
-//! and the line that mends it. Only the functions that are called are declared, by hand, in `ffi`,
-//! the one folder with `unsafe` in it.
+//! repository. If a library is missing, the error ([`DriverError`]) has its name, the searched
+//! places, and the command that helps. The folder `ffi`, the only one with `unsafe`, declares by
+//! hand just the functions that are called.
 //!
-//! Both makers' frames are turned into one (`axes`): x to the right of the person at the device, y
-//! away from them, z up.
+//! Both makers' frames are converted to ours (`axes`): x to the user's right, y away from the user,
+//! z up.
 //!
-//! Neither was tried on hardware: none was at hand. The tests build stand-ins for both libraries,
-//! which export the same names.
+//! Neither driver was tested on hardware, since none was available. The tests build stand-ins for
+//! both libraries, which export the same names.
 
 mod axes;
 mod error;

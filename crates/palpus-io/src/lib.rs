@@ -1,8 +1,7 @@
 //! Bytes to values and back: meshes, scenes, recordings, prepared bodies, the CSV files of queries.
 //!
-//! Everything that comes from outside is read here and either becomes a checked value or one
-//! error that says what is wrong, where, and what to do. Lengths are converted in one place, the
-//! scene file.
+//! Each reader returns either a checked value or one error that says what is wrong, where, and what
+//! to do. Lengths are converted in one place, the scene file.
 
 pub mod cache;
 mod exact;

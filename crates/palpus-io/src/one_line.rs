@@ -1,5 +1,5 @@
-//! Words of another library, which may quote what a file says, as they stand in an error of ours:
-//! in one line that a person reads.
+//! Makes one readable line of another library's error message, which may quote the content of a
+//! file.
 
 /// Characters that are kept.
 const MOST: usize = 240;

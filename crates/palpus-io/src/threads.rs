@@ -5,8 +5,8 @@ use std::thread;
 
 use palpus::algebra::Workers;
 
-/// As many threads as are said, the calling one among them; each takes the next part as soon as it
-/// is free.
+/// A fixed number of threads, including the calling one; each takes the next part as soon as it is
+/// free.
 #[derive(Clone, Copy, Debug)]
 pub struct Threads {
     count: usize,
@@ -18,7 +18,7 @@ impl Threads {
         Self { count: thread::available_parallelism().map_or(1, usize::from) }
     }
 
-    /// So many, at least one.
+    /// Uses `count` threads, at least one.
     pub fn of(count: usize) -> Self {
         Self { count: count.max(1) }
     }

@@ -2,8 +2,8 @@
 //!
 //! 1. *How often the walk is only local*: random overlapping poses of two rounded hulls, the depth
 //!    of the walk from a cold start over the proven one.
-//! 2. *What a tilting box feels*: the contact point of a box that tilts through flat on a table, of
-//!    the exact witness and in the middle of the patch.
+//! 2. *What a tilting box feels*: the contact point of a box that tilts on a table, passing through
+//!    flat contact: the exact witness point, and the centre of the contact patch.
 //! 3. *Depths of whole bodies* ([`bracket`]).
 
 mod bracket;
@@ -62,7 +62,7 @@ fn local(path: &Path) -> anyhow::Result<()> {
         }
     }
     excess.sort_by(f64::total_cmp);
-    // Below a millionth of the depth it is the same minimum.
+    // Differences below a millionth of the depth count as the same minimum.
     let beaten = excess.iter().filter(|percent| **percent > 1e-4).count();
     let share = 100.0 * beaten as f64 / POSES as f64;
     output::line(format!("{beaten} of {POSES} cold walks are only local ({share:.2} %), seed {SEED:#x}"));

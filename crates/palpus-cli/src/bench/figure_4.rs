@@ -33,7 +33,7 @@ struct Cluster {
     contacts: u32,
 }
 
-/// Clusters of the paper's picture: one penetrating, and three within the tolerance.
+/// Clusters in the paper's picture: one penetrates, and three are within the tolerance.
 const PENETRATING: usize = 1;
 const DISJOINT: usize = 3;
 

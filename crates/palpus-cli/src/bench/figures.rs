@@ -93,11 +93,11 @@ fn figure_5(out: &Path) -> anyhow::Result<()> {
     write_svg(&figure, &out.join("figure5.svg"))
 }
 
-/// Every pass computes the same; of each stage of each tick the shortest time is kept, so that what
-/// the operating system did meanwhile does not stand in the figure.
+/// Every pass computes the same. The shortest time of each stage of each tick counts, which removes
+/// delays by the operating system.
 const PASSES: usize = 5;
 
-/// The ticks of one way along the scripted path.
+/// The number of ticks of one pass along the scripted path.
 fn pass(stage: &Stage, renderer: &mut Renderer) -> Vec<TickSummary> {
     let clock = WallClock::new();
     (0..ticks(stage))

@@ -12,7 +12,7 @@ pub(crate) struct Snapshot {
     stolen: u64,
     own: u64,
     cores: u64,
-    /// Every other program: its number, its name, its time.
+    /// Every other program: its process id, its name, its time.
     programs: Vec<(u32, String, u64)>,
 }
 
@@ -30,17 +30,17 @@ pub(crate) struct Load {
     pub(crate) cores: u64,
     /// Cores' worth of work by others.
     pub(crate) others_cores: f64,
-    /// Share of the time that the machine around a virtual machine took.
+    /// Share of the time that the host of a virtual machine took (steal time).
     pub(crate) stolen_share: f64,
     /// Running or waiting threads, over the last minute.
     pub(crate) load_average: Option<f64>,
-    /// The programs that did the most of that, as far as they ran all the while.
+    /// The programs with the highest load, of those that ran during the whole measurement.
     pub(crate) busiest: Vec<Program>,
 }
 
-/// Programs that are named.
+/// Most programs that the report names.
 const NAMED: usize = 3;
-/// Cores' worth of work below which a program is not.
+/// Load (in cores) below which the report does not name a program.
 const LEAST_NAMED: f64 = 0.05;
 
 impl Load {
@@ -84,15 +84,15 @@ impl Snapshot {
     }
 }
 
-/// Name and time out of a program's line. The name stands in brackets and may hold anything; times
-/// are the 14th and 15th word.
+/// Name and time from a line of `/proc/PID/stat`. The name is in brackets and may contain any
+/// characters; the times are words 14 and 15.
 fn program(line: &str) -> Option<(&str, u64)> {
     let (name, rest) = line.split_once('(')?.1.rsplit_once(')')?;
     let words: Vec<&str> = rest.split_whitespace().collect();
     Some((name, words.get(11)?.parse::<u64>().ok()? + words.get(12)?.parse::<u64>().ok()?))
 }
 
-/// All other programs that may be seen.
+/// All other programs that are visible to this user.
 fn programs() -> Vec<(u32, String, u64)> {
     let Ok(folder) = std::fs::read_dir("/proc") else { return Vec::new() };
     let numbers = folder.flatten().filter_map(|entry| entry.file_name().to_str()?.parse::<u32>().ok());
@@ -104,10 +104,10 @@ fn programs() -> Vec<(u32, String, u64)> {
     numbers.filter(|number| *number != std::process::id()).filter_map(read).collect()
 }
 
-/// The programs that did the most, in cores' worth; those of one name as one.
+/// The programs with the highest load, in cores; programs of the same name are added up.
 fn busiest(before: &Snapshot, after: &Snapshot, ticks_per_core: f64) -> Vec<Program> {
     let spent = |(number, name, time): &(u32, String, u64)| {
-        // A program that started meanwhile has used all of its time meanwhile.
+        // A program that started during the measurement used all of its time within it.
         let then = before.programs.iter().find(|then| then.0 == *number).map_or(0, |then| then.2);
         Program { name: name.clone(), cores: time.saturating_sub(then) as f64 / ticks_per_core }
     };

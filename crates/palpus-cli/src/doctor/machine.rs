@@ -1,5 +1,5 @@
-//! Describes the machine as far as the operating system says. On other systems than Linux little is
-//! known.
+//! Describes the machine from what the operating system reports. Systems other than Linux report
+//! little.
 
 use std::fs::read_to_string;
 
@@ -11,11 +11,11 @@ pub(super) struct Machine {
     pub(super) system: &'static str,
     /// Cores that the program may use.
     pub(super) cores: Option<usize>,
-    /// Cores that the kernel keeps free of ordinary work, as the kernel lists them.
+    /// Isolated cores, in the kernel's list format: the scheduler puts no ordinary work on them.
     pub(super) isolated_cores: Option<String>,
     /// How cores choose their frequency: each governor with the number of its cores.
     pub(super) governors: Option<Vec<(String, usize)>>,
-    /// The kernel runs before everything else what has priority, also inside itself (`PREEMPT_RT`).
+    /// True for a kernel with `PREEMPT_RT`, in which real-time threads preempt also kernel code.
     pub(super) real_time_kernel: Option<bool>,
     /// The highest real-time priority that the user may have; 0: none.
     pub(super) priority_limit: Option<String>,
@@ -23,7 +23,7 @@ pub(super) struct Machine {
     pub(super) memory_limit: Option<String>,
     /// The user may have any priority and lock any memory, whatever the limits say.
     pub(super) above_limits: Option<bool>,
-    /// The machine is a guest of another one.
+    /// True in a virtual machine.
     pub(super) virtual_machine: Option<bool>,
 }
 

@@ -8,8 +8,8 @@
 //! 5. What else the machine was busy with meanwhile ([`load`]).
 //! 6. A verdict in words, and a line for each thing that would help ([`verdict`]).
 //!
-//! Exit status 1 when the machine is not fit. Nothing needs root; what cannot be known here is said
-//! to be so.
+//! Exit status 1 when the machine is not fit. Nothing needs root; properties that cannot be read
+//! are reported as unknown.
 
 pub(crate) mod load;
 mod machine;
@@ -33,17 +33,17 @@ use scene::SceneTimes;
 use timer::Timer;
 use verdict::{Fitness, Verdict};
 
-/// At which devices are driven, Hz.
+/// Rate of the measurement, Hz: the usual one of haptic devices.
 const RATE_HZ: f64 = 1000.0;
-/// Longer measurements tell nothing new.
+/// Longest measurement, s.
 const LONGEST: f64 = 600.0;
-/// Each of the rates is measured for so much less, s at least.
+/// The measurement at each rate is shorter by this factor, and at least so long (s).
 const RATE_SHARE: f64 = 5.0;
 const SHORTEST_RATE: f64 = 0.3;
-/// Fewer ticks have no 99.9th percentile to speak of.
+/// With fewer ticks the 99.9th percentile is not meaningful.
 const SHORTEST: f64 = 0.5;
 
-/// All that was found; the names are a contract with those who read `--json`.
+/// All results. The field names are the interface of `--json`.
 #[derive(Debug, Serialize)]
 struct Report {
     verdict: Verdict,

@@ -23,15 +23,16 @@ pub(super) struct Rate {
     max_us: f64,
     /// Share of its turns that are late by more than half a period.
     late_share: f64,
-    /// Left of the period for a step when 99 % of turns are not later than that, µs.
+    /// Time that remains for a step after the 99th percentile of the lateness, µs.
     room_us: f64,
-    /// 99.9 % of the steps fit into that room, and the timer is not too late.
+    /// True if 99.9 % of the steps fit into that time and few enough turns are late.
     pub(super) holds: bool,
     /// The reason why the rate does not hold.
     why: Option<String>,
 }
 
-/// Measures the bare timer for `seconds` at each rate and sets the scene's step beside it.
+/// Measures the bare timer for `seconds` at each rate and compares the rest of the period with the
+/// step time.
 pub(super) fn measure(seconds: f64, scene: &SceneTimes) -> anyhow::Result<Vec<Rate>> {
     RATES
         .iter()
@@ -58,7 +59,7 @@ fn judge(hz: f64, timer: &Timer, late_share: f64, step_us: f64) -> Rate {
     Rate { hz, p50_us, p99_us, p999_us, max_us, late_share, room_us, holds: why.is_none(), why }
 }
 
-/// The fastest of the rates that are held.
+/// The fastest rate that the machine holds.
 pub(super) fn fastest(rates: &[Rate]) -> Option<f64> {
     rates.iter().filter(|rate| rate.holds).map(|rate| rate.hz).max_by(f64::total_cmp)
 }

@@ -1,4 +1,4 @@
-//! How long the steps of a scene's closed loop take here, and so how fast a loop could be.
+//! Measures how long the steps of a scene's closed loop take on this machine.
 
 use std::sync::atomic::AtomicBool;
 
@@ -33,8 +33,8 @@ pub(super) struct SceneTimes {
     pub(super) bounded_share: f64,
     /// Share of the ticks that wrote their wrench more than a period late.
     pub(super) overrun_share: f64,
-    /// The fastest usual rate that is held ([`super::rates`]); `None`: not even 500 Hz, or not
-    /// looked at yet.
+    /// The fastest usual rate that the machine holds ([`super::rates`]); `None` if it does not hold
+    /// 500 Hz, or before the measurement.
     pub(super) achievable_hz: Option<f64>,
 }
 
@@ -93,7 +93,7 @@ pub(super) fn measure(name: &str, stage: &Stage, duration: f64) -> anyhow::Resul
     })
 }
 
-/// The device of a tool, in the hand that the scene asks for.
+/// A tool's simulated device, held by the simulated operator that the scene sets.
 fn simulated(stage: &Stage) -> anyhow::Result<Box<dyn HapticDevice + Send>> {
     let settings = SimulationSettings { rate_hz: RATE_HZ, hand: stage.hand(None)?, ..SimulationSettings::default() };
     Ok(Box::new(SimulatedDevice::new(settings, stage.intent())?))

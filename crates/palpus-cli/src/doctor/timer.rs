@@ -1,4 +1,4 @@
-//! How late a bare loop with absolute deadlines is woken.
+//! Measures how late the system wakes a bare loop with absolute deadlines.
 
 use std::time::Duration;
 
@@ -30,8 +30,8 @@ impl Timer {
     }
 }
 
-/// Runs the bare loop for `duration` seconds on a thread of its own, with all that `palpus run`
-/// claims for its loop.
+/// Runs the bare loop for `duration` seconds on its own thread, with the real-time rights that
+/// `palpus run` requests.
 pub(super) fn measure(duration: f64, rate_hz: f64) -> anyhow::Result<(Timer, Option<RealTimeClaims>)> {
     let (lateness, claims) = lateness(duration, rate_hz, Some(RealTimeOptions::default()))?;
     Ok((of(lateness), claims))
@@ -45,7 +45,7 @@ pub(crate) fn lateness(
 ) -> anyhow::Result<(Vec<u64>, Option<RealTimeClaims>)> {
     let turns = (duration * rate_hz).round() as usize;
     let thread = std::thread::Builder::new().name("timer".to_owned()).spawn(move || {
-        // Written to once, so that no page of it is waited for later.
+        // Touches every page once, so that the loop has no page faults.
         let mut lateness = vec![1; turns];
         lateness.clear();
         let claims = options.as_ref().map(claim);
@@ -58,7 +58,7 @@ pub(crate) fn lateness(
 fn run(turns: usize, rate_hz: f64, lateness: &mut Vec<u64>) {
     let time = WallTime::new();
     let period = Duration::from_secs_f64(1.0 / rate_hz);
-    // As the servo loop has it.
+    // As in the servo loop.
     let spin = ServoOptions::default().spin.min(period / 2);
     let mut deadline = time.now() + period;
     for _ in 0..turns {

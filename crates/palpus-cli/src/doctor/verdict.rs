@@ -23,11 +23,11 @@ pub(super) struct Verdict {
     pub(super) fitness: Fitness,
     /// In one sentence.
     pub(super) words: String,
-    /// Problems, the one that is cheapest to solve first.
+    /// Problems; the ones that are easiest to solve come first.
     pub(super) notes: Vec<Note>,
 }
 
-/// Something that speaks against the machine.
+/// A problem of the machine.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Note {
     pub(super) what: String,
@@ -48,20 +48,20 @@ impl Verdict {
     }
 }
 
-/// Share of late turns that is worth a note. A hand does not feel one late tick in a thousand.
+/// Share of late turns above which the report has a note. One late tick in a thousand is not felt.
 const NOTED_LATE: f64 = 1e-3;
-/// And more than this is not fit: ten late ticks a second are felt as roughness.
+/// Share of late turns above which the machine is not fit: ten late ticks a second feel rough.
 const UNFIT_LATE: f64 = 1e-2;
 /// Share of ticks with bounded work above which a note reports it.
 const NOTED_BOUNDED: f64 = 0.01;
-/// Cores' worth of other work that may stand in the way of a loop without priority.
+/// Load by other programs (in cores) that can delay a loop without priority.
 const NOTED_LOAD: f64 = 0.5;
-/// Share of the time taken by the machine around.
+/// Share of the time that the host of a virtual machine may take.
 const NOTED_STOLEN: f64 = 5e-3;
 
 const CLOSE_OTHERS: &str = "close what else runs on this machine, browsers and builds first, and measure again";
 
-/// The mend of a claim that is refused for want of another one.
+/// Advice for a real-time right that is refused because another one is missing.
 const FOLLOWS: &str = "get the priority first";
 
 /// Judges what was measured.
@@ -74,7 +74,7 @@ pub(super) fn of(
 ) -> Verdict {
     let too_slow = scene.p999_us > PERIOD_SHARE * 1e6 / RATE_HZ;
     let unfit = timer.late_share > UNFIT_LATE || too_slow;
-    // Problems that a line in a file solves come first.
+    // Problems that one line in a configuration file solves come first.
     let missing = claims.iter().filter(|claim| !claim.granted && claim.mend.as_deref() != Some(FOLLOWS));
     let mut notes: Vec<Note> = missing.map(not_granted).collect();
     if timer.late_share > NOTED_LATE {
@@ -212,7 +212,7 @@ mod tests {
         assert_eq!((verdict.fitness, verdict.notes.len()), (Fitness::FitWithNotes, 5));
         let mends = verdict.mends();
         assert!(mends.contains(&"ask for it") && mends.iter().any(|mend| mend.contains("cpupower")));
-        // Late turns and load have the same mend, said once.
+        // Late turns and load have the same advice, which is printed once.
         assert_eq!(mends.iter().filter(|mend| mend.contains("browsers")).count(), 1);
     }
 

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::numbers::grouped;
 
-/// A tick: where on the axis, and what stands there.
+/// A tick: its position on the axis, and its label.
 pub(super) struct Tick {
     pub(super) at: f64,
     pub(super) label: String,
@@ -29,10 +29,11 @@ pub(super) fn even(range: &Range<f64>, wanted: usize) -> Vec<Tick> {
     (first..=last).map(tick).collect()
 }
 
-/// Steps between ticks, times a power of ten, and their digits beyond the first: 2.5 has one.
+/// Steps between ticks (mantissas), and the number of digits of each after its first: 2.5 has one.
 const STEPS: [(f64, f64); 5] = [(1.0, 0.0), (2.0, 0.0), (2.5, 1.0), (5.0, 0.0), (10.0, 0.0)];
 
-/// Ticks of an axis of logarithms: powers of ten, and 2 and 5 times them where there are few.
+/// Ticks of a logarithmic axis: powers of ten, and 2 and 5 times them if the axis spans few
+/// decades.
 pub(super) fn powers(range: &Range<f64>) -> Vec<Tick> {
     let decades = range.end - range.start;
     if !decades.is_finite() {
@@ -57,12 +58,12 @@ pub(super) fn powers(range: &Range<f64>) -> Vec<Tick> {
     ticks
 }
 
-/// So many powers of ten have room for 2 and 5 between them.
+/// With at most this many decades, the ticks at 2 and 5 fit between the powers of ten.
 const FEW_DECADES: f64 = 3.0;
 /// More ticks than this are too many.
 const MANY_DECADES: f64 = 9.0;
 
-/// The number with the letter of its thousands.
+/// The number with its SI prefix, such as `k` for thousands.
 fn short(value: f64) -> String {
     match value {
         _ if value >= 0.999e6 => format!("{} M", value / 1e6),

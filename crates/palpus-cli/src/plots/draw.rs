@@ -1,5 +1,5 @@
-//! A figure as SVG text. Colours stand in attributes, for white paper, and in a style that goes by
-//! the reader's system.
+//! A figure as SVG text. Attributes hold the colours for white paper; a style sheet replaces them
+//! if the reader's system has a dark theme.
 
 use std::fmt::Write;
 use std::ops::Range;
@@ -9,7 +9,7 @@ use super::ink::{dark_style, light};
 use super::{Drawn, Figure, LEAST_COUNT, Panel, Series};
 use crate::markup::escaped;
 
-/// A drawing whose every text is escaped: safe to stand in a page.
+/// A drawing in which all text is escaped, so that it can be embedded in a page.
 pub(crate) struct Svg(String);
 
 impl Svg {
@@ -29,15 +29,15 @@ const PLOT_HEIGHT: f64 = 140.0;
 const TICKS_HEIGHT: f64 = 20.0;
 const X_LABEL_HEIGHT: f64 = 20.0;
 const BOTTOM: f64 = 6.0;
-/// About so wide is a letter.
+/// Approximate width of a letter.
 const LETTER: f64 = 6.7;
 const SWATCH: f64 = 18.0;
-/// Curves of no more points show each of them.
+/// Curves with at most this many points are drawn without thinning.
 const FEW_POINTS: usize = 20;
 /// Columns of a long curve; each shows its smallest and its largest value. Two for each pixel of a
 /// phone.
 const BINS: usize = 400;
-/// Fewer pixels of a band are not seen.
+/// Smallest visible width of a band, pixels.
 const LEAST_BAND: f64 = 0.75;
 
 /// The figure as text.
@@ -49,7 +49,7 @@ pub(crate) fn svg(figure: &Figure) -> Svg {
     let mut known: Vec<&str> = Vec::new();
     for (k, panel) in figure.panels.iter().enumerate() {
         let labels: Vec<&str> = panel.series.iter().map(|series| series.label).collect();
-        // A legend that stands above already is not said again.
+        // Omits a legend that repeats the one of the panel above.
         let legend = if labels.len() > 1 && labels != known { legend_rows(&panel.series) } else { Vec::new() };
         if labels.len() > 1 {
             known = labels;
@@ -108,7 +108,7 @@ impl Up {
     }
 }
 
-/// Labels put in rows: which series, and where each begins.
+/// Legend labels arranged in rows: the index of each series, and where its label begins.
 fn legend_rows(series: &[Series]) -> Vec<Vec<(usize, f64)>> {
     let mut rows = vec![Vec::new()];
     let mut x = LEFT;
@@ -151,7 +151,7 @@ impl Pen {
         ));
     }
 
-    /// Draws a panel from `y` on; where it ends.
+    /// Draws a panel whose top is at `y`; returns where it ends.
     fn panel(
         &mut self,
         panel: &Panel,
@@ -301,7 +301,7 @@ fn runs(points: &[(f64, f64)]) -> Vec<&[(f64, f64)]> {
     points.split(|p| !(p.0.is_finite() && p.1.is_finite())).filter(|run| !run.is_empty()).collect()
 }
 
-/// The least and the largest of each bin, in the order in which they came.
+/// The smallest and the largest sample of each bin, in their original order.
 fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     if points.len() <= 2 * BINS {
         return points.to_vec();

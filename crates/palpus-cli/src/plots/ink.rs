@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-/// A colour, by its place in the table.
+/// A colour, by its index in the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Ink(usize);
 
@@ -12,7 +12,7 @@ pub(crate) const VERMILION: Ink = Ink(1);
 /// See [`BLUE`].
 pub(crate) const GREEN: Ink = Ink(2);
 
-/// On white, and on black: they stay apart for the colour-blind (after Okabe and Ito).
+/// Colours on white and on black that colour-blind readers can tell apart (after Okabe and Ito).
 const INKS: [[&str; 2]; 10] = [
     ["#0072b2", "#56a8e8"],
     ["#d55e00", "#ff8a3d"],
@@ -37,7 +37,7 @@ const REST: [(&str, &str, [&str; 2]); 6] = [
 ];
 
 impl Ink {
-    /// The `k`-th of those that stay apart; after the last comes the first.
+    /// The `k`-th distinguishable colour; the table repeats after its last entry.
     pub(crate) const fn nth(k: usize) -> Self {
         Self(k % INKS.len())
     }
@@ -47,18 +47,18 @@ impl Ink {
         INKS[self.0][0]
     }
 
-    /// The class of a curve, and that of a filled thing.
+    /// The CSS class of a curve, and that of a filled shape.
     pub(super) fn classes(self) -> [String; 2] {
         [format!("s{}", self.0), format!("f{}", self.0)]
     }
 }
 
-/// The colour on white of what is no curve.
+/// The colour on white of elements other than curves.
 pub(super) fn light(class: &str) -> &'static str {
     REST.iter().find(|rest| rest.0 == class).map_or("#000000", |rest| rest.2[0])
 }
 
-/// For a reader whose system is dark. What is printed stays light.
+/// Style for systems with a dark theme. Printed pages stay light.
 pub(super) fn dark_style() -> String {
     let mut text = String::from("@media screen and (prefers-color-scheme:dark){");
     for (class, property, [_, dark]) in REST {

@@ -54,7 +54,7 @@ pub(crate) struct Panel {
     pub(crate) drawn: Drawn,
 }
 
-/// A place on the horizontal axis that is named.
+/// A labelled position on the horizontal axis.
 pub(crate) struct Mark {
     /// Where.
     pub(crate) x: f64,
@@ -64,7 +64,7 @@ pub(crate) struct Mark {
 
 /// A figure: panels from top to bottom.
 pub(crate) struct Figure {
-    /// Above all; nothing if empty.
+    /// Title above all panels; omitted if empty.
     pub(crate) title: String,
     /// Below the horizontal axis.
     pub(crate) x_label: &'static str,
@@ -100,11 +100,11 @@ pub(crate) fn bands(samples: impl Iterator<Item = (f64, bool)>) -> Vec<Range<f64
 /// Bins of a histogram.
 const BINS: usize = 60;
 
-/// Powers of ten below the largest value beyond which values count as rounding.
+/// Values more than this many powers of ten below the largest one count as rounding errors.
 const DECADES: f64 = 5.0;
 
-/// How many of the positive `values` lie in each of even bins of their logarithm: the middles, and
-/// the numbers.
+/// Histogram of the positive `values` over equal bins of their logarithm: the bins' middles and
+/// counts.
 pub(crate) fn histogram(values: impl Iterator<Item = f64> + Clone) -> Vec<(f64, f64)> {
     let logs = values.filter(|value| *value > 0.0 && value.is_finite()).map(f64::log10);
     let (low, high) = logs.clone().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
@@ -112,7 +112,7 @@ pub(crate) fn histogram(values: impl Iterator<Item = f64> + Clone) -> Vec<(f64, 
         return Vec::new();
     }
     let low = low.max(high - DECADES);
-    // One value only is one bin, of a tenth of a decade.
+    // A single distinct value gets one bin, a tenth of a decade wide.
     let width = ((high - low) / BINS as f64).max(0.1 / BINS as f64);
     let mut counts = vec![0.0; BINS];
     for log in logs {

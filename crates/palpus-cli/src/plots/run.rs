@@ -57,7 +57,7 @@ pub(crate) fn run_figure(name: &str, rows: &[RecordRow]) -> Figure {
     }
 }
 
-/// How long steps took, and by how much the force changed from tick to tick: how many of each.
+/// Histograms of the step times, and of the change of force from tick to tick.
 pub(crate) fn run_histograms(rows: &[RecordRow]) -> [Figure; 2] {
     let one = |title, x_label, label, points| Figure {
         title: String::new(),
@@ -79,7 +79,7 @@ pub(crate) fn run_histograms(rows: &[RecordRow]) -> [Figure; 2] {
     ]
 }
 
-/// Tolerance query and depth: what the paper calls the contact query.
+/// Tolerance query and depth together: the paper's contact query.
 pub(crate) fn query_us(row: &RecordRow) -> f64 {
     row.query_us + row.depth_us.unwrap_or(0.0)
 }
@@ -89,8 +89,7 @@ pub(crate) fn seconds(row: &RecordRow) -> f64 {
     row.time_ns as f64 * 1e-9
 }
 
-/// The curve without what sticks out of it: the operating system's pauses would flatten all the
-/// rest.
+/// The curve without outliers: pauses of the operating system would flatten the rest of it.
 fn cut(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     let mut values: Vec<f64> = points.iter().map(|point| point.1).collect();
     if let Some(ceiling) = quantile(&mut values, 0.99) {

@@ -8,9 +8,9 @@
 //!    fails, a line says so at once, and the run goes on.
 //! 3. [`Writing::finish`] writes the rest and says what was left out.
 //!
-//! A row that finds the queue full is dropped and counted. A change is held and offered again
-//! before the next row: it says itself from which tick on it holds, so that it may come late but
-//! must not be missing.
+//! A row that finds the queue full is dropped and counted. A change that finds the queue full is
+//! offered again before the next row. It contains the tick from which it holds, so it may come late
+//! but must not be lost.
 
 mod pen;
 
@@ -113,17 +113,17 @@ fn row(tick: &ServoTick, detail: Option<&Detail>) -> RecordRow {
 const NOWHERE: Pose =
     Pose { rotation: DQuat::from_xyzw(f64::NAN, f64::NAN, f64::NAN, f64::NAN), translation: DVec3::NAN };
 
-/// The state as it was read, if the step was given another one.
+/// The state as read, if the step got a different one.
 fn raw(tick: &ServoTick) -> Option<RawState> {
     let DeviceState { pose, twist, .. } = tick.read;
-    // A state that is not a number is not equal to itself, and was replaced.
+    // A state with NaN is unequal to itself, so it counts as replaced.
     (pose != tick.state.pose || twist != tick.state.twist).then_some(RawState { pose, twist })
 }
 
 /// How a recording is kept.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Keep {
-    /// A file of the name is written over; else the recording gets a name that is free.
+    /// True to overwrite an existing file; else the recording gets a free name.
     pub(crate) overwrite: bool,
     /// Bytes of all files of a recording together, at the most.
     pub(crate) limit: Option<u64>,
@@ -136,8 +136,7 @@ pub(crate) fn free(file: &Path, tools: usize) -> Vec<PathBuf> {
     all(&files::first_free(file, |path| all(path).iter().all(|path| !path.exists())))
 }
 
-/// Returns the names of the recordings of a run: those that were asked for, or free ones, which is
-/// said.
+/// Returns the names of the recordings of a run: the requested ones, or free ones with a message.
 pub(crate) fn of_run(file: &Path, tools: usize, keep: &Keep) -> Vec<PathBuf> {
     if keep.overwrite {
         return tools::recordings(file.to_owned(), tools);

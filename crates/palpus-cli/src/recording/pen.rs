@@ -17,7 +17,7 @@ use toml::{Table, Value};
 use super::Entry;
 use crate::{files, output};
 
-/// Under this name the header of a part says of which recording it is which part.
+/// Header key under which a part names its recording and its number.
 const SECTION: &str = "part";
 
 /// Later parts that are kept.
@@ -141,7 +141,7 @@ impl Pen {
         Ok(())
     }
 
-    /// Says at once what went wrong.
+    /// Reports an error at once.
     fn check(&mut self, result: io::Result<()>) -> io::Result<()> {
         if let Err(error) = &result {
             let file = self.later.back().unwrap_or(&self.path).display();

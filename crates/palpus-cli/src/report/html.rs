@@ -1,7 +1,7 @@
 //! HTML. Only this file and the plots write tags; all other text is escaped.
 //!
-//! Names in recordings are strangers' text. A page also carries a content policy under which
-//! nothing is loaded and nothing is run, whatever stands in it.
+//! Names in recordings are untrusted text. In addition, each page has a content security policy
+//! that forbids loading resources and running scripts.
 
 use data_encoding::BASE64;
 
@@ -12,17 +12,17 @@ use crate::plots::Svg;
 #[derive(Default)]
 pub(super) struct Html(String);
 
-/// A table: words, and which of its columns are numbers.
+/// A table: its cells, and which of its columns are numbers.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Table {
     pub(super) title: String,
     pub(super) head: Vec<String>,
     pub(super) rows: Vec<Vec<String>>,
-    /// Columns that only name; all others are numbers.
+    /// Columns of text; all others are numbers.
     pub(super) naming: usize,
 }
 
-/// How a sentence, a number or a badge is meant.
+/// Tone of a sentence, a number or a badge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Tone {
     Plain,
@@ -47,13 +47,13 @@ impl Html {
         Self::default()
     }
 
-    /// Another piece behind this one.
+    /// Appends another piece.
     pub(super) fn append(&mut self, other: Self) -> &mut Self {
         self.0 += &other.0;
         self
     }
 
-    /// Somebody's text, as it is.
+    /// Escapes untrusted text.
     pub(super) fn text(&mut self, text: &str) -> &mut Self {
         self.0 += &escaped(text);
         self
@@ -281,7 +281,7 @@ impl Html {
         })
     }
 
-    /// The whole page around this.
+    /// Returns the whole page with this content.
     pub(super) fn page(&self, title: &str) -> String {
         format!(
             "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\

@@ -32,8 +32,7 @@ pub(crate) struct Shot {
     pub(crate) view: View,
     /// Torque of the longest arrow, N·m.
     pub(crate) torque_max: f64,
-    /// As the paper's Figure 4 has it: forces of clusters in the colours of contacts, and nothing
-    /// else.
+    /// Style of the paper's Figure 4: only the forces of the clusters, in the colours of contacts.
     pub(crate) as_in_the_paper: bool,
 }
 
@@ -49,7 +48,7 @@ const MARGIN: f64 = 1.4;
 pub(crate) fn of_moment(stage: &Stage, moment: &Moment, shot: &Shot) -> anyhow::Result<Shots> {
     let seen = Seen::of(stage);
     let paint_in = |theme: Theme| -> anyhow::Result<Vec<u8>> {
-        // The hand's force is an arrow as well, but for the paper.
+        // The force on the hand has an arrow too, except in the paper's style.
         let of_hand = if shot.as_in_the_paper { 0.0 } else { moment.wrench.force.length() };
         let look = Look { xray: true, ..Look::default() };
         let scene = Scene {
@@ -63,7 +62,7 @@ pub(crate) fn of_moment(stage: &Stage, moment: &Moment, shot: &Shot) -> anyhow::
             look_across(&mut camera, stage, moment);
             camera.frame(corners.into_iter(), aspect);
         }
-        // Words stand beside pictures, where they can be read at any size.
+        // Labels are in the text beside the picture, where they are legible at any size.
         let all = Style { theme, words: false, ..Style::default() };
         let paper = Style { clusters_as_contacts: true, wrench: false, anchors: false, ..all };
         let style = if shot.as_in_the_paper { paper } else { all };

@@ -1,5 +1,5 @@
-//! Durations counted in buckets that are there from the start and can be copied: 64 to an octave,
-//! so that each is known to 1.6 %.
+//! A histogram of durations in preallocated buckets: 64 to an octave, so that each duration is
+//! known to 1.6 %.
 
 /// Buckets of an octave.
 const PARTS: u64 = 64;
@@ -25,14 +25,14 @@ impl Default for Buckets {
 }
 
 impl Buckets {
-    /// One more of `nanos`.
+    /// Counts a duration of `nanos` ns.
     pub(super) fn add(&mut self, nanos: u64) {
         self.counts[place(nanos)] += 1;
         self.total += 1;
         self.longest = self.longest.max(nanos);
     }
 
-    /// All of the others.
+    /// Adds all counts of `other`.
     pub(super) fn merge(&mut self, others: &Self) {
         for (count, more) in self.counts.iter_mut().zip(&others.counts) {
             *count += more;
@@ -50,7 +50,7 @@ impl Buckets {
         self.longest as f64 / 1e3
     }
 
-    /// µs that this share of all is not longer than.
+    /// Quantile: `share` of all durations are at most this long, µs.
     pub(super) fn quantile(&self, share: f64) -> f64 {
         let wanted = ((self.total as f64 * share).ceil() as u64).max(1);
         let mut seen = 0;
@@ -63,7 +63,7 @@ impl Buckets {
         self.longest()
     }
 
-    /// How many are longer than the bucket of so many ns.
+    /// Number of durations in buckets above the one of this duration (ns).
     pub(super) fn beyond(&self, nanos: u64) -> u64 {
         self.counts[place(nanos) + 1..].iter().sum()
     }
@@ -75,7 +75,7 @@ fn place(nanos: u64) -> usize {
         return nanos as usize;
     }
     let octave = log - PARTS_LOG;
-    // The leading one is part of what is shifted down: PARTS to 2 PARTS − 1.
+    // The shifted value keeps its leading 1, so it lies between PARTS and 2 PARTS − 1.
     let place = u64::from(octave) * PARTS + (nanos >> octave);
     (place as usize).min(COUNT - 1)
 }

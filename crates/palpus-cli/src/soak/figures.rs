@@ -3,7 +3,7 @@
 use super::report::{Report, Row, Stretch};
 use crate::plots::{self, BLUE, Drawn, Figure, GREEN, Panel, Series, VERMILION};
 
-/// Both, as SVG.
+/// Returns both plots as SVG.
 pub(super) fn of(report: &Report) -> [String; 2] {
     [over_time(report), how_late(report)].map(|figure| plots::svg(&figure).as_str().to_owned())
 }

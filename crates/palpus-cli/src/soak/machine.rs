@@ -11,7 +11,7 @@ use crate::doctor::load::load_average;
 /// The machine at an instant.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub(super) struct Sample {
-    /// Memory of the program that is in the machine's, bytes.
+    /// Resident memory of the program, bytes.
     pub(super) resident: Option<u64>,
     /// Mean frequency of the cores.
     pub(super) mhz: Option<f64>,
@@ -30,7 +30,7 @@ impl Sample {
     }
 }
 
-/// Bytes out of the second number of `/proc/self/statm`, which is of pages.
+/// Bytes from the second number of `/proc/self/statm`, which counts pages.
 fn resident(statm: &str) -> Option<u64> {
     let pages: u64 = statm.split_whitespace().nth(1)?.parse().ok()?;
     Some(pages * PAGE)
@@ -40,7 +40,7 @@ fn resident(statm: &str) -> Option<u64> {
 /// memory is underestimated.
 const PAGE: u64 = 4096;
 
-/// As the kernel steers the cores, MHz.
+/// Frequency that the kernel has set, MHz.
 fn frequency() -> Option<f64> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let of = |core: usize| -> Option<f64> {
@@ -51,7 +51,7 @@ fn frequency() -> Option<f64> {
     mean(&all)
 }
 
-/// As the processor says.
+/// Frequency that the processor reports.
 fn mean_mhz(cpuinfo: &str) -> Option<f64> {
     let of = |line: &str| line.strip_prefix("cpu MHz")?.split_once(':')?.1.trim().parse().ok();
     let all: Vec<f64> = cpuinfo.lines().filter_map(of).collect();
@@ -63,17 +63,17 @@ pub(super) fn mean(all: &[f64]) -> Option<f64> {
     (!all.is_empty()).then(|| all.iter().sum::<f64>() / all.len() as f64)
 }
 
-/// Samples over a run of any length in memory that is there from the start: when it is full, every
-/// second one goes, and the next ones come half as often.
+/// Samples over a run of any length in fixed memory: when it is full, every second sample is
+/// removed and the interval between samples doubles.
 #[derive(Debug)]
 pub(super) struct Watch {
     every: Duration,
     next: Duration,
 }
 
-/// Between two samples, in the beginning.
+/// Initial interval between two samples.
 const FIRST: Duration = Duration::from_secs(5);
-/// Samples that are kept at the most.
+/// Capacity in samples.
 pub(super) const KEPT: usize = 1024;
 
 impl Watch {

@@ -1,5 +1,5 @@
-//! `palpus soak`: the loop in real time for as long as one likes, in a hand that wanders, and an
-//! account of it.
+//! `palpus soak`: runs the loop in real time for a long time with a hand that wanders, and reports
+//! how it held.
 //!
 //! 1. The bare timer is measured, as `palpus doctor` does: what this machine does to any loop.
 //! 2. The scene's loop runs in real time with everything that `palpus run` has: simulated device,
@@ -56,7 +56,7 @@ use tally::{Interval, Tally};
 const INTERVAL: Duration = Duration::from_secs(60);
 const INTERVALS_AT_LEAST: u32 = 20;
 const SHORTEST_INTERVAL: Duration = Duration::from_millis(500);
-/// How often this thread looks whether there is something to do.
+/// Polling interval of this thread.
 const LOOK: Duration = Duration::from_millis(100);
 
 pub(crate) fn soak(arguments: &SoakArguments) -> anyhow::Result<ExitCode> {
@@ -91,7 +91,7 @@ pub(crate) fn soak(arguments: &SoakArguments) -> anyhow::Result<ExitCode> {
     Ok(if report.held() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// The bare timer for so long, as the loop would have it.
+/// Measures the bare timer for this long, with the loop's real-time options.
 fn bare(
     duration: Duration,
     rate_hz: f64,
@@ -127,8 +127,9 @@ impl Run {
         report: &mut Report,
         stop: &AtomicBool,
     ) -> anyhow::Result<(Vec<RunStatistics>, Option<RealTimeClaims>)> {
-        // The wall's time ends it, not the number of ticks: a loop that is late makes fewer of
-        // them. No person can press a key after three faults.
+        // The wall clock ends the run, not the number of ticks, since a late loop makes fewer
+        // ticks. After three faults the loop engages by itself, since nobody is there to press a
+        // key.
         let safety = SafetyOptions { rearm: Rearm::Automatic, ..SafetyOptions::default() };
         let mut servo = Servo::new(ServoOptions { rate_hz: self.rate_hz, safety, ..ServoOptions::default() })?;
         let count = ground.hands.len();
@@ -161,7 +162,7 @@ impl Run {
         let (statistics, claims) = std::thread::scope(|scope| {
             let over = &over;
             let thread = std::thread::Builder::new().name("servo".to_owned()).spawn_scoped(scope, move || {
-                // The other end is there until this thread is joined.
+                // The receiver exists until this thread is joined.
                 let _ = granted.send(claims_of.as_ref().map(claim));
                 let available = vec![Cell::new(Limits::UNLIMITED); count];
                 let step = |states: &[DeviceState], dt: f64, answers: &mut [Answer]| {
@@ -185,7 +186,7 @@ impl Run {
             })?;
             let claims = claimed.recv().ok().flatten();
             let kept = self.keep(report, newest, over, stop);
-            // Whatever became of the report, the loop is not left alone.
+            // Stops and joins the loop even if the report failed.
             stop.store(true, Ordering::Relaxed);
             let (statistics, last) = joined(thread.join())?;
             kept?;
@@ -218,7 +219,7 @@ impl Run {
         Ok(SimulatedDevice::new(settings, move |time| wander.pose(time).with_origin(grip_a))?)
     }
 
-    /// Keeps the report until the loop is over; stops it when its time is.
+    /// Updates the report until the loop ends; stops the loop at the end of its duration.
     fn keep(
         &self,
         report: &mut Report,

@@ -19,7 +19,7 @@ use crate::stage::{self, Stage};
 /// How far the hand strays from its path along each axis, in contact tolerances; usually only a
 /// quarter of this.
 const STRAY_TOLERANCES: f64 = 12.0;
-/// And how far it turns, rad.
+/// How far the hand turns, rad.
 const STRAY_TURN: f64 = 0.25;
 
 /// The paper's pair, and how it is placed here: metres per unit of each file.
@@ -66,7 +66,7 @@ pub(super) fn prepare(arguments: &SoakArguments) -> anyhow::Result<Ground> {
     Ok(Ground { name, hands: hands.collect::<Result<_, _>>()? })
 }
 
-/// A path over places that the probe finds by itself.
+/// A path through places at which the probe touches, found by a search.
 fn found(stage: &Stage, seed: u64) -> anyhow::Result<HandPath> {
     let start = stage.environment_pose.inverse() * stage.path.pose(0.0);
     let path = tour(&stage.probe, &stage.environment, start, stage.settings.contact_tolerance, seed);
@@ -79,7 +79,7 @@ fn found(stage: &Stage, seed: u64) -> anyhow::Result<HandPath> {
 }
 
 /// Writes the scene file of the paper's pair, whose meshes are in `models` or a folder in it;
-/// answers its name.
+/// returns its name.
 fn write_pair(models: &Path, out: &Path) -> anyhow::Result<String> {
     let mut meshes = Vec::new();
     for (file, _) in PAIR {

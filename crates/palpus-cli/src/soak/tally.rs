@@ -1,5 +1,5 @@
-//! The account of the servo thread: intervals of fixed size, handed over through an exchange
-//! without waiting.
+//! Statistics of the servo thread in intervals of fixed size, which it passes on through a
+//! wait-free exchange.
 
 use std::time::{Duration, Instant};
 
@@ -11,7 +11,7 @@ use crate::engine::Detail;
 /// Counts of an interval.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Interval {
-    /// s on the wall since the loop began, at its beginning and its end.
+    /// Wall-clock time since the loop began at the interval's beginning and end, s.
     pub(super) span: [f64; 2],
     pub(super) ticks: u64,
     pub(super) lateness: Buckets,
@@ -24,7 +24,7 @@ pub(super) struct Interval {
     pub(super) contacts_max: u32,
     /// Ticks with a contact.
     pub(super) touching: u64,
-    /// Times that contact began.
+    /// Number of times that contact began.
     pub(super) touches: u64,
     /// N, of all ticks together.
     pub(super) force: f64,
@@ -34,14 +34,14 @@ pub(super) struct Interval {
     pub(super) depth_max: f64,
     pub(super) allocations: u64,
     pub(super) cuts: SafetyCounters,
-    /// Times that a fault took the wrench away.
+    /// Number of faults that removed the wrench.
     pub(super) faults: u64,
-    /// Distance marches and depth walks that did not end as they should, contacts without room,
-    /// tools put back.
+    /// Numerical trouble: unconverged distance marches and depth walks, contacts beyond the
+    /// capacity, tools reset to the device's pose.
     pub(super) trouble: u64,
 }
 
-/// Keeps the account of the interval under way.
+/// Collects the statistics of the current interval.
 pub(super) struct Tally {
     length: Duration,
     publisher: Publisher<Interval>,
@@ -72,7 +72,7 @@ impl Tally {
         self.begun = Instant::now();
     }
 
-    /// Adds a device's tick, and hands the interval over when it is its last.
+    /// Adds a device's tick, and publishes the interval after its last tick.
     pub(super) fn add(&mut self, tick: &ServoTick, detail: &Detail) {
         let (now, engine) = (&mut self.now, &detail.tick);
         now.force_max = now.force_max.max(tick.wrench.force.length());
@@ -127,7 +127,7 @@ impl Tally {
         self.now.span[1] = begin;
         let done = self.now;
         self.now = Interval { span: [begin, begin], ..Interval::default() };
-        // Whole intervals that went by without a tick are left out.
+        // Skips whole intervals without a tick.
         while self.end <= elapsed {
             self.end += self.length;
         }

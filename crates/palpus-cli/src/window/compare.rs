@@ -1,8 +1,8 @@
-//! The same run by other settings: a second engine that is given the poses of the device that the
-//! first was given, tick by tick, on a thread of its own. The device gets nothing of it.
+//! The same run with other settings: a second engine on its own thread gets the same device poses
+//! as the first one, tick by tick. Its wrench is not sent to the device.
 //!
-//! The hand does not feel the second engine, so it goes where the first one lets it go: what is
-//! compared is the wrench for one and the same motion.
+//! The hand feels only the first engine and moves as that one lets it. So the comparison shows two
+//! wrenches for the same motion.
 
 use std::sync::mpsc::{Receiver, SyncSender, channel, sync_channel};
 use std::thread::JoinHandle;
@@ -16,7 +16,7 @@ use crate::engine::Engine;
 use crate::run::WatchedTick;
 use crate::stage::Stage;
 
-/// Batches of ticks that may wait: those of so many frames of the window.
+/// Batches of ticks that may wait, one for each frame of the window.
 const MOST_BATCHES: usize = 16;
 
 /// See the module's description.
@@ -30,7 +30,7 @@ pub(super) struct Comparison {
 }
 
 impl Comparison {
-    /// Begins with the next tick that it is given.
+    /// Starts the comparison with the next tick that it gets.
     pub(super) fn begin(stage: &Stage, settings: &Settings, rate_hz: f64) -> anyhow::Result<Self> {
         if stage.tools().count() > 1 {
             bail!("scenes with several devices cannot be compared");
@@ -59,7 +59,7 @@ impl Comparison {
         Ok(Self { ticks: Some(ticks), answers, moments, has_answered: false, thread: Some(thread) })
     }
 
-    /// Has it compute these; leaves them out while it has enough to do.
+    /// Passes these ticks to the second engine; drops them if its queue is full.
     pub(super) fn give(&self, batch: Vec<WatchedTick>) {
         if let Some(ticks) = &self.ticks {
             let _ = ticks.try_send(batch);
@@ -81,7 +81,7 @@ impl Drop for Comparison {
     fn drop(&mut self) {
         self.ticks = None;
         if let Some(thread) = self.thread.take() {
-            // It has nothing to say.
+            // This engine has no messages.
             let _ = thread.join();
         }
     }
@@ -99,7 +99,7 @@ mod tests {
     use super::*;
     use crate::stage;
 
-    /// How long a busy machine may take.
+    /// Timeout for a busy machine.
     const PATIENCE: Duration = Duration::from_secs(60);
 
     #[test]
@@ -125,7 +125,7 @@ mod tests {
             comparison.take(&mut |tick| compared.push(tick));
             std::thread::sleep(Duration::from_millis(5));
         }
-        // Another engine gives the same bits.
+        // A second engine with equal settings gives the same bits.
         let mut engine = Engine::new(&stage, &[settings]).expect("valid settings");
         let mut outcome = [None];
         for (tick, compared) in ticks.iter().zip(&compared) {

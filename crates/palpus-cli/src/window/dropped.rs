@@ -1,8 +1,8 @@
-//! Meshes that were opened in the window: a scene of two new ones, or of one and one of the present
-//! bodies.
+//! Makes a scene from meshes that were opened in the window: from two new ones, or from one new
+//! mesh and one of the current bodies.
 //!
-//! The scene is a folder of its own beside the recordings: both meshes and a scene file. So it is
-//! prepared, recorded, replayed and edited like any other.
+//! The scene gets a new folder beside the recordings, with both meshes and a scene file. So it is
+//! prepared, recorded, replayed and edited like any other scene.
 //!
 //! 1. An opened mesh is read and moved so that the middle of its box is its origin: meshes out of
 //!    CAD lie anywhere, and the hand holds a probe at its origin.
@@ -44,16 +44,16 @@ enum Part {
     Environment,
 }
 
-/// Polygons, and m of their unit.
+/// The polygons, and their unit in metres.
 struct Shape {
     soup: PolygonSoup,
     metres_per_unit: f64,
 }
 
-/// Finds out what kind of file is about to be loaded.
+/// Returns the kind of a file that is about to be loaded.
 pub(super) fn kind(path: &Path) -> Result<FileKind, String> {
     if is_scene(path) {
-        // Files elsewhere are asked for when the scene is loaded.
+        // The user is asked about files in other folders when the scene is loaded.
         return read_scene(path, FilePolicy::Anywhere).map(|_| FileKind::Scene).map_err(|error| error.to_string());
     }
     let soup = bodies::read_mesh(path).map_err(|error| error.to_string())?;
@@ -93,7 +93,7 @@ impl Present {
         let standing = if environment.is_some() { Pose::IDENTITY } else { self.environment };
         let rotation = if probe.is_some() { glam::DQuat::IDENTITY } else { self.probe.rotation };
         let start = Pose { rotation, translation: above(&held, &touched, &standing) };
-        // The old settings need not suit two new bodies.
+        // The old settings may not suit two new bodies.
         let kept = (probe.is_none() || environment.is_none()).then_some(([start, standing], &self.settings));
         let stems: Vec<String> = new.into_iter().flatten().map(MeshFile::stem).collect();
         let folder = files::free(&folder.join(stems.join("-")));
@@ -168,7 +168,7 @@ fn bounds(points: impl Iterator<Item = DVec3>) -> Option<[DVec3; 2]> {
 /// the smaller body, m.
 fn text(new: &[Option<&MeshFile>; 2], units: [f64; 2], kept: Option<([Pose; 2], &Settings)>, smallest: f64) -> String {
     let names = new.iter().flatten().map(|opened| opened.file.to_string_lossy());
-    // One line, whatever a file is called.
+    // Keeps the comment on one line, whatever the file name contains.
     let names = names.collect::<Vec<_>>().join(" and ");
     let names: String = names.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     let body = |k: usize, part: &str| {
@@ -183,7 +183,7 @@ fn text(new: &[Option<&MeshFile>; 2], units: [f64; 2], kept: Option<([Pose; 2], 
             let (at_rest, sliding) = (friction.static_coefficient, friction.dynamic_coefficient);
             format!("friction = {{ static = {at_rest:?}, dynamic = {sliding:?} }}\n")
         });
-        // Fine enough for the new body too.
+        // The tolerance must also suit the new body.
         let finer = (gaps::TOLERANCE_SHARE * smallest / settings.contact_tolerance).min(1.0);
         format!(
             "[contact]\ntolerance = {:?}\ncluster_radius = {:?}\n{friction}shading = {}\n",

@@ -6,13 +6,13 @@ use std::thread::JoinHandle;
 use anyhow::anyhow;
 use palpus_window::Loading;
 
-/// Work that was begun, how far it is, and what came of it.
+/// A background job with its progress and its result.
 pub(super) struct Loader<T> {
     told: Arc<Mutex<Loading>>,
     thread: Option<JoinHandle<anyhow::Result<T>>>,
 }
 
-/// How the work says what is done, and which part of it, 0 to 1, where that can be said.
+/// Reports progress: the current step, and its finished share (0 to 1) if that is known.
 pub(super) type Tell<'a> = &'a dyn Fn(&str, Option<f64>);
 
 impl<T: Send + 'static> Loader<T> {
@@ -21,7 +21,7 @@ impl<T: Send + 'static> Loader<T> {
         Self { told: Arc::default(), thread: None }
     }
 
-    /// Begins `work`, which is called `words` until it says more.
+    /// Starts `work`, with `words` as the name of its first step.
     ///
     /// # Errors
     /// While other work is under way.
@@ -48,15 +48,15 @@ impl<T: Send + 'static> Loader<T> {
         self.told.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Returns the result once, when it is ready; the steps that follow are reported as the same
-    /// work.
+    /// Returns the result once, when it is ready. Progress of the steps that follow belongs to the
+    /// same job.
     pub(super) fn take(&mut self) -> Option<anyhow::Result<T>> {
         let thread = self.thread.take_if(|thread| thread.is_finished())?;
         let failed = |_| anyhow!("it could not be prepared; please report this");
         Some(thread.join().map_err(failed).and_then(|result| result))
     }
 
-    /// It is over, well or with an error.
+    /// Ends the job, successful or not.
     pub(super) fn end(&self, result: anyhow::Result<()>) {
         set(&self.told, result.map_or_else(|error| Loading::Failed(one_line(&error)), |()| Loading::Idle));
     }

@@ -24,7 +24,7 @@ mod steered_tests;
 
 use crate::args::RunArguments;
 
-/// Why a run goes without a window; none if it may have one.
+/// Returns why a run has no window; `None` if it may have one.
 pub(crate) fn reason_for_none(arguments: &RunArguments) -> Option<&'static str> {
     let asked = [
         (arguments.headless, "as asked"),
@@ -91,8 +91,8 @@ mod here {
         let (stage, limits) = (&plan.stage, &plan.settings.limits);
         let look = Look { xray: true, ..Look::default() };
         Scene {
-            // An arrow of a quarter of the limit is as long as arrows are in pictures; larger
-            // forces are longer.
+            // A quarter of the force limit has the usual arrow length; larger forces have longer
+            // arrows.
             force_scale: 0.25 * limits.force,
             torque_scale: limits.torque,
             title: plan.name.clone(),

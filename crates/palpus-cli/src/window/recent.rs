@@ -1,15 +1,15 @@
-//! Files that were opened in the window of late, kept from run to run in the user's folder.
+//! Recently opened files of the window, stored between runs in the user's folder.
 //!
-//! A list that cannot be read or written is an empty one: nothing depends on it.
+//! A list that cannot be read is treated as empty, and write errors are ignored.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::files;
 
-/// Files that are kept.
+/// Capacity of the list.
 const MOST: usize = 8;
-/// Bytes of a list that is read.
+/// Largest list that is read, bytes.
 const LONGEST: u64 = 1 << 16;
 
 /// The list, newest first.
@@ -36,14 +36,14 @@ impl Recent {
         self.files.iter().filter(|file| file.is_file()).cloned().collect()
     }
 
-    /// `file` is the newest from now on.
+    /// Puts `file` at the top of the list.
     pub(super) fn add(&mut self, file: &Path) {
         let Ok(file) = std::path::absolute(file) else { return };
         self.files.retain(|other| *other != file);
         self.files.insert(0, file);
         self.files.truncate(MOST);
         let Some(kept_in) = &self.kept_in else { return };
-        // A name with a line break would be two.
+        // A name with a line break would become two entries.
         let lines = self.files.iter().filter_map(|file| file.to_str()).filter(|name| !name.contains('\n'));
         let text: String = lines.flat_map(|name| [name, "\n"]).collect();
         let written = kept_in.parent().map(fs::create_dir_all).map(|_| fs::write(kept_in, text));

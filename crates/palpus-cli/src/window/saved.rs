@@ -1,4 +1,4 @@
-//! Saves the scene of a run: a scene file that begins it with the settings that it has now.
+//! Saves the scene of a run as a scene file with the current settings.
 //!
 //! 1. The text is that of the scene's file, or the export of the built-in scene.
 //! 2. The settings of the window replace those of the tables `contact` and `coupling`; other keys
@@ -21,11 +21,11 @@ use crate::approach::approach;
 use crate::stage::Stage;
 use crate::{export, files};
 
-/// Keys that the window may leave out, since they say that an option is off.
+/// Keys that the window may omit, since a missing key means that the option is off.
 const OF_CONTACT: [&str; 4] = ["friction", "crease_angle", "shading_limit", "stiffness"];
 
-/// Has the run of `stage` begin with the probe at another place, or held at another point. From
-/// there the simulated hand feels its way to the environment.
+/// Makes the run of `stage` begin with the probe at another pose, or held at another grip. From
+/// there the simulated hand moves towards the environment until it touches.
 ///
 /// # Errors
 /// If the scene has several tools, whose hands work together.

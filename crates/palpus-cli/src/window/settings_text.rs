@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use palpus::render::{Clustering, Settings};
 
-/// The tables `contact` and `coupling` of a scene file whose lengths are of so many metres.
+/// The tables `contact` and `coupling` of a scene file whose unit of length is so many metres.
 pub(super) fn toml(settings: &Settings, metres_per_unit: f64) -> String {
     let length = |metres: f64| metres / metres_per_unit;
     let clustering = if settings.clustering == Clustering::Smooth { "smooth" } else { "linkage" };
@@ -15,7 +15,7 @@ pub(super) fn toml(settings: &Settings, metres_per_unit: f64) -> String {
         length(settings.cluster_radius),
         settings.stiffness,
     );
-    // A string takes everything.
+    // Writing to a string cannot fail.
     if let Some(friction) = &settings.friction {
         let _ = writeln!(
             text,

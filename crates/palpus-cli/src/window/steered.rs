@@ -1,9 +1,9 @@
-//! Carries out what the window asks for: controls the session, and starts the next one.
+//! Executes the window's requests: controls the session, and starts the next one.
 //!
-//! A scene or mesh that is wanted is prepared while the present run goes on ([`Loader`]). Then this
-//! ends in order, and the next one begins: with a recording if there was one. A simulated device is
-//! made beforehand, so that whatever fails leaves the present run as it is; hardware can be opened
-//! once only, so that it is let go of first.
+//! A requested scene or mesh is prepared while the current run goes on ([`Loader`]). Then the
+//! current run ends and the next one begins, with a recording if there was one. A simulated device
+//! is created before that, so that a failure leaves the current run as it is. Hardware can be
+//! opened only once, so it is released first.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -33,14 +33,14 @@ use crate::run::{self, Beginning, Ended, Live, Ready, Session, WatchedTick};
 use crate::stage::{self, Stage};
 use crate::untouched::Untouched;
 
-/// s: the least time before a missing contact is reported; the path is followed once first.
+/// Least time before a missing contact is reported, s; the hand has then followed its path once.
 const SOON_TOUCHES: f64 = 5.0;
 
 /// A run that the window steers.
 pub(super) struct Steered<'a> {
     arguments: &'a RunArguments,
     stop: &'a Arc<AtomicBool>,
-    /// None only if a device could not be opened again.
+    /// `None` only if a device could not be opened again.
     session: Option<Session>,
     ended: Vec<Ended>,
     loader: Loader<Next>,
@@ -50,21 +50,21 @@ pub(super) struct Steered<'a> {
     spec: DeviceSpec,
     settings: Settings,
     live: Live,
-    /// The same by other settings.
+    /// The comparison run with other settings.
     comparison: Option<Comparison>,
-    /// Why there was no contact, being found out.
+    /// The background search for the reason of a missing contact.
     untouched: Option<Receiver<String>>,
     recent: Recent,
-    /// The run begins where the window chose, and so does the next one.
+    /// True if the window chose the start of the run; the next run keeps it.
     is_moved: [bool; 2],
-    /// Files that are being loaded: recent ones once that went well.
+    /// Files that are being loaded; they enter the list of recent files if that succeeds.
     opened: Vec<PathBuf>,
     cap: Caps,
 }
 
 /// Result of a preparation.
 enum Next {
-    /// A stage, by name; its device is not open yet, and may lead its probe out first.
+    /// A stage and its name; its device is not open yet, and may first lead its probe out.
     Stage { name: String, stage: Box<Stage>, lead_out: bool },
     /// Everything.
     Run(Box<Ready>),
@@ -96,13 +96,13 @@ impl<'a> Steered<'a> {
         }
     }
 
-    /// The runs that there were, the last of them ended now.
+    /// Ends the current run and returns all runs.
     pub(super) fn end(mut self) -> anyhow::Result<Vec<Ended>> {
         self.end_session()?;
         Ok(self.ended)
     }
 
-    /// The run that goes on.
+    /// The current run.
     pub(super) fn into_session(self) -> Option<Session> {
         self.session
     }
@@ -139,7 +139,7 @@ impl<'a> Steered<'a> {
         Ok(())
     }
 
-    /// Prepares what is wanted, while the present run goes on.
+    /// Prepares the requested scene while the current run goes on.
     fn begin_loading(&mut self, wanted: Wanted, start: Option<Start>) -> Result<(), String> {
         let session = self.session.as_ref().ok_or("the run is over")?;
         let lead_out = self.arguments.lead_out || start.is_some_and(|start| start.lead_out);
@@ -160,7 +160,7 @@ impl<'a> Steered<'a> {
     }
 }
 
-/// Prepares what is wanted, on a thread of its own.
+/// Prepares the requested scene on its own thread.
 fn prepared(
     wanted: &Wanted,
     start: Option<&Start>,
@@ -242,7 +242,7 @@ impl Run for Steered<'_> {
     }
 
     fn compare(&mut self, with: Option<&Settings>) -> Result<(), String> {
-        // The thread of the one before ends first.
+        // Ends the thread of the previous comparison first.
         self.comparison = None;
         let (Some(settings), Some(session)) = (with, &self.session) else { return Ok(()) };
         let settings = session.fitted(settings);
@@ -434,7 +434,7 @@ impl Run for Steered<'_> {
     }
 }
 
-/// The SpaceMouse, if there is one or comes to be one.
+/// The SpaceMouse; one that is plugged in later is found too.
 #[derive(Default)]
 struct Caps {
     mouse: Option<SpaceMouse>,
@@ -442,7 +442,7 @@ struct Caps {
     unusable: Option<String>,
 }
 
-/// How often one is looked for.
+/// Interval between searches for a SpaceMouse.
 const LOOK: Duration = Duration::from_secs(2);
 
 impl Caps {

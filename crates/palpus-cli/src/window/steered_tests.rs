@@ -21,10 +21,10 @@ use crate::args::RunArguments;
 use crate::run::{self, Ready};
 use crate::stage;
 
-/// Long: the machine may have other things to do.
+/// The timeout is long because the machine may be busy.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// Looks once a frame until `done`.
+/// Polls once a frame until `done`.
 fn until(run: &mut Steered<'_>, done: impl Fn(&mut Steered<'_>) -> bool) {
     let begin = Instant::now();
     while !done(run) {
@@ -125,7 +125,7 @@ fn the_scene_begins_anew_where_it_is_told_and_is_saved() {
         assert!(file.starts_with(folder.join("scenes")), "{}", file.display());
         assert_eq!(run.recent(), std::slice::from_ref(&file));
 
-        // Back to the scene as it was, and to what was saved.
+        // Restarts the original scene, then loads the saved one.
         run.restart(None).expect("it begins");
         until(&mut run, |run| run.loading() == Loading::Idle);
         let (scene, _) = run.replaced().expect("the same scene");

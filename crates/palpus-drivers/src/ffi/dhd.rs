@@ -16,8 +16,7 @@ type Frame = unsafe extern "C" fn(*mut f64, *mut f64, *mut f64, *mut [f64; 9], c
 type SetAll = unsafe extern "C" fn(f64, f64, f64, f64, f64, f64, f64, c_char) -> c_int;
 type Configure = unsafe extern "C" fn(c_int, c_int, c_char) -> c_int;
 
-/// Whatever number of integers an SDK writes as the status (16 in older ones, 17 today), it is
-/// less.
+/// Size of the status buffer: larger than the 16 or 17 integers that the SDKs write.
 pub(crate) const STATUS_ROOM: usize = 32;
 
 /// An open DHD library. The functions stay valid as long as it is.
@@ -109,7 +108,7 @@ impl Dhd {
         unsafe { (self.close)(id as c_char) }
     }
 
-    /// The library's words for what went wrong last on this thread.
+    /// The library's message for the last error on this thread.
     pub(crate) fn last_error(&self) -> String {
         // SAFETY: a text of the library's that lives as long as it does.
         unsafe { words((self.last_error)()) }
@@ -154,7 +153,7 @@ impl Dhd {
         self.angular_velocity.map(|function| three(function, id))
     }
 
-    /// Velocities are estimated over so many ms.
+    /// Sets the window over which velocities are estimated, ms.
     pub(crate) fn velocity_window(&self, ms: i32, id: i8) {
         /// Positions at both ends of a sliding window, as opposed to a growing one.
         const SLIDING: c_int = 0;
@@ -176,8 +175,8 @@ impl Dhd {
         self.buttons.map_or(0, |function| unsafe { function(id as c_char) })
     }
 
-    /// The device takes its forces away by itself after so many times 125 µs without a command.
-    /// True if it will.
+    /// Sets the device's watchdog: it removes the force after this many intervals of 125 µs without
+    /// a command. Returns true on success.
     pub(crate) fn set_watchdog(&self, steps: u8, id: i8) -> bool {
         let Some(set) = self.watchdog else { return false };
         // SAFETY: by value.
@@ -204,7 +203,7 @@ impl Dhd {
         (code >= 0).then_some(status)
     }
 
-    /// At which the device talks with the computer, kHz.
+    /// Communication rate of the device, kHz.
     pub(crate) fn rate(&self, id: i8) -> Option<f64> {
         // SAFETY: by value.
         self.rate.map(|function| unsafe { function(id as c_char) })
@@ -221,7 +220,7 @@ impl Dhd {
         set(self.max_force, force)
     }
 
-    /// Devices that the library simulates are found, too. False when it cannot.
+    /// Makes the library find simulated devices too; false if it has no such function.
     pub(crate) fn enable_simulator(&self) -> bool {
         // SAFETY: by value.
         self.simulator.map(|function| unsafe { function(1) }).is_some()

@@ -1,4 +1,4 @@
-//! The way into the makers' libraries, and the only folder with `unsafe` in it.
+//! Bindings to the makers' libraries; the only folder with `unsafe`.
 //!
 //! A library is opened, every function that is needed is looked up once, and each of them gets a
 //! safe method that says in its `SAFETY` line why the call is sound. Declarations are written by
@@ -57,7 +57,7 @@ impl Loaded {
     }
 }
 
-/// Words of a library, which may have none.
+/// Text returned by a library; empty for a null pointer.
 ///
 /// # Safety
 /// `text` is null or ends with a zero byte and stays as it is during the call.

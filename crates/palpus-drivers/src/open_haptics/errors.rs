@@ -1,6 +1,6 @@
-//! HDAPI's errors in words, each with what mends it.
+//! Descriptions of HDAPI's errors, each with advice.
 
-/// The driver gave less force than was asked for, or none, and goes on.
+/// The driver reduced or removed the force, and continues.
 pub(super) fn is_of_force(code: u32) -> bool {
     (0x0200..=0x0204).contains(&code)
 }
@@ -10,7 +10,7 @@ pub(super) fn gives_none(code: u32) -> bool {
     is_of_force(code) && code != WARM_MOTORS
 }
 
-/// The motors are too warm for what was asked.
+/// The motors are too warm for the commanded force.
 pub(super) const WARM_MOTORS: u32 = 0x0200;
 
 /// Meaning of an error, and advice.

@@ -75,15 +75,15 @@ mod number {
 pub(crate) const RATE_HZ: f64 = 1000.0;
 /// m in a mm, and N·m in a mN·m.
 const MILLI: f64 = 1e-3;
-/// Handed to `hdInitDevice` one after the other.
+/// Default device names, passed to `hdInitDevice` in turn.
 const NAMES: [Option<&str>; 3] = [None, Some("Default Device"), Some("Default PHANToM")];
-/// In which the scheduler's first turn comes.
+/// Timeout for the scheduler's first turn.
 const FIRST_TURN: Duration = Duration::from_secs(2);
-/// In which it takes notice of the end.
+/// Timeout for the thread's last turn.
 const LAST_TURN: Duration = Duration::from_millis(200);
 /// s without a turn: HDAPI's thread is gone.
 const SILENCE: f64 = 0.1;
-/// Turns with errors of force in a row, after which it is no accident.
+/// Consecutive turns with force errors after which the run ends.
 const FORCE_ERRORS_IN_A_ROW: u32 = 200;
 /// Errors taken from the library's list at a time: it may be refilled meanwhile.
 const ERRORS_AT_A_TIME: usize = 16;
@@ -92,7 +92,7 @@ const CALIBRATIONS: u32 = 10;
 const CALIBRATION_TIME: Duration = Duration::from_millis(10);
 /// s from a write to its effect beyond the hold: half a turn of a thread that keeps its own time.
 const DELAY: f64 = 0.5e-3;
-/// On every stylus and handle of the maker's, but the encoder gimbals' which has one or none.
+/// Number of buttons on the maker's styluses and handles; encoder gimbals have one or none.
 const BUTTONS: u8 = 2;
 
 pub(crate) const LIBRARY: Known = Known {
@@ -114,7 +114,7 @@ static SCHEDULER: Mutex<Called> = Mutex::new(Called { library: 0, open: Vec::new
 
 /// Devices of HDAPI that the process has open.
 struct Called {
-    /// Which library, by the place of a function of it.
+    /// Identifies the library by the address of one of its functions.
     library: usize,
     /// Handles.
     open: Vec<u32>,
@@ -338,7 +338,7 @@ impl Drop for Standing {
     }
 }
 
-/// The device of that name, or by whichever name there is one.
+/// Opens the device of that name, or tries the default names.
 fn init(api: &Hd, name: Option<&str>) -> Result<u32, DriverError> {
     forget_errors(api);
     let mut worst = None;
@@ -350,7 +350,7 @@ fn init(api: &Hd, name: Option<&str>) -> Result<u32, DriverError> {
         match (handle, error) {
             (Some(handle), None) => return Ok(handle),
             (Some(handle), Some(error)) if errors::is_of_force(error.code) => {
-                // Warm motors at the start are no reason not to begin.
+                // Warm motors at the start are not an error.
                 let _ = error.internal;
                 return Ok(handle);
             }
@@ -376,7 +376,7 @@ fn calibrate(api: &Hd) -> bool {
         match api.calibration() {
             0 | number::CALIBRATED => return true,
             number::NEEDS_CALIBRATION => {}
-            // Somebody has to hold it in a certain way.
+            // A calibration that needs a person to hold the arm in a certain pose.
             _ => return false,
         }
         let styles = api.integer(number::CALIBRATION_STYLE) as u32;

@@ -33,7 +33,7 @@ pub(super) const STALE: f64 = 5e-3;
 /// Hz: of the angular velocity, which is estimated here: HDAPI's is not documented well enough to
 /// be used.
 const TURN_CUTOFF_HZ: f64 = 50.0;
-/// s: a turn that comes sooner after the last one tells no velocity.
+/// Shortest time between turns from which a velocity is computed, s.
 const SHORTEST_TURN: f64 = 0.1e-3;
 
 /// A wrench and when it was written, s.
@@ -154,7 +154,7 @@ impl Shared {
 
     fn take_error(&self, code: u32) {
         if !errors::is_of_force(code) {
-            // The first one is the cause of the others.
+            // Keeps the first error, which caused the later ones.
             let _ = self.failure.compare_exchange(0, code, Ordering::AcqRel, Ordering::Relaxed);
             return;
         }
@@ -164,7 +164,7 @@ impl Shared {
     }
 }
 
-/// The device's thread's end of it.
+/// The part that the device's thread uses.
 pub(super) struct Touch {
     api: Arc<Hd>,
     handle: u32,
@@ -228,7 +228,7 @@ impl Touch {
             self.given = false;
             return self.damping(&state.twist);
         }
-        // Also when it is not a number.
+        // Also rejects NaN.
         let is_fresh = state.time - time <= STALE;
         if !is_fresh {
             self.shared.stale.fetch_add(1, Ordering::Relaxed);
@@ -259,7 +259,7 @@ impl Touch {
         }
     }
 
-    /// Takes the library's errors; true if because of one it gave no force in this turn.
+    /// Fetches the library's errors; returns true if one of them removed the force in this turn.
     fn take_errors(&self) -> bool {
         let (mut any, mut none) = (false, false);
         for _ in 0..ERRORS_AT_A_TIME {

@@ -48,7 +48,7 @@ pub struct BodyKey(ContentHash);
 impl BodyKey {
     /// The name of the body that this engine makes of this content with these settings.
     pub fn new(content: &ContentHash, settings: &BodySettings) -> Self {
-        // Taken apart, so that a new setting cannot be forgotten here.
+        // Destructured, so that a new setting cannot be forgotten here.
         let BodySettings { scale, flatness, thick } = *settings;
         let mut text = Vec::new();
         text.extend(b"palpus body");
@@ -62,7 +62,7 @@ impl BodyKey {
     }
 }
 
-/// Why there is no prepared body to be had.
+/// Why no prepared body is available.
 #[derive(Debug, thiserror::Error)]
 pub enum CacheMiss {
     /// None was kept.
@@ -77,7 +77,7 @@ pub enum CacheMiss {
         #[source]
         source: io::Error,
     },
-    /// The file is not what was written.
+    /// The file's content is invalid.
     #[error("{file} is damaged: {what}")]
     Damaged {
         /// Path of the file.
@@ -160,7 +160,8 @@ impl BodyCache {
         };
         let (parts, ground) = both(workers, parts, ground);
         let body = Body::restore(ground?, parts?, workers).map_err(|error| damaged(error.to_string()))?;
-        // Says when it was last used; of a folder that cannot be written to, nothing goes anyway.
+        // Updates the time of last use. Errors are ignored, since nothing is deleted from a
+        // read-only folder.
         let _ = File::options().append(true).open(&path).and_then(|file| file.set_modified(SystemTime::now()));
         Ok(body)
     }
@@ -234,7 +235,7 @@ fn write(path: &Path, key: &BodyKey, body: &Body) -> io::Result<()> {
 struct Kept {
     file: Mutex<File>,
     batches: Vec<Entry>,
-    /// Room for batches, to be used again: a new one for each would cost more than reading it.
+    /// Reused buffers for batches: allocating one for each batch would take longer than reading it.
     spare: Mutex<Vec<Vec<u8>>>,
 }
 
@@ -246,7 +247,7 @@ struct Entry {
 }
 
 impl Kept {
-    /// The file, or what is wrong with its header or index.
+    /// Opens the file; fails with the defect of its header or index.
     fn open(path: &Path, key: &BodyKey) -> io::Result<Result<Self, &'static str>> {
         let mut file = File::open(path)?;
         let size = file.metadata()?.len();

@@ -1,14 +1,14 @@
-//! The parts of a body as bytes: what follows from the rest (rings, edges' ends, rims) is left out
-//! and made again.
+//! The parts of a body as bytes. Derived data (rings, edges' ends, rims) is not stored but computed
+//! again.
 //!
 //! 1. The head: the table of all vertices, whose entries polytopes name, and how many pieces and
 //!    inner hulls there are.
-//! 2. Batches of pieces, of inner hulls, of nodes of the tree; all hands can read at once, each a
-//!    batch.
+//! 2. Batches of pieces, of inner hulls, of nodes of the tree; several threads can read at once,
+//!    each one batch.
 //!
-//! A solid polytope is stored as its vertices, then face by face the corners: the vertex,
-//! and whether the edge from there was met in a face before, and then which it is (edges are
-//! numbered as they are met); then the planes and the bulge.
+//! A solid polytope is stored as its vertices, the corners of each face, the planes and the bulge.
+//! A corner is a vertex, a flag whether the edge from there occurred in an earlier face, and then
+//! the number of that edge (edges are numbered in order of first occurrence).
 
 use std::collections::HashMap;
 use std::io;
@@ -186,8 +186,8 @@ impl Table {
     }
 }
 
-/// The vertices, then of a plate the front's normal and which of front and back are original, of a
-/// solid its faces.
+/// The vertices. Then for a plate: the front's normal, and which of front and back are original.
+/// For a solid: its faces.
 fn write_polytope(out: &mut Writer, polytope: &Polytope, table: &Table) {
     out.count(polytope.vertices().len());
     for &vertex in polytope.vertices() {
@@ -261,8 +261,8 @@ fn read_plate(from: &mut Reader<'_>, vertices: Vec<DVec3>) -> Option<Polytope> {
     plate.validate_topology().is_ok().then_some(plate)
 }
 
-/// The triangles (each as how far it is beyond the one before), and of each face how many lie in it
-/// and which (by their places among the triangles).
+/// The triangles (each as the difference from the one before), then for each face the number of
+/// triangles in it, and their positions in that list.
 fn write_piece(out: &mut Writer, piece: &Piece, face_count: usize) {
     let triangles = piece.triangles();
     out.count(triangles.len());
@@ -282,7 +282,7 @@ fn write_piece(out: &mut Writer, piece: &Piece, face_count: usize) {
     }
 }
 
-/// The lists of a piece, to be filled again for the next.
+/// Buffers for the lists of a piece, reused for the next one.
 #[derive(Default)]
 struct PieceLists {
     triangles: Vec<u32>,

@@ -1,4 +1,4 @@
-//! Which column of a CSV file is what.
+//! Finds the meaning of the columns of a CSV file.
 
 /// Places of time, position and quaternion among the columns, and their units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,7 +23,7 @@ const LENGTH_UNITS: [(&str, Option<f64>); 4] =
     [("", None), ("_m", Some(1.0)), ("_cm", Some(1e-2)), ("_mm", Some(1e-3))];
 const QUATERNION: [&str; 4] = ["qx", "qy", "qz", "qw"];
 
-/// Finds them in a header; else what is missing.
+/// Finds the columns in a header; the error names the missing ones.
 pub(super) fn find(header: &str) -> Result<Columns, String> {
     let names: Vec<&str> = header.split(',').map(|name| name.trim().trim_matches('"')).collect();
     let place = |wanted: &str| names.iter().position(|name| name.eq_ignore_ascii_case(wanted));

@@ -41,8 +41,8 @@ pub fn read_hand(path: &Path) -> Result<HandFile, TableError> {
     read_hand_from(&bytes, &name)
 }
 
-/// Reads what a hand follows out of bytes; `name` is how errors call the file. Which kind it is,
-/// the module's table says.
+/// Reads the content of a hand's file; errors call the file `name`. The description of the module
+/// `hand` lists the formats.
 ///
 /// # Errors
 /// As [`read_hand`].
@@ -85,7 +85,7 @@ pub fn read_hand_from(bytes: &[u8], name: &str) -> Result<HandFile, TableError> 
     recorded(lines, name, |line, text| row(name, line, text, &columns, &names)).map(HandFile::Recorded)
 }
 
-/// Samples out of lines, each read by `read`.
+/// Reads samples from lines with the parser `read`.
 fn recorded<'a>(
     lines: impl Iterator<Item = (u64, &'a str)>,
     name: &str,
@@ -117,7 +117,7 @@ fn recorded<'a>(
     Ok(RecordedHand { samples, repeated })
 }
 
-/// A line of TUM's.
+/// Parses a line of TUM's format.
 fn tum(name: &str, line: u64, text: &str) -> Result<(f64, Pose), TableError> {
     let mut words = text.split_whitespace();
     let mut numbers = [0.0; 8];
@@ -135,7 +135,7 @@ fn tum(name: &str, line: u64, text: &str) -> Result<(f64, Pose), TableError> {
     Ok((within(name, line, time, LATEST)?, pose(name, line, [x, y, z], rotation)?))
 }
 
-/// A line of a CSV file.
+/// Parses a line of a CSV file.
 fn row(name: &str, line: u64, text: &str, columns: &Columns, names: &[&str]) -> Result<(f64, Pose), TableError> {
     let cells: Vec<&str> = text.split(',').collect();
     if cells.len() != names.len() {

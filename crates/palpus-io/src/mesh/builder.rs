@@ -1,5 +1,5 @@
-//! Collects vertices and faces into a [`PolygonSoup`] and keeps its two promises: every coordinate
-//! is finite and every index is in range.
+//! Collects vertices and faces into a [`PolygonSoup`], and checks that every coordinate is finite
+//! and every index is in range.
 
 use glam::DVec3;
 use palpus::body::PolygonSoup;
@@ -17,8 +17,8 @@ pub(super) struct SoupBuilder {
     soup: PolygonSoup,
     /// Number of the first vertex in the file's own counting, for errors.
     first: u64,
-    /// Indices that pointed past the vertices known when they were read, each larger than all
-    /// before it, with their places: the first of them that is still out of range at the end is the
+    /// Indices beyond the vertices that were known when the index was read, with their places; each
+    /// is larger than all before it. The first of them that is still out of range at the end is the
     /// first wrong index of the file.
     forward: Vec<(u64, Place)>,
 }
@@ -37,7 +37,7 @@ impl SoupBuilder {
         self.soup.face_vertices.len() as u64
     }
 
-    /// Makes room; the caller has checked the counts against the bytes that are there.
+    /// Reserves memory; the caller has compared the counts with the size of the file.
     pub(super) fn reserve_vertices(&mut self, vertices: u64) {
         self.soup.vertices.reserve(vertices as usize);
     }

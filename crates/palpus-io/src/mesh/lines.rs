@@ -1,7 +1,7 @@
 //! Text that may be in any encoding: lines with their numbers, words, numbers.
 //!
-//! Mesh files carry comments and names in Latin-1, Shift-JIS and worse, so nothing here asks for
-//! UTF-8: only the words that are read as numbers or keywords must be ASCII.
+//! Mesh files contain comments and names in Latin-1, Shift-JIS and other encodings, so the text
+//! need not be UTF-8. Only numbers and keywords must be ASCII.
 
 /// The lines of a text, with their numbers counted from 1; a line ends at `\n`, `\r\n` or a lone
 /// `\r`.

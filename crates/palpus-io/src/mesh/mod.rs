@@ -4,11 +4,11 @@
 //! * A file either gives a soup whose coordinates are finite and whose indices are in range, or one
 //!   [`MeshFileError`] that says what is wrong, where, and what to do. Nothing panics on any bytes.
 //! * A face with fewer than three corners is an error in every format. Faces that repeat a vertex
-//!   or have no area are passed on: judging shape is the engine's business.
-//! * Counts in a file are held against its size before anything is reserved. Reading takes a small
-//!   multiple of the file: measured, twice its size for usual files and eight times for the worst
-//!   that can be made; a glTF may also place one mesh many times (up to a limit) or be a list of
-//!   millions of empty nodes (thirty times).
+//!   or have no area are passed on, since the engine checks the shape.
+//! * Counts in a file are compared with its size before memory is allocated. Reading needs a small
+//!   multiple of the file's size as memory: as measured, twice for usual files and eight times for
+//!   the worst; a glTF may also place one mesh many times (up to a limit) or be a list of millions
+//!   of empty nodes (thirty times).
 //! * Lengths stay in the file's unit.
 
 mod builder;
@@ -35,7 +35,7 @@ pub use obj_writer::write_obj_groups;
 
 use lines::{Lines, shown, words};
 
-/// The largest file that is read. 32-bit indices end sooner for every format.
+/// The largest file that is read. In every format, 32-bit indices are exhausted by smaller files.
 const MAX_FILE_BYTES: u64 = 1 << 33;
 /// The largest content of a compressed file.
 const MAX_UNPACKED_BYTES: u64 = 1 << 32;
@@ -147,7 +147,7 @@ pub fn read_mesh_noting(path: &Path, note: &mut dyn FnMut(String)) -> Result<Pol
                 note(format!("{name} is named as {named}, but its content is {is}; it was read as {is}"));
                 Ok(soup)
             }
-            // The format of the content is a guess: the extension may still be right.
+            // The format guessed from the content may be wrong, so the extension is tried too.
             Err(error) => parse(extension).map_err(|_| error),
         },
         (Some(format), _) | (None, Some(format)) => parse(format),

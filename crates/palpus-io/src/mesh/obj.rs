@@ -10,11 +10,11 @@
 //!    `.mtl` is opened. An unknown word that starts with `v` or `f` is an error: it may be a
 //!    damaged vertex or face, and ignoring it would renumber the rest.
 //!
-//! A face with fewer than three corners is an error, not a notice: the file is wrong there, and a
-//! silently smaller surface is what a hand would fall through.
+//! A face with fewer than three corners is an error, not a notice: without it the surface would
+//! have a hole through which the tool could pass.
 //!
-//! Our own reader and not the crate `tobj`: that one gives no line numbers, rejects Latin-1, and
-//! would need a second scan as long as this file to name the line of a NaN.
+//! We do not use the crate `tobj`: it gives no line numbers, rejects Latin-1, and would need a
+//! second scan of the file to find the line of a NaN.
 
 use palpus::body::PolygonSoup;
 
@@ -91,7 +91,7 @@ fn face<'a>(words: impl Iterator<Item = &'a [u8]>, place: Place, soup: &mut Soup
     soup.end_face(place)
 }
 
-/// Lets a statement pass that carries no surface.
+/// Accepts a statement that describes no surface.
 fn pass_over(keyword: &[u8], place: Place) -> Result<(), Fault> {
     if looks_binary(keyword) {
         return Err(Fault::malformed(place, "this is not text; is it an OBJ file?"));

@@ -25,8 +25,8 @@ impl<W: Write> DepthWriter<W> {
 
     /// Writes the answer for pose `frame`, which took `depth_us` microseconds.
     ///
-    /// The distance of bodies whose surfaces cross stays empty; that of bodies of which one lies in
-    /// the other is their surfaces', with a minus.
+    /// The distance is empty if the surfaces intersect. If one body lies inside the other, it is
+    /// minus the distance of their surfaces.
     pub fn write(&mut self, frame: u64, answer: &DepthBracket, depth_us: f64) -> io::Result<()> {
         let line = &mut self.line;
         line.clear();

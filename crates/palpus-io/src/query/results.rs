@@ -69,8 +69,8 @@ pub struct QueryRow {
     pub contacts: u32,
     /// True when the depth is proven global (and for every distance).
     pub certified: bool,
-    /// Does one body lie in the other? The separation is then that of the nearest surfaces or
-    /// pieces, not what frees the bodies.
+    /// Whether one body lies inside the other. The separation is then that of the nearest surfaces
+    /// or pieces, not the translation that frees the bodies.
     #[serde(serialize_with = "as_number")]
     pub contained: Containment,
     /// The engine call alone, µs.

@@ -107,12 +107,13 @@ impl RecordingHeader {
         self.format >= 2 || self.scene.render.grip_a == DVec3::ZERO
     }
 
-    /// As TOML. Errors are of what TOML cannot hold (a very large integer in `more`).
+    /// Returns the header as TOML. Fails for values that TOML cannot represent (a very large
+    /// integer in `more`).
     pub(super) fn to_text(&self) -> io::Result<String> {
         toml::to_string(self).map_err(io::Error::other)
     }
 
-    /// The header that such a text spells.
+    /// Parses a header from TOML.
     pub(super) fn of_text(text: &str) -> Result<Self, HeaderError> {
         let wrong = |error: toml::de::Error| HeaderError {
             line: error.span().map_or(0, |span| 1 + text[..span.start.min(text.len())].matches('\n').count() as u64),
@@ -146,7 +147,7 @@ mod seed_as_text {
     }
 }
 
-/// Settings that can be.
+/// Fails if the settings are invalid.
 pub(super) fn valid_settings<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Settings, D::Error> {
     let settings = Settings::deserialize(deserializer)?;
     settings.validate().map_err(serde::de::Error::custom)?;

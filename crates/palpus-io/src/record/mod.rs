@@ -129,9 +129,9 @@ pub struct ServoRecord {
     /// damps the grip after that or after a last fault: the engine's columns are then empty of
     /// meaning, and the chain was given a wrench of zero.
     pub stepped: bool,
-    /// Units of work that the engine's query did.
+    /// Units of work done by the engine's query.
     pub work: u64,
-    /// How much it was allowed to do, which decides the answer; `None`: as much as there was.
+    /// The query's limit of work, which affects the answer; `None` for no limit.
     pub work_allowed: Option<NonZeroU64>,
     /// When the device took the state that was read, by its own clock, s.
     pub device_time_s: f64,

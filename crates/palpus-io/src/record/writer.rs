@@ -10,11 +10,11 @@ use palpus::render::Settings;
 use super::change::{self, Pending};
 use super::{Piece, RecordRow, RecordingHeader, csv, mcap, parquet};
 
-/// The most that a program that is killed loses of its recording, with what is still on its way to
-/// the writer: under a second.
+/// Interval between writes. Together with the writer's queue it bounds the loss if the program is
+/// killed: less than a second.
 const BETWEEN_PIECES: Duration = Duration::from_millis(500);
 
-/// Rows that wait at most: a run that goes as fast as it can makes many in no time.
+/// Most rows that wait, since a run with `--fast` produces rows quickly.
 const MOST_WAITING: usize = 1 << 12;
 
 /// The formats of a recording.
@@ -103,9 +103,9 @@ impl<W: Write + Seek> RecordingWriter<W> {
         Ok(writer)
     }
 
-    /// Notes other settings of the engine from tick `tick` on. They are written with the next row
-    /// from there on, or not at all without such a row; of several before the same tick, only the
-    /// last.
+    /// Records new settings of the engine from tick `tick` on. They are written before the first
+    /// row from that tick on; without such a row they are not written. Of several changes before
+    /// the same tick, only the last is written.
     pub fn change(&mut self, tick: u64, settings: &Settings) {
         self.pending.add(tick, settings);
     }
@@ -129,8 +129,8 @@ impl<W: Write + Seek> RecordingWriter<W> {
         self.flush_when_due()
     }
 
-    /// Hands over what has gathered, if it has waited for long: to be called now and then where no
-    /// rows come.
+    /// Writes the gathered rows if they have waited long enough. Call it regularly while no rows
+    /// come.
     pub fn flush_when_due(&mut self) -> io::Result<()> {
         let due = self.waiting >= MOST_WAITING || (self.waiting > 0 && self.handed_over.elapsed() >= BETWEEN_PIECES);
         if due { self.flush() } else { Ok(()) }

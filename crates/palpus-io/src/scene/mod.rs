@@ -1,5 +1,5 @@
-//! Scene files: what touches what, in which unit, how it feels. TOML; every key but `unit` and the
-//! two meshes may be left out.
+//! Scene files: the bodies, their unit, and the contact between them, in TOML. Only `unit` and the
+//! two meshes are required.
 //!
 //! ```toml
 //! unit = "mm"               # of meshes and lengths: um, mm, cm, dm, m, km, inch, ft, or in m
@@ -90,8 +90,8 @@
 //!
 //! 1. The text is parsed with the place of every key and value, so that whatever is wrong is named
 //!    with line and column.
-//! 2. An unknown key is an error that names the nearest valid one: a mistyped key that did nothing
-//!    would be felt, not seen.
+//! 2. An unknown key is an error that names the nearest valid one: a mistyped key that is ignored
+//!    would change the feel without a message.
 //! 3. Lengths are multiplied by the unit, degrees become radians. This is the only place where
 //!    units are converted; results are SI, and meshes must be multiplied by their
 //!    [`SceneBody::metres_per_unit`].

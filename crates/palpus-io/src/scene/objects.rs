@@ -7,11 +7,11 @@ use super::keys::Section;
 use super::read::{Files, read_body};
 use super::{ObjectMotion, SceneError, SceneObject};
 
-/// The most objects of a scene: each has to do with each.
+/// The most objects of a scene: every pair of objects can touch.
 const MOST: usize = 200;
-/// kg/m³, of a free body of which nothing is said: water's.
+/// Default density of a free body, kg/m³: that of water.
 const DENSITY: f64 = 1000.0;
-/// m/s², where there are free bodies and nothing is said.
+/// Default gravity of a scene with free bodies, m/s².
 const GRAVITY: DVec3 = DVec3::new(0.0, 0.0, -9.81);
 
 const KEYS: [&str; 9] =

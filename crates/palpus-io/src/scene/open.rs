@@ -5,9 +5,10 @@
 //! 2. The world gets the environment, the objects in the file's order, and the tools.
 //! 3. Each tool's settings follow from its device's limits ([`super::SceneCoupling::settings`]).
 //!
-//! Keys that the file leaves open ([`super::SceneGaps`]) get their defaults here. The program looks
-//! at the meshes and chooses a finer tolerance for small bodies, a free place above the
-//! environment, and a grip within the tool; a host that wants these sets the keys in the file.
+//! Missing keys ([`super::SceneGaps`]) get fixed defaults here. The program `palpus` instead
+//! chooses values from the meshes: a finer tolerance for small bodies, a free place above the
+//! environment, and a grip within the tool. A host that wants such values sets the keys in the
+//! file.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

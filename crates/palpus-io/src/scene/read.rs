@@ -147,7 +147,7 @@ fn read_unit(section: &Section<'_>) -> Result<Option<f64>, SceneError> {
 
 /// Keys of a tool's table.
 const TOOL_KEYS: [&str; 8] = ["mesh", "unit", "position", "orientation", "grip", "hand", "coupling", "device"];
-/// The most tools of a scene: each has to do with each, and every one needs a device.
+/// The most tools of a scene: every pair of tools can touch, and each tool needs a device.
 const MOST_TOOLS: usize = 16;
 
 /// The tables of all tools: `[[tool]]` as often as it is there, else `[probe]` and perhaps
@@ -386,7 +386,7 @@ fn read_hand(top: &Section<'_>, unit: f64, files: Files<'_>) -> Result<SceneHand
     })
 }
 
-/// The path of a file that the scene names.
+/// Resolves the path of a file that the scene names.
 fn resolve(section: &Section<'_>, named: &str, span: &Range<usize>, files: Files<'_>) -> Result<PathBuf, SceneError> {
     // Errors name the file, in one line.
     if named.is_empty() || named.contains(char::is_control) {

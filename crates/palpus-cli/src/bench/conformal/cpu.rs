@@ -2,8 +2,7 @@
 
 use palpus::algebra::Clock;
 
-/// A clock that stands still while the thread does not run. Where the system has none, the clock on
-/// the wall.
+/// The thread's processor time, or wall-clock time on systems without such a clock.
 pub(super) struct CpuClock {
     #[cfg(not(unix))]
     wall: crate::clock::WallClock,

@@ -1,10 +1,10 @@
-//! `palpus bench conformal`: what close-fitting contact costs, what the query does in it, and how
-//! true the wrench is.
+//! `palpus bench conformal`: measures the time of close-fitting contact, the work of the query, and
+//! the error of the wrench.
 //!
 //! Each case is two bodies and a motion (`cases`). Each tick is timed by the processor time of its
 //! thread, so that other programs count for little. The counters are those of the tick. Some ticks
-//! are compared (`truth`) with the same law without memory, at the same pose, and with what is
-//! known of the case by analysis.
+//! are compared (`truth`) with the same contact law without memory at the same pose, and with
+//! analytic knowledge of the case.
 
 mod cases;
 mod cpu;

@@ -1,8 +1,8 @@
 //! The plots of docs/global-depth.md: a ring that is moved through another one.
 //!
-//! 1. *Along a path*: both bounds of the depth, and the evaluations that each pose took, after the
-//!    pose before and from nothing.
-//! 2. *Over the budget*: how both bounds at one pose come nearer to each other.
+//! 1. *Along a path*: both bounds of the depth, and the evaluations for each pose, with a warm
+//!    start from the previous pose and from a cold start.
+//! 2. *Over the budget*: how the bounds at one pose converge.
 
 use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
@@ -33,12 +33,12 @@ pub(super) fn write(out: &Path) -> anyhow::Result<()> {
     let query = GlobalDepth::new(&ring, &interior, &ring, &interior);
     let settings = GlobalSettings::new(&ring, &ring);
     path(&query, &settings, ring.size(), &out.join("depth_path.svg"))?;
-    // A gap that no budget here reaches.
+    // Smaller than any gap that these budgets reach.
     let settings = GlobalSettings { gap: 1e-3 * settings.gap, ..settings };
     budget(&query, &settings, ring.size(), &out.join("depth_budget.svg"))
 }
 
-/// The ring stands across the other one, so far beside its middle.
+/// The ring is perpendicular to the other one, at this offset from its centre.
 fn pose(aside: f64) -> Pose {
     Pose::new(DQuat::from_rotation_x(FRAC_PI_2), DVec3::X * aside)
 }

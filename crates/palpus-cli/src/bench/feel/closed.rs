@@ -1,5 +1,5 @@
-//! The closed loop: a simulated hand holds a simulated device, which feels what the method says one
-//! tick late, at the pace of a logged servo.
+//! The closed loop: a simulated hand holds a simulated device, which gets the method's wrench one
+//! tick late. The tick lengths are those of a logged servo loop.
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Wrench};
@@ -54,7 +54,7 @@ fn limits() -> Limits {
     Limits { force: spec.force_max, torque: spec.torque_max }
 }
 
-/// Runs the method, which knows the device's limits, in the hand for `seconds`. It ends early when
+/// Runs the method with the device's limits in the simulated hand for `seconds`. It ends early when
 /// a number is not finite.
 pub(super) fn run(
     ground: &Ground,

@@ -1,7 +1,7 @@
-//! The columns of the page's tables: which measures stand in them, and in which unit.
+//! The columns of the page's tables: their measures and units.
 
-/// A column: its head, its measures (separated by a stroke), their factor, and how many digits
-/// count.
+/// A column: its heading, its measures (shown with a slash between them), their factor, and the
+/// number of significant digits.
 pub(super) struct Column {
     pub(super) head: &'static str,
     pub(super) measures: &'static [&'static str],

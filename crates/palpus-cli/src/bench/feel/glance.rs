@@ -1,4 +1,4 @@
-//! The figures that say the most, a line each: the table that stands in README and in reports.
+//! The most important figures, one a row: the table of README.md and of reports.
 
 use super::held::HARDEST;
 use super::row::Row;
@@ -47,7 +47,7 @@ const LINES: [Line; 6] = [
     ),
 ];
 
-/// Methods, and how readers know them.
+/// Methods, and their names for readers.
 const METHODS: [(&str, &str); 4] = [
     ("paper", "the paper's way"),
     ("coupled-smooth", "palpus's default"),
@@ -91,7 +91,7 @@ fn said(line: &Line, value: f64) -> String {
     }
 }
 
-/// Less than this in the unit that is shown is rounding.
+/// Smaller values (in the shown unit) are rounding errors.
 const NOTHING: f64 = 5e-4;
 
 #[cfg(test)]

@@ -1,4 +1,5 @@
-//! A scene made ready to be measured: bodies, script, judge, and where the probe is held at rest.
+//! A scene prepared for measurement: bodies, script, the judge of the true overlap, and the pose in
+//! which the probe is held at rest.
 
 use std::sync::{Arc, OnceLock};
 
@@ -53,8 +54,8 @@ pub(super) struct Ground {
     /// How deep the bodies truly overlap at every [`JUDGED`]th of them, m; negative when apart, by
     /// no more than the tolerance.
     pub(super) depths: Vec<f64>,
-    /// How a hand that presses leans at each of these, as parts of a full press in the
-    /// environment's frame.
+    /// Direction and strength of a pressing hand at each of these times, as part of a full press,
+    /// in the environment's frame.
     pub(super) presses: Vec<DVec3>,
     pub(super) rest: Option<Rest>,
     /// Costly to make, and the same for every stiffness.
@@ -128,12 +129,12 @@ impl Ground {
         })
     }
 
-    /// How a pressing hand leans `seconds` after the script's begin.
+    /// Direction and strength of a pressing hand `seconds` after the start of the script.
     pub(super) fn press(&self, seconds: f64) -> DVec3 {
         let place = (seconds / (JUDGED as f64 * TICK)).max(0.0);
         let at = |k: usize| self.presses.get(k).or(self.presses.last()).copied().unwrap_or_default();
         let k = place as usize;
-        // A hand that starts in the middle of a path has to lean in first.
+        // A hand that starts in the middle of a path first has to build up its press.
         let s = (seconds / LEAN_IN).clamp(0.0, 1.0);
         at(k).lerp(at(k + 1), place - place.floor()) * (s * s * (3.0 - 2.0 * s))
     }
@@ -178,7 +179,7 @@ fn begin(path: &HandPath, judge: &mut Judge, latest: f64) -> f64 {
 /// Scenes whose hand does not press beyond its script: parts are put together with as little force
 /// as it takes.
 const UNPRESSED: [&str; 2] = ["peg-hole", "nut-bolt"];
-/// Over how many judgements a press comes and goes, to either side: a tenth of a second.
+/// Number of evaluations, to either side, over which a press rises and falls: a tenth of a second.
 const PRESS_BLUR: usize = 20;
 
 /// Computes the directions in which a hand presses while its script overlaps: against the deepest
@@ -189,7 +190,7 @@ fn presses(name: &str, judged: &[(Pose, Option<Contact>)]) -> Vec<DVec3> {
         _ => DVec3::ZERO,
     };
     let mut presses: Vec<DVec3> = judged.iter().map(against).collect();
-    // Twice, so that it comes on as smoothly as a hand's.
+    // Smoothed twice, so that the press rises as smoothly as that of a person's hand.
     for _ in 0..2 {
         presses = (0..presses.len())
             .map(|k| {

@@ -1,9 +1,9 @@
 //! The probe held in contact: does it lie still?
 //!
-//! 1. The hand wants the probe as far inside as presses with one newton; without a hand a weight
-//!    presses with as much.
+//! 1. The hand's target is so far inside that it presses with one newton; without a hand, a weight
+//!    of one newton presses.
 //! 2. The *limit cycle* is what is left of the force above 10 Hz after it had time to settle, as
-//!    root of the mean square. It is nothing to speak of below a hundredth of the mean force.
+//!    root of the mean square. Below a hundredth of the mean force it is negligible.
 //! 3. The *greatest stable stiffness* is searched from 100 N/m upward, doubling until the probe
 //!    does not lie still, then halving the gap.
 
@@ -22,15 +22,15 @@ pub(super) const PRESS: f64 = 1.0;
 const DROP: f64 = 0.1e-3;
 /// Seconds of approach.
 const APPROACH: f64 = 0.4;
-/// Seconds until the force is looked at, with a hand and without.
+/// Seconds of settling before the force is measured, with a hand and without.
 const SETTLE: [f64; 2] = [1.2, 4.0];
-/// Seconds that it is looked at.
+/// Seconds of measurement.
 const WATCHED: f64 = 1.0;
 /// The part of the mean force above which the probe does not lie still.
 pub(super) const STILL: f64 = 0.01;
 /// The part of the press that must be felt on average, or contact was lost.
 const KEPT: f64 = 0.3;
-/// N/m: where the search begins and what it does not go beyond.
+/// Range of the search, N/m.
 const SOFTEST: f64 = 100.0;
 pub(super) const HARDEST: f64 = 51_200.0;
 
@@ -62,12 +62,12 @@ impl Held {
     }
 }
 
-/// How a held probe does.
+/// State of a held probe.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum State {
     Still,
     Moving,
-    /// True if it went through the surface and feels little or nothing.
+    /// True if the probe passed through the surface, so that the force is small or zero.
     Lost,
 }
 
@@ -108,11 +108,11 @@ pub(super) fn hold(
     })
 }
 
-/// Half the width of the mean that is taken off, in ticks: a tenth of a second in all, so that 10
-/// Hz and more are left whole.
+/// Half the width of the moving average that is subtracted, in ticks. The whole width is a tenth of
+/// a second, so that frequencies from 10 Hz on remain.
 const HALF_WINDOW: usize = 50;
 
-/// Root of the mean square of what is above 10 Hz.
+/// Root mean square of the components above 10 Hz.
 pub(super) fn cycle(felt: &[Wrench], of: impl Fn(&Wrench) -> DVec3) -> f64 {
     let values: Vec<DVec3> = felt.iter().map(of).collect();
     let width = (2 * HALF_WINDOW + 1) as f64;
@@ -142,7 +142,7 @@ pub(super) fn greatest_stiffness(
         match state(moving)? {
             State::Still => still = moving,
             State::Moving => break,
-            // Too soft to be held by what it rests on, which says nothing of stability.
+            // The contact is too soft to carry the probe, which says nothing about stability.
             State::Lost => {}
         }
         if moving >= HARDEST {

@@ -1,5 +1,4 @@
-//! The methods that are measured, behind one seam: the probe's state in, what the hand would feel
-//! out.
+//! The measured methods behind one interface: state of the probe in, wrench for the hand out.
 
 use std::sync::Arc;
 
@@ -24,7 +23,7 @@ pub(super) struct FeltTick {
     pub(super) shown: Pose,
 }
 
-/// A way to feel contact, with what it remembers.
+/// A rendering method with its state.
 pub(super) trait Method {
     /// One step.
     fn step(&mut self, probe: &ProbeState, dt: f64) -> FeltTick;
@@ -64,7 +63,7 @@ impl Tuning {
     }
 }
 
-/// The separation from which on a method pushes.
+/// The separation below which a method's force is above zero.
 #[derive(Clone, Copy)]
 pub(super) enum Skin {
     /// From the contact tolerance on.
@@ -92,12 +91,12 @@ pub(super) struct Entry {
     pub(super) name: &'static str,
     pub(super) summary: &'static str,
     pub(super) skin: Skin,
-    /// It has dampers in its contacts.
+    /// True if its contacts have dampers.
     pub(super) has_damping: bool,
     /// Its energy is accounted for, and taken back from the first bit on. The poses of the open
     /// loop take no work, so that it has none.
     pub(super) is_passive: bool,
-    /// A step takes so long that it is not tried in every hand.
+    /// True for methods whose steps are too slow to be run with every hand.
     pub(super) is_costly: bool,
     build: fn(&Ground, &Tuning) -> anyhow::Result<Box<dyn Method>>,
 }
@@ -229,7 +228,7 @@ fn rendered(
     let (a, b) = ground.bodies();
     let stiffness = tuning.stiffness.unwrap_or(base.stiffness);
     let friction = base.friction.filter(|_| tuning.friction).map(|mut friction| {
-        // As stiff sideways as into the surface, whatever the stiffness.
+        // The tangential stiffness equals the normal stiffness.
         friction.tangential_stiffness *= stiffness / base.stiffness;
         friction
     });
@@ -255,7 +254,7 @@ impl Method for Rendered {
     }
 }
 
-/// Another's method.
+/// A method of other authors.
 struct Other<B>(B);
 
 impl<B: Baseline> Method for Other<B> {

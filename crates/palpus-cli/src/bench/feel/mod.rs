@@ -1,4 +1,4 @@
-//! `palpus bench feel`: what contact feels like, in figures: every method on every scene, in every
+//! `palpus bench feel`: measures what contact feels like, for every method, scene and simulated
 //! hand.
 //!
 //! 1. *Open loop* (`open`): all methods feel the same poses. Steps, directions, truth, pop-through.
@@ -8,8 +8,8 @@
 //! 4. *Held* (`held`): the probe rests in contact. Limit cycles, the greatest stable stiffness, and
 //!    that over damping and hands (Z-width).
 //!
-//! Nothing here reads a clock: the same seed gives the same numbers. Scenes and methods are shared
-//! out among threads, a pair at a time.
+//! Nothing here reads a clock: the same seed gives the same numbers. Threads take one pair of scene
+//! and method at a time.
 
 mod closed;
 mod columns;
@@ -100,7 +100,7 @@ pub(super) fn feel(wanted: &Wanted<'_>) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The scenes that are meant: all but the large one, or the one.
+/// The selected scenes: all but the large one, or the named one.
 fn chosen_scenes(only: Option<&str>) -> anyhow::Result<Vec<&'static str>> {
     let mut usual = SCENES.to_vec();
     usual.extend(flush::SCENES.map(|(name, _)| name));
@@ -109,7 +109,7 @@ fn chosen_scenes(only: Option<&str>) -> anyhow::Result<Vec<&'static str>> {
     chosen("--scene", only, &usual)
 }
 
-/// The names that are meant: all, or the one.
+/// The selected names: all, or the named one.
 fn chosen(option: &str, only: Option<&str>, all: &[&'static str]) -> anyhow::Result<Vec<&'static str>> {
     let Some(only) = only else { return Ok(all.to_vec()) };
     match all.iter().find(|name| **name == only) {
@@ -118,7 +118,7 @@ fn chosen(option: &str, only: Option<&str>, all: &[&'static str]) -> anyhow::Res
     }
 }
 
-/// How much is done.
+/// Extent of the measurements.
 struct Effort {
     /// Length of each script, s.
     seconds: f64,
@@ -166,7 +166,7 @@ const Z_WIDTH_SCENE: &str = "box-rest";
 fn measure_all(grounds: &[Ground], entries: &[Entry], effort: &Effort) -> anyhow::Result<Vec<Outcome>> {
     let count = grounds.len() * entries.len();
     let mut outcomes = shared_out(count, |k| {
-        // The last scenes are the largest, and begin first.
+        // The last scenes are the largest, so they start first.
         let k = count - 1 - k;
         let (ground, entry) = (&grounds[k / entries.len()], &entries[k % entries.len()]);
         measure(ground, entry, effort)
@@ -208,7 +208,7 @@ fn measure(ground: &Ground, entry: &Entry, effort: &Effort) -> anyhow::Result<Ou
     Ok(Outcome { rows: rows.rows, curve, held })
 }
 
-/// The stiffness that issue and users ask for, N/m.
+/// Contact stiffness of the column "at 5 kN/m", N/m.
 const STIFF: f64 = 5000.0;
 
 fn at_rest(

@@ -1,11 +1,11 @@
-//! The open loop: every method feels the same poses, a thousand times a second, and nothing
-//! answers.
+//! The open loop: every method gets the same poses, a thousand a second, and its wrench does not
+//! affect the motion.
 //!
 //! * *Steps*: how much force and torque change from one millisecond to the next, and by which angle
 //!   the force turns.
 //! * *Step over motion*: the force step over stiffness times the farthest way that a point of the
-//!   probe went in that millisecond. A contact that is felt as it is steps by 1, a sum of contacts
-//!   by their number; a jump by any number.
+//!   probe went in that millisecond. A single linear contact gives at most 1, a sum of n contacts
+//!   at most n, and a jump any value.
 //! * *Step while merging*, on the rails: the largest while depth stays the same and two contacts
 //!   become one, over the mean force.
 //! * *Truth*, where there is one ([`super::truth`]).
@@ -22,16 +22,16 @@ use super::row::{Rows, largest, mean, quantile};
 use super::truth;
 use crate::bench::TICK;
 
-/// Forces of less than this part of the largest have no direction worth naming.
+/// Forces below this part of the largest one are too small for their direction to count.
 pub(super) const FAINT: f64 = 0.05;
-/// Steps of less than this part of the largest force are not set against the motion: both would be
-/// rounding.
+/// Steps below this part of the largest force are not divided by the motion, since both are
+/// rounding errors.
 const SMALL_STEP: f64 = 0.002;
-/// m: probes that move less than this in a millisecond are taken to move this far.
+/// Smallest motion in a millisecond that the step is divided by, m.
 const LEAST_MOTION: f64 = 1e-6;
-/// m: overlaps beyond this must be felt.
+/// Overlaps deeper than this must be felt, m.
 const MUST_BE_FELT: f64 = 1e-4;
-/// The part of k times depth that must be felt.
+/// The part of stiffness times depth that must be felt.
 const FELT_PART: f64 = 0.1;
 
 /// Measures of all ticks.
@@ -46,13 +46,13 @@ pub(super) struct Curve {
 #[derive(Default)]
 pub(super) struct Played {
     pub(super) wrenches: Vec<Wrench>,
-    /// Wrenches of the probe held still at every [`JUDGED`]th pose, if they are asked for.
+    /// Wrenches of the probe at rest at every [`JUDGED`]th pose, if requested.
     pub(super) still: Vec<Wrench>,
     /// The deepest contact by the method, m.
     pub(super) deepest: f64,
 }
 
-/// Feels the scene's script.
+/// Runs the method along the scene's script.
 pub(super) fn measure(ground: &Ground, entry: &Entry, rows: &mut Rows) -> anyhow::Result<Curve> {
     let mut method = entry.build(ground, &tuning(ground))?;
     let played = play(ground, method.as_mut(), ground.truth.is_some() && matches!(entry.skin, Skin::Tool));
@@ -62,7 +62,7 @@ pub(super) fn measure(ground: &Ground, entry: &Entry, rows: &mut Rows) -> anyhow
     Ok(Curve { times, wrenches: played.wrenches })
 }
 
-/// As in the scene; the truth is known without friction only.
+/// Friction is as in the scene, but off in scenes with a known truth, which has none.
 pub(super) fn tuning(ground: &Ground) -> Tuning {
     Tuning { friction: ground.truth.is_none(), ..Tuning::of(ground) }
 }
@@ -130,11 +130,11 @@ fn steps(ground: &Ground, wrenches: &[Wrench], add: Add<'_>) {
     add("torque step over motion", "", torque_over_motion);
 }
 
-/// s: when the knife on the rails has settled at its depth, and when it leaves it.
+/// Times at which the knife on the rails has settled at its depth, and at which it leaves it, s.
 const MERGING: [f64; 2] = [0.9, 3.5];
 
-/// The largest step while the knife stays at its depth and nothing happens but that its two
-/// contacts draw together.
+/// The largest step while the knife stays at its depth and only its two contacts approach each
+/// other.
 fn merging(ground: &Ground, wrenches: &[Wrench], add: Add<'_>) {
     let [first, last] = MERGING.map(|time| (((time - ground.begin) / TICK).max(0.0) as usize).min(wrenches.len()));
     let within = &wrenches[first..last.max(first)];
@@ -150,7 +150,7 @@ pub(super) fn angle_between(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b)).to_degrees()
 }
 
-/// How far a point of the probe goes at the most, m.
+/// Upper bound of the motion of any point of the probe, m.
 fn motion(from: &ProbeState, to: &ProbeState, reach: f64) -> f64 {
     let turned = to.pose_ba.rotation.angle_between(from.pose_ba.rotation);
     to.pose_ba.translation.distance(from.pose_ba.translation) + reach * turned
@@ -166,7 +166,7 @@ fn pop_throughs(ground: &Ground, wrenches: &[Wrench]) -> usize {
     episodes
 }
 
-/// True if an overlap by `depth` is not felt as anything like a contact of that stiffness.
+/// True if the force is much smaller than that of a contact of this stiffness and `depth`.
 pub(super) fn is_missing(ground: &Ground, depth: f64, wrench: &Wrench, stiffness: f64) -> bool {
     let felt = wrench.force.length() + wrench.torque.length() / ground.reach;
     depth > MUST_BE_FELT && felt < FELT_PART * stiffness * depth

@@ -1,5 +1,5 @@
-//! The page: a table of everything a scene said, as Markdown and as self-contained HTML with the
-//! plots; and the raw numbers.
+//! The report: tables of all measures, as Markdown and as self-contained HTML with the plots, and
+//! the raw numbers.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -17,7 +17,7 @@ use crate::files;
 use crate::markup::escaped;
 use crate::plots::Svg;
 
-/// A table of words.
+/// A table of text cells.
 pub(super) struct Table {
     pub(super) title: String,
     pub(super) head: Vec<String>,
@@ -73,7 +73,7 @@ pub(super) fn write(out: &Path, measured: &Measured<'_>) -> anyhow::Result<()> {
 pub(super) fn csv(rows: &[Row]) -> String {
     let mut csv = String::from("scene,method,hand,measure,unit,value\n");
     for Row { scene, method, hand, measure, unit, value } in rows {
-        // A string takes everything.
+        // Writing to a string cannot fail.
         let _ = writeln!(csv, "{scene},{method},{hand},{measure},{unit},{value}");
     }
     csv
@@ -215,7 +215,7 @@ impl Pick<'_> {
     }
 }
 
-/// The table without rows and columns in which nothing stands; the first `named` columns only name.
+/// The table without empty rows and columns; the first `named` columns hold names.
 pub(super) fn without_empty(mut table: Table, named: usize) -> Table {
     table.rows.retain(|row| row[named..].iter().any(|cell| !cell.is_empty()));
     let kept: Vec<bool> = (0..table.head.len())

@@ -1,4 +1,4 @@
-//! One number of the answer, and numbers of many.
+//! One measured number, and statistics of lists.
 
 use std::borrow::Cow;
 
@@ -39,12 +39,12 @@ pub(super) fn quantile(values: &[f64], share: f64) -> f64 {
     palpus::algebra::quantile(&mut values.to_vec(), share).unwrap_or(0.0)
 }
 
-/// The largest value; 0 of none.
+/// The largest value; 0 for an empty list.
 pub(super) fn largest(values: &[f64]) -> f64 {
     values.iter().copied().fold(0.0, f64::max)
 }
 
-/// The mean; 0 of none.
+/// The mean; 0 for an empty list.
 pub(super) fn mean(values: &[f64]) -> f64 {
     if values.is_empty() { 0.0 } else { values.iter().sum::<f64>() / values.len() as f64 }
 }

@@ -1,6 +1,6 @@
-//! The closed loop along the scene's script, by hands that hold the device more or less firmly.
-//! If the script overlaps, the hand wants the probe so much deeper that it presses with two
-//! newtons; assembly needs no such press.
+//! The closed loop along the scene's script, with simulated hands of different firmness. Where the
+//! script overlaps, the hand's target is so much deeper that it presses with two newtons, except in
+//! assembly scenes.
 //!
 //! * *Energy generated*: the most net work that the method has done on the hand at any time. More
 //!   than zero means that it gave energy that it had not received. For forces, for torques, and for
@@ -20,11 +20,11 @@ use super::open::is_missing;
 use super::row::{Rows, largest, mean, quantile};
 use crate::bench::TICK;
 
-/// Ticks from one judgement to the next.
+/// Ticks between two evaluations of the true overlap.
 const JUDGED: usize = 10;
 /// N.
 const PRESS: f64 = 2.0;
-/// Seconds that a hand may come after the script's end.
+/// Seconds that the run goes on after the script's end, since the hand lags.
 const AFTER: f64 = 0.5;
 
 /// Follows the script with each hand of `hands`; answers what the last of them felt.

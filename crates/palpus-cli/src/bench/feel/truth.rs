@@ -1,4 +1,5 @@
-//! How true a felt wrench is, where the true contacts are known in closed form.
+//! Compares a felt wrench with the true one, in scenes whose true contacts are known in closed
+//! form.
 //!
 //! Felt and true wrench are compared by the angle of their forces; by their size, once the one
 //! factor that fits best is allowed for; and by how far the line of action passes from the true
@@ -34,7 +35,7 @@ use crate::bench::TICK;
 const LINEARISED: usize = 8;
 const SWEEPS: usize = 300;
 
-/// A true force, and its torque about the grip where there is one.
+/// A true force, and its torque about the grip if that is known.
 #[derive(Clone, Copy)]
 pub(super) struct True {
     pub(super) force: DVec3,
@@ -107,7 +108,8 @@ pub(super) fn direct(truth: &Truth, settings: &Settings, skin: f64, probe: &Prob
     sum
 }
 
-/// Compares, by the factor of least squares unless `gain` names one, and returns the factor.
+/// Compares the wrenches after scaling by `gain`, or by the least-squares factor; returns the
+/// factor.
 fn compare(wanted: &[True], felt: &[Wrench], gain: Option<f64>, names: &Names, add: Add<'_>) -> Option<f64> {
     let pairs = || wanted.iter().zip(felt);
     let peak = largest(&wanted.iter().map(|wanted| wanted.force.length()).collect::<Vec<_>>());
@@ -236,7 +238,7 @@ mod tests {
         }
     }
 
-    /// A box that hangs over the table's end by more than half leans as its springs let it.
+    /// A box that overhangs the table's edge by more than half tilts as far as its springs allow.
     #[test]
     fn a_tool_on_springs_leans_over_the_end() {
         let scene = palpus_scenes::scene("box-edge").expect("a built-in scene");

@@ -1,4 +1,4 @@
-//! Reads the files that the steps left, for the page. Missing files give `None`.
+//! Reads the files that the steps wrote, for the page. Missing files give `None`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -70,7 +70,7 @@ pub(super) fn quantile(values: &[f64], share: f64) -> f64 {
     palpus::algebra::quantile(&mut finite, share).unwrap_or(f64::NAN)
 }
 
-/// A number within a document, by the names on the way to it.
+/// A number within a document, by its path of names.
 pub(super) fn number(document: &Value, way: &[&str]) -> Option<f64> {
     way.iter().try_fold(document, |value, name| value.get(name))?.as_f64()
 }

@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 pub(super) struct Wanted<'a> {
     /// Absolute.
     pub(super) out: &'a Path,
-    /// Meshes that are not ours to give away.
+    /// Folder of meshes that we may not distribute.
     pub(super) models: Option<&'a Path>,
     pub(super) quick: bool,
 }
@@ -19,17 +19,17 @@ pub(super) struct Step {
     /// Also the name of its folder in `data`.
     pub(super) id: &'static str,
     pub(super) what: &'static str,
-    /// About so many seconds on two quiet cores.
+    /// Approximate duration on two idle cores, s.
     pub(super) about: f64,
     /// The command, or the reason to skip the step.
     pub(super) command: Result<Invocation, String>,
     /// Less than the whole is measured.
     pub(super) is_quick: bool,
-    /// Its exit status says something else than that it failed.
+    /// True if a nonzero exit status does not mean that the step failed.
     pub(super) may_fail: bool,
 }
 
-/// A program and its arguments, as they are and as they are shown.
+/// A program with its arguments, both as run and as shown on the page.
 pub(super) struct Invocation {
     pub(super) program: OsString,
     pub(super) arguments: Vec<OsString>,
@@ -93,7 +93,7 @@ pub(super) const STEPS: [&str; 14] = [
     "convex",
 ];
 
-/// Everything, in the order in which it is run.
+/// Returns all steps, in the order in which they run.
 pub(super) fn plan(wanted: &Wanted<'_>) -> Vec<Step> {
     let quick = wanted.quick;
     let mut steps = vec![doctor(wanted), figures(wanted), run(wanted)];
@@ -264,7 +264,7 @@ fn convex(wanted: &Wanted<'_>) -> Step {
     }
 }
 
-/// Why a script beside the sources cannot run, if it can't.
+/// Returns why a script of the source tree cannot run; `None` if it can.
 fn script_missing(script: &str, modules: &str) -> Option<String> {
     if !Path::new("benches/peers").join(script).is_file() {
         return Some(format!("benches/peers/{script} is not here; run this in a clone of palpus"));

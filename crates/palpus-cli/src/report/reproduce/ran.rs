@@ -1,4 +1,4 @@
-//! Runs a step and keeps what came of it beside its files, so that a page can be made of them at
+//! Runs a step and stores its outcome beside its files, so that the page can be made from them at
 //! any time.
 
 use std::fs;
@@ -23,14 +23,14 @@ pub(super) enum Outcome {
     Skipped,
 }
 
-/// A step that was dealt with.
+/// The outcome of a step, or the reason why it was skipped.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Ran {
     /// Begin of the reproduction. Steps with the same value were measured in the same run.
     pub(super) run: String,
     pub(super) command: String,
     pub(super) outcome: Outcome,
-    /// Why not, or what went wrong.
+    /// Why the step was skipped, or its error.
     pub(super) why: String,
     pub(super) seconds: f64,
     pub(super) finished: String,
@@ -44,10 +44,10 @@ pub(super) const FILE: &str = "ran.json";
 /// Output of the command.
 pub(super) const SAID: &str = "said.txt";
 
-/// Runs the step. It may fail: that is said on the page, and the others go on.
+/// Runs the step. If it fails, the page says so and the other steps still run.
 pub(super) fn run(step: &Step, wanted: &Wanted<'_>, run: &str) -> anyhow::Result<Ran> {
     let folder = wanted.folder(step.id);
-    // Files of an earlier run must not be taken for those of this one.
+    // Removes files of an earlier run, so that they are not taken for new ones.
     if folder.exists() {
         fs::remove_dir_all(&folder).with_context(|| format!("{} could not be emptied", folder.display()))?;
     }
@@ -60,7 +60,7 @@ pub(super) fn run(step: &Step, wanted: &Wanted<'_>, run: &str) -> anyhow::Result
             let said = fs::File::create(folder.join(SAID)).context("what a step prints could not be kept")?;
             let mut command = Command::new(&invocation.program);
             command.args(&invocation.arguments).stdin(Stdio::null()).stdout(said);
-            // A window would wait to be closed.
+            // Prevents a window, which would wait to be closed.
             command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
             let (outcome, why) = match command.status() {
                 Ok(status) if status.success() || step.may_fail => (Outcome::Done, String::new()),

@@ -86,7 +86,7 @@ pub(super) fn feel(html: &mut Html, data: &Data<'_>, run: &str) {
     });
 }
 
-/// The tables of all scenes whose title begins so, as one.
+/// Joins the tables of all scenes whose title begins with this text.
 fn of_all_scenes(text: &str, begin: &str) -> Option<Table> {
     let scenes = text.lines().filter_map(|line| line.strip_prefix("## "));
     let mut whole: Option<Table> = None;
@@ -243,7 +243,7 @@ fn parry_alone(data: &Data<'_>) -> Option<Table> {
     })
 }
 
-/// How often the walk is only local, and how the middle of a contact patch moves.
+/// How often the depth walk ends in a local minimum, and how the centre of a contact patch moves.
 pub(super) fn depth(html: &mut Html, data: &Data<'_>, run: &str) {
     html.section("depth", "Penetration depth: how true, how smooth", |section| {
         section.paragraph(
@@ -357,7 +357,7 @@ fn governor_names(all: &[Value]) -> String {
     all.iter().filter_map(name).collect::<Vec<_>>().join(", ")
 }
 
-/// The doctor's word on the machine, as a badge; nothing if it was not asked.
+/// The verdict of `palpus doctor` as a badge; empty if that step was not run.
 pub(super) fn fitness(data: &Data<'_>) -> Option<(Tone, &'static str)> {
     let found = data.json::<Value>("doctor", SAID)?;
     match word(&found, &["verdict", "fitness"])? {

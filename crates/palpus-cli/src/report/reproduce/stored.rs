@@ -1,5 +1,5 @@
-//! Figures of an earlier run, from the documents. The page shows them, marked as such, where this
-//! machine cannot measure them.
+//! Figures of an earlier run, read from the documentation. The page shows them, marked as such,
+//! where this machine cannot measure them.
 
 use super::super::html::Table;
 
@@ -42,14 +42,14 @@ pub(super) fn tables(text: &str, section: &str) -> Vec<Table> {
     tables
 }
 
-/// How many of the first columns hold names.
+/// Number of leading columns that hold names.
 fn naming(table: &Table) -> usize {
     let is_name = |cell: &String| cell.chars().next().is_some_and(char::is_alphabetic) && cell != "lost";
     let names = |column: usize| table.rows.iter().any(|row| row.get(column).is_some_and(is_name));
     (0..table.head.len()).take_while(|column| names(*column)).count()
 }
 
-/// The table with only such rows.
+/// The table with only the rows for which `keep` holds.
 pub(super) fn only(mut table: Table, keep: impl Fn(&[String]) -> bool) -> Table {
     table.rows.retain(|row| keep(row));
     table

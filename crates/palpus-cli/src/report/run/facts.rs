@@ -33,7 +33,7 @@ pub(super) fn of_header(header: &RecordingHeader) -> Facts {
     ]
 }
 
-/// The scene's name as it stands above everything.
+/// The scene's name for the title of the page.
 pub(super) fn name(header: &RecordingHeader) -> &str {
     match &header.scene.source {
         SceneSource::BuiltIn(name) => name,
@@ -141,7 +141,7 @@ pub(super) fn changed(before: &Settings, after: &Settings) -> String {
     each.collect::<Vec<_>>().join("; ")
 }
 
-/// Whatever else decided the run, by dotted names.
+/// All other parameters of the run, by dotted names.
 pub(super) fn of_more(table: &toml::Table) -> Facts {
     let mut facts = Vec::new();
     flatten("", table, &mut facts);

@@ -24,7 +24,7 @@ impl Micros {
     }
 }
 
-/// Something that the safety chain cut.
+/// An intervention of the safety chain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct CutTime {
     pub(super) cut: Cut,
@@ -135,7 +135,7 @@ pub(super) fn choices(rows: &[RecordRow]) -> Vec<Choice> {
     choices
 }
 
-/// Ticks that look the same.
+/// True for ticks whose pictures would look the same.
 const SAME_MOMENT: u64 = 10;
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! The report of a soak: what is known so far.
+//! The report of a soak run, updated while the run goes on.
 //!
 //! * Here it is gathered, judged, and said as JSON.
 //! * [`words`] — the same for people.
@@ -25,7 +25,7 @@ use crate::doctor::load::{self, Snapshot};
 
 /// At most this share of ticks may be late by over half a millisecond.
 const MOST_LATE: f64 = 1e-3;
-/// ns: the same bound that the loop counts by.
+/// Lateness from which a tick counts as late, ns; the same as in the loop.
 const LATE_NANOS: u64 = 500_000;
 /// Points of the distribution that are kept.
 const POINTS: u32 = 56;
@@ -69,7 +69,7 @@ impl Stretch {
     }
 }
 
-/// A line of the table over time.
+/// A row of the table over time.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub(super) struct Row {
     pub(super) begin_s: f64,
@@ -141,7 +141,7 @@ impl Report {
             whole: Interval::default(),
             cuts: Map::new(),
             faults: 0,
-            // Written to once, so that its pages do not look like growth.
+            // Touches the memory once, so that first use does not look like growth.
             rows: touched(most),
             samples: touched(KEPT),
             load: Snapshot::take(),
@@ -157,7 +157,7 @@ impl Report {
         watch.look(elapsed, &mut self.samples);
     }
 
-    /// Adds an interval, at whose end the machine was so.
+    /// Adds an interval, with the state of the machine at its end.
     pub(super) fn add(&mut self, interval: &Interval, machine: Sample) {
         let Interval { span: [begin, end], ticks, .. } = *interval;
         if ticks == 0 || end <= begin {
@@ -186,8 +186,8 @@ impl Report {
         let load = load::between(self.load.take(), now.clone());
         self.load = now;
         let all = ticks as f64;
-        // The memory of the rows is there from the start; a run that goes on beyond its time is an
-        // end.
+        // The rows were allocated at the start; rows of a run that exceeds its duration are
+        // dropped.
         if self.rows.len() < self.rows.capacity() {
             self.rows.push(Row {
                 begin_s: begin,
@@ -211,8 +211,7 @@ impl Report {
         }
     }
 
-    /// The loop is over. What it knows of cuts and faults counts: it also knows those of ticks
-    /// without a step.
+    /// Takes the loop's final counts of cuts and faults, which include ticks without a step.
     pub(super) fn end(&mut self, devices: &[RunStatistics], claims: Option<&RealTimeClaims>) {
         self.cuts.clear();
         devices.iter().for_each(|device| count_cuts(&mut self.cuts, &device.safety));
@@ -269,7 +268,7 @@ impl Report {
         Stretch::of(&self.lateness)
     }
 
-    /// For `--json`; the names are a contract with those who read it.
+    /// Document of `--json`; the field names are its interface.
     pub(super) fn document(&self) -> Value {
         let whole = &self.whole;
         let all = whole.ticks.max(1) as f64;
@@ -314,7 +313,7 @@ impl Report {
     }
 }
 
-/// An empty list with room for `most`, whose memory was used once.
+/// An empty list with capacity for `most` items, whose memory has been touched once.
 fn touched<T: Clone + Default>(most: usize) -> Vec<T> {
     let mut list = vec![T::default(); most];
     list.iter_mut().for_each(|item| *std::hint::black_box(item) = T::default());

@@ -39,7 +39,7 @@ impl Report {
         if failures.is_empty() { format!("held{so_far}") } else { format!("did not hold: {}", failures.join("; ")) }
     }
 
-    /// For a line that is drawn over.
+    /// Text of the live line.
     pub(in crate::soak) fn live(&self) -> String {
         let row = self.rows.last().copied().unwrap_or_default();
         let late = self.late_share() * 100.0;
@@ -117,8 +117,8 @@ impl Report {
         lines
     }
 
-    /// At the first sample after a tenth of the run, when everything has been used once, and at the
-    /// last.
+    /// Values at the first sample after a tenth of the run, when all memory has been touched, and
+    /// at the last sample.
     fn memory_in_words(&self) -> String {
         let Some((last, sample)) = self.samples.last() else { return "not known here".to_owned() };
         let early =

@@ -1,4 +1,4 @@
-//! The part of a glTF document that says where triangles are, and the container of GLB.
+//! The part of a glTF document that describes triangles, and the GLB container.
 
 use serde::Deserialize;
 
@@ -136,7 +136,7 @@ pub(super) fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Fault> {
     }
 }
 
-/// Refuses what cannot be read right.
+/// Rejects documents with unsupported features.
 pub(super) fn check_version_and_extensions(root: &Root) -> Result<(), Fault> {
     if !root.asset.version.starts_with("2.") {
         let what = format!("glTF version {:?} is not read, only 2.x; export the mesh again", root.asset.version);

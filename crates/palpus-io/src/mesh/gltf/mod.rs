@@ -9,16 +9,16 @@
 //!    u32 or not at all); points and lines are passed over. A node that mirrors turns its triangles
 //!    around.
 //! 5. Buffers are the binary chunk, base64 in the JSON, or a file beside the glTF; every accessor
-//!    is held against its view, its buffer and its component type before a byte of it is read.
+//!    is checked against its view, its buffer and its component type before it is read.
 //!
 //! Skins and morph targets are ignored: the rest pose is read. Sparse accessors are refused.
 //! Lengths come in the file's unit, which glTF says is the metre; the scene file decides here as
 //! for all other formats.
 //!
-//! Our own reader over `serde_json` and not the crate `gltf`: that one subtracts 12 unchecked from
-//! the length that a GLB states (a panic in debug builds), unwraps throughout on the promise of a
-//! validation that does not look at the bytes behind an accessor, and places nodes in f32. What is
-//! needed of the format is small.
+//! We use `serde_json` and not the crate `gltf`. That crate subtracts 12 unchecked from the stated
+//! length of a GLB file, which panics in debug builds. It unwraps throughout, although its
+//! validation does not check the bytes of accessors. It places nodes in f32. We need only a small
+//! part of the format.
 
 mod accessor;
 mod document;

@@ -1,18 +1,18 @@
 //! PLY: ASCII and binary of either byte order.
 //!
 //! 1. The header lists elements, each with a count and its properties.
-//! 2. Before an element is read, its count is held against the bytes that are left: a count that
-//!    cannot be true reserves nothing.
+//! 2. Before an element is read, its count is compared with the remaining bytes, so an impossible
+//!    count allocates nothing.
 //! 3. `vertex` gives `x`, `y`, `z`; `face` gives the list `vertex_indices` (or `vertex_index`);
 //!    `tristrips` gives triangle strips with −1 between them. Other properties and elements are
-//!    stepped over.
-//! 4. In ASCII every element stands on a line of its own, as the format asks: so a missing value is
-//!    noticed in its line.
+//!    skipped.
+//! 4. In ASCII every element must be on its own line, as the format requires, so a missing value is
+//!    reported with its line.
 //!
 //! Every scalar of PLY fits a double exactly, so values pass as `f64`.
 //!
-//! Our own reader and not the crate `ply-rs-bw`: that one's errors do not say which element of a
-//! binary file is wrong.
+//! We do not use the crate `ply-rs-bw` because its errors do not say which element of a binary file
+//! is wrong.
 
 mod header;
 
@@ -127,7 +127,7 @@ fn read_element(element: &Element, role: Role, body: &mut Body<'_>, soup: &mut S
     Ok(())
 }
 
-/// Holds an element's count against the bytes that are left.
+/// Compares an element's count with the remaining bytes.
 fn check_count(element: &Element, body: &Body<'_>) -> Result<(), Fault> {
     let (bytes, least) = match body {
         // A digit and a separator for each value; the last separator may be missing.
@@ -242,7 +242,7 @@ impl Row<'_, '_> {
         }
     }
 
-    /// The length of a list of `item`s, held against the bytes that are left.
+    /// The length of a list of `item`s, compared with the remaining bytes.
     fn length(&mut self, kind: Scalar, item: Scalar) -> Result<u64, Fault> {
         let length = self.value(kind)?;
         if !(length >= 0.0 && length.fract() == 0.0 && length.is_finite()) {

@@ -2,12 +2,11 @@
 //! one more, `change`.
 //!
 //! 1. Rows are gathered into row groups; a row group and a footer over all groups so far are one
-//!    piece, appended. Whatever kills the program, the file opens up to its last piece: older
-//!    footers stay behind as dead bytes.
+//!    piece, appended. If the program is killed, the file is readable up to its last piece. Older
+//!    footers remain in the file as unused bytes.
 //! 2. Many small groups would make every footer long: when they hold [`writer::MERGED`] rows, one
 //!    large group is appended and stands for all of them.
-//! 3. At the end the living groups are copied into a new file, which takes the place of the old
-//!    one.
+//! 3. At the end the living groups are copied into a new file, which replaces the old one.
 //!
 //! One page a column and group, plain, not compressed; `depth_us` and `change` are optional. The
 //! file's metadata `palpus` holds the header. `change` holds text for the first row that was

@@ -1,8 +1,8 @@
 //! Reads a recording of Parquet: what [`Writer`](super::Writer) writes, and nothing more.
 //!
 //! 1. The footer at the end, or the last whole one before it.
-//! 2. Each row group, column by column. Groups must stand one behind the other: so no byte is read
-//!    twice, whatever a footer claims.
+//! 2. Each row group, column by column. Groups must follow each other in the file, so that no byte
+//!    is read twice, whatever a footer states.
 //! 3. The rows from their columns.
 
 use std::io::{self, Read, Seek, SeekFrom};
@@ -13,11 +13,11 @@ use crate::TableError;
 use crate::record::columns::{Kind, Take, take};
 use crate::record::{Recording, change};
 
-/// Bytes from the end in which a whole footer is looked for: more than any piece that could be cut
-/// off.
+/// Bytes at the end of the file in which a whole footer is searched: more than any piece that could
+/// be cut off.
 const MOST_CUT_OFF: u64 = 1 << 26;
 
-/// How many that look like a footer's end are tried.
+/// Most candidates for a footer's end that are tried.
 const MOST_TRIED: usize = 16;
 
 /// Bytes of a footer's length and the magic behind it.
@@ -120,8 +120,7 @@ fn rows(group: &Group, bytes: &[u8], recording: &mut Recording) -> Result<(), St
     for (chunk, column) in group.chunks.iter().zip(&columns) {
         let at = (chunk.at - group.at()) as usize;
         let chunk = bytes.get(at..at + chunk.length as usize).ok_or_else(|| damaged(column))?;
-        // The first column has eight bytes a row: from there on the number of rows is more than a
-        // claim.
+        // The first column has eight bytes a row, so reading it verifies the number of rows.
         values.push(read_column(column, chunk, rows).ok_or_else(|| damaged(column))?);
     }
     let texts = values.pop();

@@ -176,7 +176,8 @@ impl<'a> Input<'a> {
         Some(Some((*last, head & 0xF)))
     }
 
-    /// Kind and length of a list. Of its length not a byte may be obtained: it only claims it.
+    /// Kind and stated length of a list. The length is unverified, so no memory may be allocated
+    /// for it.
     pub(super) fn list(&mut self) -> Option<(u8, u64)> {
         let head = self.byte()?;
         let length = match head >> 4 {
@@ -189,7 +190,7 @@ impl<'a> Input<'a> {
     fn skip(&mut self, kind: u8, depth: u32) -> Option<()> {
         let depth = depth.checked_sub(1)?;
         match kind {
-            // True and false, which stand in the kind.
+            // The booleans, whose value is encoded in the kind.
             1 | 2 => {}
             3 => _ = self.byte()?,
             4..=6 => _ = self.varint()?,

@@ -1,5 +1,5 @@
-//! Flush faces, play and machine parts: what a simulated hand feels of them, and how far they truly
-//! overlap.
+//! Flush faces, play and machine parts: measures what a simulated hand feels, and how deep the
+//! parts truly overlap.
 //!
 //! 1. The closed loop follows the scene's path; the hand presses no more than the path says.
 //! 2. *Hum* is what is left of force and torque above 10 Hz, as root of the mean square: in the

@@ -1,4 +1,5 @@
-//! The flush sweep: random cases of parts in play, in every hand, each judged by the same bars.
+//! The flush sweep: random cases of parts with play, with every hand, each compared with the same
+//! limits.
 //!
 //! 1. A case's seed decides the fit, its play, twist and tolerance, the contacts' stiffness and the
 //!    hand.
@@ -66,7 +67,7 @@ impl Case {
         let entry = METHODS.iter().find(|entry| entry.name == METHOD).context("the default method")?;
         let tuning = Tuning { stiffness: Some(self.stiffness), ..Tuning::of(&judged.ground) };
         let is_held = self.hand.1.stiffness > 0.0;
-        // A part without a hand lies in its play, pressed against a wall.
+        // Without a hand, a weight presses the part against a wall within its play.
         let free = self.flush.free();
         let intent = |time: f64| -> Pose { if is_held { judged.ground.path.pose(time) } else { free } };
         let load = if is_held { Wrench::ZERO } else { self.flush.fit.weight(WEIGHT) };
@@ -98,7 +99,7 @@ fn passes(felt: &Felt) -> bool {
     judged_values(felt).iter().zip(BARS).all(|(value, bar)| *value <= bar)
 }
 
-/// How many times its bar the worst value is.
+/// The largest ratio of a value to its limit.
 fn badness(felt: &Felt) -> f64 {
     judged_values(felt).iter().zip(BARS).map(|(value, bar)| value / bar).fold(0.0, f64::max)
 }

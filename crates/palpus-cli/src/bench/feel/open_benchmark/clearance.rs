@@ -1,5 +1,5 @@
-//! Parts with a known play, as scenes of the benchmark: how far the probe moves sideways before it
-//! is felt, and what a press then feels like.
+//! Parts with a known play, as scenes of the benchmark: measures how far the probe moves sideways
+//! before there is a force, and the force of a press beyond that.
 //!
 //! The probe starts in the middle of its play. In each of eight directions it moves to [`PRESS`]
 //! beyond touching, holds, and returns. An engine's *free travel* ends where the force first
@@ -33,7 +33,7 @@ pub(super) struct Fit {
     pub(super) name: &'static str,
     probe: &'static str,
     environment: &'static str,
-    /// From where the files have the probe to the middle of its play.
+    /// Translation from the probe's pose in the files to the middle of its play.
     lift: f64,
     /// Where the parts touch, in the environment's file: the middle of the contact.
     middle: DVec3,
@@ -99,7 +99,7 @@ const OUT: usize = 300;
 const HOLD: usize = 100;
 const REST: usize = 50;
 const ROUND: usize = 2 * OUT + HOLD + REST;
-/// m: how far the hand goes beyond touching.
+/// How far the hand moves beyond touch, m.
 const PRESS: f64 = 5e-5;
 /// N/m of a contact.
 const STIFFNESS: f64 = 1000.0;
@@ -107,7 +107,7 @@ const STIFFNESS: f64 = 1000.0;
 const TOLERANCE: f64 = 0.1;
 /// m: larger than the parts, so that all contacts share one stiffness.
 const CLUSTER: f64 = 0.1;
-/// N: more than this is felt. The stiffness times a micrometre.
+/// Force above which contact counts as felt, N: the stiffness times a micrometre.
 const FELT: f64 = 1e-3;
 
 /// Unit, across the play; the first not along an axis of the mesh.
@@ -173,7 +173,8 @@ impl Fit {
         }
     }
 
-    /// How far the probe is beyond touching, against the way there, m.
+    /// Vector from the touch position back along the direction of motion, as long as the probe is
+    /// beyond touch, m.
     pub(super) fn overlap(&self, probe: &ProbeState) -> DVec3 {
         let way = probe.pose_ba.translation;
         -way.normalize_or_zero() * (way.length() - self.play).max(0.0)

@@ -42,7 +42,7 @@ const HAND: &str = "normal";
 pub(in crate::bench) struct Asked<'a> {
     pub(in crate::bench) out: &'a Path,
     pub(in crate::bench) scene: Option<&'a str>,
-    /// Has the models of parts with a known play, itself or in a folder below it.
+    /// Folder that contains the models of parts with a known play, directly or in its folders.
     pub(in crate::bench) models: Option<&'a Path>,
     /// Other engines: a name and the folder of its answers.
     pub(in crate::bench) engines: &'a [(String, PathBuf)],
@@ -115,7 +115,7 @@ pub(in crate::bench) fn run(asked: &Asked<'_>) -> anyhow::Result<ExitCode> {
             }
         }
     }
-    // Voxels would have to be finer than a play of a hundredth of a millimetre.
+    // Voxel methods are left out: their voxels would have to be finer than a play of 0.01 mm.
     let work: Vec<(usize, &Entry)> = (0..grounds.len())
         .flat_map(|k| entries.iter().map(move |entry| (k, entry)))
         .filter(|(k, entry)| !(entry.is_costly && Fit::of(grounds[*k].name).is_some()))
