@@ -61,7 +61,7 @@ pub use viewer::{Viewed, view};
 /// Why there is no window.
 #[derive(Debug, thiserror::Error)]
 pub enum WindowError {
-    /// Nothing to draw on, or no library to draw with; in words.
+    /// No display or no graphics library; the text gives the reason.
     #[error("{0}")]
     Unavailable(String),
 }

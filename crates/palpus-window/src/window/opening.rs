@@ -20,7 +20,7 @@ const SCENES_HEIGHT: f32 = 230.0;
 /// Recent files that are offered.
 const MOST_RECENT: usize = 5;
 
-/// Something to open, in the making.
+/// State of the dialog.
 pub(super) struct Opening {
     probe: Slot,
     environment: Slot,
