@@ -145,8 +145,8 @@ mod tests {
                 let inside = p + (q - p) * u + (r - p) * v;
                 assert!(met[grid.holding(inside).expect("a point of the grid")], "seed {SEED:#x}, round {round}");
             }
-            // And a voxel whose centre is farther away than its corners is not met, one within its
-            // inner sphere is.
+            // A voxel whose circumscribed sphere misses the triangle is not met; one whose
+            // inscribed sphere touches it is.
             for (voxel, &met) in met.iter().enumerate() {
                 let center = grid.center(voxel);
                 let distance = closest_on_triangle(center, p, q, r).distance(center);
