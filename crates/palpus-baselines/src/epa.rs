@@ -7,12 +7,12 @@
 //! 3. Each contact pushes with k (t − d) along its normal, half way between its points; all are
 //!    added up.
 //!
-//! Left out on purpose, since such a user has none of it: no check whether a normal is one of the
-//! mesh's (pieces have virtual faces where they were cut), no memory from step to step, no
-//! blending of a flat contact's witness, no clusters.
+//! These are left out on purpose, since such a user does not have them: a check whether a normal is
+//! one of the mesh's (pieces have virtual faces where they were cut), memory between steps,
+//! blending of a flat contact's witness point, and clusters.
 //!
-//! Coal returns up to a stated number of contacts a pair when it is asked to; that is a patch of
-//! the same one normal, and not what "one EPA contact" measures.
+//! Coal can return several contacts for a pair. They form a patch with a single normal, which is
+//! not the "one EPA contact" that is measured here.
 
 use std::sync::Arc;
 
@@ -33,7 +33,7 @@ pub struct Epa {
 }
 
 impl Epa {
-    /// Fails if a setting cannot be.
+    /// Fails if a setting is invalid.
     pub fn new(a: Arc<Body>, b: Arc<Body>, settings: Settings) -> Result<Self, BaselineError> {
         settings.validate()?;
         Ok(Self { pairs: Pairs::new(&a, &b), a, b, settings })

@@ -1,5 +1,4 @@
-//! From a mesh, file or scene, to a prepared body: out of the user's cache, or with a bar that
-//! moves while it is prepared.
+//! Prepares a body from a mesh, a file or a scene: from the user's cache, or with a progress bar.
 
 use std::path::Path;
 use std::sync::OnceLock;
@@ -40,7 +39,7 @@ pub(crate) enum Teller<'a> {
     Calls(&'a dyn Fn(&str, f64)),
 }
 
-/// Reads a mesh file, and says so if it is of another format than its name says.
+/// Reads a mesh file, with a note if its format differs from its extension.
 pub(crate) fn read_mesh(path: &Path) -> Result<PolygonSoup, MeshFileError> {
     read_mesh_noting(path, &mut |notice| output::note(format!("note: {notice}")))
 }

@@ -26,7 +26,7 @@ pub(crate) struct Comparison<'a> {
     around: VecDeque<Replayed>,
 }
 
-/// Results of a tick of the replay.
+/// Results of a replayed tick.
 #[derive(Clone, Copy)]
 struct Replayed {
     row: usize,
@@ -39,7 +39,7 @@ impl<'a> Comparison<'a> {
         Self { recording, identical: 0, first: None, around: VecDeque::new() }
     }
 
-    /// Tick of row number `row` again, which came out like this.
+    /// Adds the replayed tick of row number `row`.
     pub(crate) fn add(&mut self, row: usize, wrench: &Wrench, contacts: u32) {
         if self.recording.rows[row].same_wrench(wrench) {
             self.identical += 1;

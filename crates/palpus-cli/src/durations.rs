@@ -1,4 +1,4 @@
-//! Durations as they are typed and said.
+//! Parses and formats durations.
 
 use std::str::FromStr;
 use std::time::Duration;

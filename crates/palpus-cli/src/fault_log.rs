@@ -1,5 +1,5 @@
-//! The fault log: the reasons why the force was taken away, in a file of its own, whether the run
-//! is recorded or not.
+//! The fault log: a file with the reasons why the force was removed, whether the run is recorded or
+//! not.
 //!
 //! 1. The servo thread looks at every tick ([`FaultWatch::see`]). It puts an entry into a bounded
 //!    queue when faults come that the tick before did not have, and when force may come back. It
@@ -9,8 +9,7 @@
 //! 3. [`FaultLog::finish`] says where the log is, if anything was written.
 //!
 //! The file is only opened at the first fault. One that has become large is put aside
-//! (`faults.jsonl.old`) at the next run, and of a run in which faults follow each other without end
-//! the first [`MOST`] lines are kept.
+//! (`faults.jsonl.old`) at the next run, and of each run, the first [`MOST`] lines are kept.
 
 use std::borrow::Cow;
 use std::fs::{File, OpenOptions};
@@ -201,7 +200,7 @@ impl Run {
     }
 }
 
-/// A line of the log; the names are a contract with those who read it.
+/// A line of the log; its field names are a public interface.
 #[derive(Serialize)]
 struct Line<'a> {
     utc: String,

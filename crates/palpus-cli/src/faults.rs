@@ -1,4 +1,4 @@
-//! Faults that a user asks for, to see what the safety chain makes of them.
+//! Faults that a user injects to test the safety chain.
 
 use std::time::Duration;
 
@@ -27,9 +27,9 @@ const FAULTS: [(&str, Fault); 17] = [
     ("panic", Fault::Panic),
 ];
 
-/// Later than any device's watchdog waits.
+/// A stall longer than the timeout of any device's watchdog.
 const LATE: Duration = Duration::from_millis(100);
-/// More than a period at 1 kHz, for which no watchdog bites.
+/// A delay of more than a period at 1 kHz, but below the timeout of every watchdog.
 const SLOW: Duration = Duration::from_millis(3);
 
 /// Out of words such as `pose-jump@1.5`: what happens, and after how many seconds. In simulated

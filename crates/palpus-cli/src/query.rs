@@ -23,7 +23,7 @@ use crate::{bodies, files, output};
 const DEFAULT_TOLERANCE: f64 = 0.01;
 /// Leaf contacts that one pose can have.
 const CAPACITY: usize = 1 << 16;
-/// Poses whose answers are in memory before they are written.
+/// Number of poses whose results are kept in memory before they are written.
 const BLOCK: usize = 32 * ContactBatch::RUN;
 
 pub(crate) fn query(arguments: &QueryArguments) -> anyhow::Result<ExitCode> {
@@ -141,8 +141,8 @@ fn answer(
         point_a: nearest.point_a,
         point_b: nearest.point_b,
         contacts: contacts.len() as u32,
-        // Closest points prove themselves by the planes through them; depths were proven or are
-        // counted as unproven.
+        // The planes through closest points prove a distance. Depths are proven, or counted as
+        // unproven.
         certified: counters.unproven == 0,
         query_us,
         contained: containment.run(pose_ba),

@@ -1,5 +1,4 @@
-//! A recording to look at: in a window with its whole run to go to and fro in, or one tick of it as
-//! a picture.
+//! Shows a recording: in a window with a time line of the whole run, or one tick as a picture.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -29,7 +28,7 @@ pub(crate) fn write_tick(
     picture::write_run(&name(recording), &stage, settings.limits.torque, moment, file, &arguments.picture)
 }
 
-/// The last tick that is not after `at` seconds, the very last without.
+/// The last tick that is not after `at` seconds; without `at`, the last tick.
 fn chosen_tick(recording: &Recording, at: Option<f64>) -> anyhow::Result<usize> {
     let Some(last) = recording.rows.last() else { bail!("the recording has no ticks") };
     let end = seconds(last);
@@ -111,7 +110,7 @@ mod here {
         })
     }
 
-    /// Runs it again until it is over or the window is gone.
+    /// Replays the recording until its end, or until the window is closed.
     fn run_behind(
         recording: &Recording,
         mut again: Rerun<'_>,

@@ -1,5 +1,5 @@
-//! A stage as it is seen, in windows, in pictures and on pages: its bodies, and what goes on
-//! between them.
+//! Makes the drawable scene of a stage for windows, pictures and pages: its bodies, contacts and
+//! forces.
 
 use std::sync::Arc;
 
@@ -10,8 +10,8 @@ use palpus_window::{BodyPart, Look, Moment, Scene, ShownBody, Solid, Theme, Unit
 
 use crate::stage::Stage;
 
-/// The arrows of a picture are as long as they may be for the largest force in it, but not for less
-/// than this, N.
+/// Smallest force with the full length of an arrow, N; else the largest force of the picture has
+/// it.
 pub(crate) const LEAST_FORCE_SCALE: f64 = 0.1;
 
 /// The bodies of a stage, made ready once for as many scenes as are wanted.

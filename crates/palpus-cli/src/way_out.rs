@@ -53,7 +53,7 @@ impl WayOut {
         (settings.coupling.is_some() && way.length() > settings.skin()).then_some(Self { depth: 0.0, way })
     }
 
-    /// In words: how far to move the probe, and along what.
+    /// Text: how far to move the probe, and in which direction.
     pub(crate) fn words(&self) -> String {
         let along = self.way.normalize_or_zero();
         format!("move it {:.1} mm along ({:.2}, {:.2}, {:.2})", self.way.length() * 1e3, along.x, along.y, along.z)

@@ -1,4 +1,4 @@
-//! The clock on the wall, and as much of the calendar as that needs.
+//! The wall clock, with the calendar functions that it needs.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 

@@ -346,7 +346,7 @@ fn the_feel_of_a_scene_is_measured_the_same_twice() {
         let is_it = |row: &&Value| row["hand"] == hand && row["measure"] == measure;
         rows.iter().find(is_it).and_then(|row| row["value"].as_f64()).unwrap_or_else(|| panic!("no {measure}"))
     };
-    // A box that lies flat is felt as it is: upward, and as hard as it is deep.
+    // The force on a box that lies flat points upward and is proportional to its depth.
     assert!(value("", "direction error max") < 1e-3);
     assert!(value("", "size error max") < 1e-6);
     assert!((value("", "felt stiffness") - 800.0).abs() < 1e-3);

@@ -23,14 +23,14 @@ use crate::workers::{detached, threads};
 #[pyclass(frozen, module = "palpus")]
 pub(crate) struct Body {
     body: Arc<palpus::Body>,
-    /// Made when a depth is first asked for.
+    /// Computed at the first depth query.
     interior: OnceLock<Interior>,
 }
 
 type Points<'py> = Bound<'py, PyArray2<f64>>;
 type Triangles<'py> = Bound<'py, PyArray2<u32>>;
 
-/// How a body is made, as it was called for.
+/// Arguments of the preparation of a body.
 struct Wanted {
     settings: BodySettings,
     threads: Threads,

@@ -1,9 +1,8 @@
 //! palpus in Python: what `import palpus` finds is in `python/palpus`, and most of it comes from
 //! here.
 //!
-//! Arrays come in as anything that numpy makes an array of, and go out as numpy arrays that
-//! own what the engine wrote, without a copy. Whatever takes long lets other Python threads run
-//! meanwhile.
+//! Array arguments can be anything that numpy converts to an array. Results are numpy arrays that
+//! own the engine's output without a copy. Slow functions release Python's lock.
 
 mod arrays;
 mod bodies;

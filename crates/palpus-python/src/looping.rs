@@ -311,7 +311,7 @@ impl Loop {
 }
 
 impl Drop for Loop {
-    /// A loop without an owner must not go on pushing.
+    /// A loop without an owner must stop, since it still sends forces.
     fn drop(&mut self) {
         if let Some(running) = self.running.take() {
             running.stop.store(true, Ordering::Relaxed);

@@ -1,7 +1,7 @@
 //! Rows for Python: numpy reads them as structured arrays where the engine wrote them.
 //!
-//! No byte of a row is left undefined, since numpy compares and writes rows as bytes: `fill` has
-//! the rest.
+//! Every byte of a row is defined, since numpy compares and writes rows as bytes; the field `fill`
+//! covers the padding.
 #![expect(
     unsafe_code,
     reason = "numpy believes what a row says of its layout, which the layouts' macro takes from the row"
@@ -64,7 +64,7 @@ pub(crate) struct DepthRow {
     fill: [u8; 6],
 }
 
-/// Says to numpy how a row lies in memory: each field with numpy's name of its type.
+/// Describes the memory layout of a row to numpy: each field with numpy's name of its type.
 macro_rules! layout {
     ($row:ty { $($field:ident: $format:literal),* }) => {
         impl $row {

@@ -30,7 +30,7 @@ pub(crate) struct Now {
     pub(crate) phase: Phase,
 }
 
-/// A host's word on a driven body.
+/// A host's update of a driven body.
 pub(crate) type Drive = (BodyId, Pose, Twist);
 
 /// All that the thread needs.
@@ -51,7 +51,7 @@ pub(crate) struct ServoThread {
 pub(crate) struct Ended {
     pub(crate) world: World,
     pub(crate) statistics: RunStatistics,
-    /// Times that a tick obtained memory.
+    /// Number of allocations in ticks.
     pub(crate) allocations: u64,
 }
 

@@ -14,7 +14,7 @@ pub(crate) struct Settings {
     pub(crate) settings: EngineSettings,
 }
 
-/// The settings, if they can be.
+/// Returns the settings if they are valid.
 fn checked(settings: EngineSettings) -> PyResult<Settings> {
     settings.validate().map_err(|error: SettingsError| failed(&error))?;
     Ok(Settings { settings })

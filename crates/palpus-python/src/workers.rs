@@ -18,8 +18,8 @@ pub(crate) fn threads(workers: Option<usize>) -> PyResult<Threads> {
 
 /// Runs `work` while other Python threads run, and ends it early at Ctrl-C.
 ///
-/// `work` gets a flag that says that its answer is not wanted any more, and a function to call now
-/// and then on the thread that it was called on.
+/// `work` gets a flag that tells it to stop, and a function that it must call regularly on the
+/// calling thread.
 pub(crate) fn detached<T: Send>(
     py: Python<'_>,
     work: impl FnOnce(&AtomicBool, &mut dyn FnMut(f64)) -> T + Send,

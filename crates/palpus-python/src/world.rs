@@ -140,8 +140,8 @@ impl World {
         Ok(rows.into_pyarray(py))
     }
 
-    /// Says where a driven body is and how it moves now, at the host's own rate; in between it goes
-    /// on.
+    /// Sets the pose and the velocity of a driven body, at the host's own rate; between calls it
+    /// keeps this velocity.
     #[pyo3(signature = (body, pose, twist=None))]
     fn drive(&mut self, body: usize, pose: &Bound<'_, PyAny>, twist: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         let (id, pose) = (self.member(body)?.body, self::pose("pose", pose)?);
@@ -177,8 +177,7 @@ impl World {
         Ok(row(py, of_pair(linear, angular)))
     }
 
-    /// Forgets contacts and friction: the next step is as the first was. Objects stay where they
-    /// are.
+    /// Clears contacts and friction, as before the first step. Objects stay where they are.
     fn clear(&mut self) -> PyResult<()> {
         self.inner_mut()?.clear();
         Ok(())
@@ -204,7 +203,7 @@ impl World {
         self.world.as_mut().ok_or_else(lent)
     }
 
-    /// Hands the world over to a loop, with its tool; refuses if there is not exactly one.
+    /// Passes the world and its tool to a loop; fails if there is not exactly one tool.
     pub(crate) fn lend(&mut self) -> PyResult<(palpus::World, ToolId)> {
         let tools: Vec<ToolId> = self.members.iter().filter_map(|member| member.tool).collect();
         let [tool] = tools[..] else {

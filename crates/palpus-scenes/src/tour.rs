@@ -1,13 +1,13 @@
-//! A path for two bodies of which nothing is known but where one stands: it touches the other here
-//! and there.
+//! A path for two arbitrary bodies along which one touches the other at many places; only a start
+//! pose is needed.
 //!
 //! 1. From the start towards the nearest point of the other body until they touch (conservative
 //!    advancement: the nearest distance can always be travelled).
 //! 2. Off along the normal there, sideways and turned by a little, drawn from a seed; and in again
-//!    to the next place of touch. Ways on which the bodies would meet are not gone.
+//!    to the next place of touch. Moves on which the bodies would collide are rejected.
 //! 3. At every place the probe is pressed in by a few tolerances, rubbed sideways and lifted.
 //!
-//! So the path leads over the surface as a random walk does, inside a hollow as well as outside.
+//! So the path is a random walk over the surface, inside a hollow as well as outside.
 
 use std::sync::Arc;
 

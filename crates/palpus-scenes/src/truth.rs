@@ -1,4 +1,4 @@
-//! True contacts, where they are known in closed form: the judge of how true a felt force is.
+//! True contacts in scenes where they are known in closed form, as reference for felt forces.
 //!
 //! * `pen-sphere`: the pen's point against the ideal sphere that the mesh stands for.
 //! * `v-groove`: the ball's own corners against the two walls, which are planes; the forces go
@@ -19,7 +19,7 @@ use crate::{Scene, catalogue};
 /// A true contact, in the environment's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrueContact {
-    /// Through which its force goes, if that can be said.
+    /// Point through which its force acts, if it is defined.
     pub point: Option<DVec3>,
     /// Unit, from the environment into the probe.
     pub normal: DVec3,
@@ -116,8 +116,8 @@ impl Truth {
         self.corners.iter().map(|&corner| normal.dot(pose.point(corner) - origin)).fold(f64::INFINITY, f64::min)
     }
 
-    /// The middle of what lies on the table, of a box that is flat and not turned about the
-    /// vertical.
+    /// The centre of the part of the box's face that lies on the table, for a flat box that is not
+    /// turned about the vertical.
     fn middle_on_table(&self, pose: &Pose) -> Option<DVec3> {
         if pose.vector(DVec3::Z).z < FLAT_COSINE {
             return None;

@@ -1,4 +1,4 @@
-//! A solid with fewer triangles, for machines whose processor draws.
+//! A simplified solid, for software rendering.
 //!
 //! 1. Corners that fall into the same cell of a grid and whose normals look to the same side become
 //!    one, in their middle: a thin wall's two sides stay two.
@@ -78,7 +78,7 @@ impl Solid {
             if a == b || b == c || c == a {
                 continue;
             }
-            // The same whichever corner is named first.
+            // Normalised so that the first corner does not matter.
             let turn = (0..3).min_by_key(|k| kept[*k]).unwrap_or(0);
             if seen.insert([kept[turn], kept[(turn + 1) % 3], kept[(turn + 2) % 3]]) {
                 coarse.triangles.push(kept);

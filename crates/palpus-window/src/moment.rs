@@ -1,7 +1,7 @@
 //! The visible part of one tick, in the environment's frame.
 //!
-//! All lists are as long as they will ever get when the moment is made, so that [`Moment::fill`]
-//! may stand in the servo thread; of more, the first are kept.
+//! All lists get their full capacity at creation, so [`Moment::fill`] does not allocate on the
+//! servo thread. Items beyond the capacity are dropped.
 
 use std::ops::Range;
 
@@ -82,8 +82,8 @@ impl Moment {
         }
     }
 
-    /// Becomes the tick `time` seconds after the beginning. `grip_a` is where the hand holds the
-    /// probe, in the probe's frame. Obtains no memory.
+    /// Fills the moment from the tick at `time` seconds since the beginning. `grip_a` is where the
+    /// hand holds the probe, in the probe's frame. Obtains no memory.
     pub fn fill(&mut self, tick: &Tick, time: f64, grip_a: DVec3) {
         self.time = time;
         self.device = tick.probe.pose_ba;

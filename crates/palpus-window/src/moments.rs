@@ -1,5 +1,5 @@
-//! The visible parts of a run's ticks, as far as there is room. A recording that is run again on
-//! one thread fills it; a window that goes to and fro in it reads.
+//! The visible parts of a run's ticks, within a memory limit. A thread that replays a recording
+//! writes them; a window reads them in any order.
 //!
 //! All ticks are kept while they fit; then every second one is dropped, and again, so that what is
 //! kept stays evenly spaced however long the run is.
@@ -35,7 +35,7 @@ pub struct Progress {
     pub differing: usize,
     /// The first of them.
     pub first_difference: Option<usize>,
-    /// Why it went no further, if so, in words.
+    /// Message about why the replay stopped early, if it did.
     pub failed: Option<String>,
 }
 
@@ -58,7 +58,7 @@ impl Moments {
         if tick % store.every != 0 {
             return;
         }
-        // A copy has no room to spare.
+        // A copy has no spare capacity.
         store.bytes += bytes(moment);
         store.kept.push(moment.clone());
         while store.bytes > self.most_bytes && store.kept.len() > 1 {
@@ -66,15 +66,14 @@ impl Moments {
         }
     }
 
-    /// Says that there will be no more, and why.
+    /// Ends the list, with the reason.
     pub fn fail(&self, why: String) {
         if let Ok(mut store) = self.store.lock() {
             store.progress.failed = Some(why);
         }
     }
 
-    /// The kept moment that is nearest before `tick`, and of which tick it is; none before the
-    /// first.
+    /// The last kept moment that is not after `tick`, and its tick; `None` before the first one.
     pub fn at(&self, tick: usize) -> Option<(usize, Moment)> {
         let store = self.store.lock().ok()?;
         if tick >= store.progress.ticks {
@@ -84,7 +83,7 @@ impl Moments {
         Some((k * store.every, store.kept[k].clone()))
     }
 
-    /// How far it is, and of how many ticks one is kept.
+    /// The progress of the replay, and the interval between kept ticks.
     pub fn progress(&self) -> (Progress, usize) {
         self.store.lock().map(|store| (store.progress.clone(), store.every)).unwrap_or_default()
     }

@@ -1,17 +1,19 @@
 //! Pictures of at most 256 colours: a third of the size, for pages that are mailed.
 //!
 //! 1. Colours are counted.
-//! 2. The box of colours that is the widest, and of pixels not quite the emptiest, is halved in the
-//!    middle of its longest side, until there are enough boxes. *Median cut* (Heckbert 1982) halves
-//!    the pixels instead; a colour that few pixels have then stays with half of the others.
-//! 3. A box's mean stands for its colours. No dithering: it would cost what the palette saves.
+//! 2. The box of colours with the largest weight (squared length times the cube root of its number
+//!    of pixels) is halved in the middle of its longest side, until there are enough boxes. *Median
+//!    cut* (Heckbert 1982) halves the number of pixels instead, which leaves rare colours in large
+//!    boxes.
+//! 3. A box's mean stands for its colours. There is no dithering, since it would make the file as
+//!    large as without a palette.
 
 use std::io;
 
 use crate::picture::Picture;
 use crate::png::write_indexed_png;
 
-/// A byte names so many.
+/// Number of colours that a byte can index.
 const COLOURS: usize = 256;
 
 impl Picture {
@@ -74,7 +76,7 @@ fn length([low, high]: [u8; 2]) -> u8 {
 fn boxes(all: Vec<Counted>) -> Vec<Vec<Counted>> {
     let weight = |colours: &[Counted]| {
         let count: u64 = colours.iter().map(|one| one.count).sum();
-        // A root only: wide boxes of few pixels are seen as well, a dot is few pixels.
+        // The cube root keeps wide boxes of few pixels important, since a dot has few pixels.
         f64::from(length(longest(colours).1)).powi(2) * (count as f64).cbrt()
     };
     let mut boxes = vec![(weight(&all), all)];

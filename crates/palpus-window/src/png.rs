@@ -26,7 +26,7 @@ pub(crate) fn write_indexed_png(
     encoder.set_color(ColorType::Indexed);
     encoder.set_palette(palette);
     encoder.set_compression(Compression::High);
-    // Differences of numbers mean nothing.
+    // No filter: differences of palette indices have no meaning.
     encoder.set_filter(Filter::NoFilter);
     finish(encoder, indices)
 }

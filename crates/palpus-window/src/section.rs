@@ -1,17 +1,17 @@
-//! How deep a body is felt, on a plane through it.
+//! The felt penetration depth on a plane through a body.
 //!
 //! A *section* is a grid of points on a plane across one of the model's axes. At each point:
 //!
-//! * *felt depth*: a probe as small as a point ([`POINT`]) is put there and asked about as the
-//!   servo loop asks ([`ContactQuery`], without memory of other points): the depth of the deepest
+//! * *felt depth*: a probe as small as a point ([`POINT`]) is placed there and queried as in the
+//!   servo loop ([`ContactQuery`], without memory of other points): the depth of the deepest
 //!   contact, which is what eq. 5 takes, less the probe's own extent. Zero where there is no
 //!   contact;
 //! * *distance*: to the nearest point of the mesh, whichever side it is on;
 //! * *inside*: whether the point is within the mesh, where that is closed.
 //!
-//! A body that is felt truly has felt depth = distance inside and none outside. Where pieces see
-//! less, depth stays behind; inside points without contact are *unseen*. The directions of pushing
-//! out are not compared here (`palpus inspect --sweeps` does).
+//! For an exact answer the felt depth equals the distance inside and is zero outside. The pieces
+//! can give a smaller depth; inside points without contact are *unseen*. Contact directions are not
+//! compared here (`palpus inspect --sweeps` does that).
 
 use std::sync::Arc;
 
@@ -25,9 +25,9 @@ use palpus::detect::{ContactQuery, QuerySettings};
 pub const POINT: f64 = 1e-5;
 /// How far a section reaches beyond the body's box, relative to its size.
 const MARGIN: f64 = 0.08;
-/// Contacts of a point: pieces that overlap there.
+/// Capacity for the contacts at a point.
 const CAPACITY: usize = 1024;
-/// Rows that one hand takes at a time.
+/// Rows that one worker computes at a time.
 const ROWS_PER_PART: usize = 16;
 
 /// Across which of the model's axes a plane lies.
@@ -85,7 +85,7 @@ impl SectionPlane {
         point
     }
 
-    /// Corners of what a section on it covers, in turn.
+    /// Corners of the rectangle that a section on this plane covers, in order.
     pub fn corners(&self, body: &Body) -> [DVec3; 4] {
         let [low, high] = self.reach(body);
         [[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]].map(|[u, v]| self.point(u, v))
@@ -137,13 +137,13 @@ pub struct Feeler {
 }
 
 impl Feeler {
-    /// One for `body`.
+    /// Creates a probe for `body`.
     ///
     /// # Errors
     /// If the body is so small that no probe is smaller.
     pub fn new(body: &Arc<Body>) -> Result<Self, BodyError> {
         let radius = POINT * body.size();
-        // Turned, so that no side of it is parallel to what models have.
+        // Rotated, so that no face of it is parallel to typical faces of models.
         let axes = TURNED.map(|axis| DVec3::from_array(axis) * radius);
         let corners: Vec<DVec3> = axes.iter().flat_map(|&axis| [axis, -axis]).collect();
         let probe = Arc::new(Body::from_convex(&corners)?);
@@ -228,7 +228,7 @@ impl Section {
         Self { plane, low, cell, columns, rows, closed: body.mesh().is_closed(), samples: Vec::new() }
     }
 
-    /// Feels a row.
+    /// Computes one row.
     pub fn feel_row(&self, row: usize, feeler: &mut Feeler) -> Vec<Felt> {
         (0..self.columns).map(|column| feeler.feel(self.point(column, row))).collect()
     }
@@ -243,7 +243,7 @@ impl Section {
         self.samples.get(row * self.columns + column)
     }
 
-    /// In numbers.
+    /// Computes statistics of the section.
     pub fn numbers(&self) -> SectionNumbers {
         let largest = |of: fn(&Felt) -> f64, which: fn(&&Felt) -> bool| {
             self.samples.iter().filter(which).map(of).filter(|x| x.is_finite()).fold(0.0, f64::max)
@@ -261,7 +261,7 @@ impl Section {
     }
 }
 
-/// A section in numbers.
+/// Statistics of a section.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SectionNumbers {
     /// Samples within the mesh.

@@ -1,5 +1,4 @@
-//! A section as a picture without words: felt depth, the true one, or what is missing between the
-//! two.
+//! A section as a picture without text: the felt depth, the true depth, or their difference.
 //!
 //! 1. Colours between samples of one kind (felt, unseen, outside) are mixed; between kinds they
 //!    change at once.
@@ -23,13 +22,13 @@ pub enum Shown {
     Felt,
     /// The distance to the surface.
     True,
-    /// The second less the first, inside.
+    /// The true depth minus the felt depth, inside.
     Missing,
 }
 
 /// About so many contours up to the largest depth.
 const CONTOURS: f64 = 7.0;
-/// Pieces of more are not outlined one by one: there would be nothing else to see.
+/// With more pieces than this, outlines are not drawn, since they would cover the picture.
 const MOST_OUTLINED: usize = 300;
 /// Nominal pixels.
 const STRIPE: f64 = 5.0;
@@ -38,7 +37,7 @@ const CONTOUR: f64 = 0.55;
 const PIECE_OUTLINE: f64 = 0.35;
 const CONTOUR_STRENGTH: f64 = 0.65;
 const PIECE_STRENGTH: f64 = 0.4;
-/// Nearer to each other, lines would hide what they divide, pixels.
+/// Smallest distance between lines, pixels.
 const CONTOUR_GAP: f64 = 5.0;
 
 /// From shallow to deep: dark blue to yellow, in even steps for the eye and for the colour-blind
@@ -77,7 +76,7 @@ pub struct SectionOf<'a> {
 /// Scale of colours and of lines of depth, in the body's lengths.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Range {
-    /// Has the last colour.
+    /// Depth that has the last colour.
     pub(crate) deepest: f64,
     /// From line to line.
     pub(crate) step: f64,
@@ -102,7 +101,7 @@ pub fn contour_step(deepest: f64, unit: Unit) -> f64 {
     round_length(deepest / CONTOURS * STEP_UP, unit).0
 }
 
-/// So that the round number below is near to what was asked for.
+/// The factor makes the rounded-down result close to the requested number.
 const STEP_UP: f64 = 1.5;
 
 /// The colour of a depth that is `part` of the deepest.
@@ -306,7 +305,7 @@ fn cross_levels(triangle: &[([f64; 2], f64); 3], step: f64, lines: &mut Vec<[[f6
     }
 }
 
-/// A cell over which more levels pass is a jump, not a slope.
+/// A cell that more levels cross is a discontinuity, and gets no lines.
 const MOST_LEVELS: f64 = 50.0;
 
 /// The cut through the pieces, unless they are too many.

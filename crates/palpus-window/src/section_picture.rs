@@ -1,4 +1,4 @@
-//! A section as a page: felt depth, the true one beside it, and what is missing between the two.
+//! A section as a page: the felt depth, the true depth, and their difference.
 //!
 //! 1. Panels side by side or one above the other, whichever lets them be larger. An open mesh has
 //!    no inside, so only felt depth.
@@ -87,7 +87,7 @@ fn caption(shown: &SectionOf<'_>) -> [String; 2] {
     [format!("the solid is up to {deep} deep here, {felt}"), format!("{ratio}{share:.2} % of the inside is not felt")]
 }
 
-/// A length as it is said: three digits and a unit.
+/// Formats a length with three digits and a unit.
 pub(crate) fn length_name(length: f64, unit: Unit) -> String {
     let digits = |value: f64| {
         let decade = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
@@ -146,7 +146,7 @@ fn draw_scale(sheet: &mut Sheet, area: &Area, range: &Range, unit: Unit) {
     let name = length_name(range.step, unit);
     let named = name.split(' ').next_back().unwrap_or_default();
     sheet.write(named, x, top - 0.8 * WORD_SIZE * sheet.scale, WORD_SIZE, faint);
-    // Every line that the words leave room for.
+    // Writes as many lines as there is space for.
     let room = 1.6 * WORD_SIZE * sheet.scale;
     let every = (room / (tall * range.step / range.deepest)).ceil().max(1.0);
     let mut k = 0.0;

@@ -11,7 +11,8 @@ use palpus::body::{Body, Polytope};
 
 /// cos 40°: triangles that turn by more look like an edge.
 const CREASE: f64 = 0.766;
-/// Round a vertex with more triangles than this no mean is taken: the work grows with the square.
+/// Vertices with more triangles than this are not smoothed, since the work grows with the square of
+/// the number.
 const MOST_ROUND: usize = 96;
 
 /// Triangles of one body, in the body's frame.
@@ -61,7 +62,7 @@ impl Solid {
         (body.polytopes()[piece as usize].centroid() - middle) * spread
     }
 
-    /// The same without what belongs to a piece.
+    /// The same, without the triangles of one piece.
     #[cfg(feature = "gui")]
     pub(crate) fn without(mut self, piece: u32) -> Self {
         let keep: Vec<bool> = self.pieces.iter().map(|k| *k != piece).collect();

@@ -1,10 +1,10 @@
-//! Colours and what is drawn at all.
+//! Colours, and which elements are drawn.
 
 use glam::DVec3;
 
 use crate::picture::Rgb;
 
-/// How a scene is drawn, whatever it is.
+/// Drawing options of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Style {
     /// Light or dark.

@@ -1,4 +1,4 @@
-//! Cubes in rows: a block of voxels and the way from points to them.
+//! A block of voxels, and the mapping from points to voxels.
 
 use glam::DVec3;
 use palpus::body::Aabb;
@@ -44,7 +44,7 @@ impl Grid {
         self.counts.iter().map(|&count| count as usize).product()
     }
 
-    /// The voxel at a place along each axis, if there is one.
+    /// The voxel with this index along each axis; `None` outside of the block.
     fn at(&self, [x, y, z]: [i32; 3]) -> Option<usize> {
         let [row, column, layers] = self.counts;
         let inside = (0..row).contains(&x) && (0..column).contains(&y) && (0..layers).contains(&z);
@@ -99,7 +99,7 @@ impl Grid {
     }
 }
 
-/// The whole numbers at or below; far ones saturate.
+/// Rounds down to integers; saturates out of range.
 fn whole(v: DVec3) -> [i32; 3] {
     v.floor().to_array().map(|k| k as i32)
 }
@@ -145,8 +145,8 @@ mod tests {
                 let inside = p + (q - p) * u + (r - p) * v;
                 assert!(met[grid.holding(inside).expect("a point of the grid")], "seed {SEED:#x}, round {round}");
             }
-            // And a voxel whose centre is farther away than its corners is not met, one within its
-            // inner sphere is.
+            // A voxel whose circumscribed sphere misses the triangle is not met; one whose
+            // inscribed sphere touches it is.
             for (voxel, &met) in met.iter().enumerate() {
                 let center = grid.center(voxel);
                 let distance = closest_on_triangle(center, p, q, r).distance(center);

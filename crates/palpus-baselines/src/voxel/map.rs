@@ -65,7 +65,7 @@ impl Voxmap {
     }
 }
 
-/// Layers that a force field may be moved outward: more is a number mistaken.
+/// Most layers by which a force field may be moved outward; a larger value is taken for an error.
 pub(super) const MOST_LAYERS: u32 = 64;
 
 /// Every voxel that the surface meets, in the order of their numbers.
@@ -156,8 +156,8 @@ pub(super) fn point_shell(body: &Body, size: f64, memory: usize) -> Result<Vec<S
     Ok(outward.into_iter().filter_map(point).collect())
 }
 
-/// A sum of unit normals as short as this says nothing: opposite sides of a sheet in one voxel. The
-/// nearest triangle's then.
+/// A sum of unit normals shorter than this has no reliable direction (opposite sides of a sheet in
+/// one voxel). The nearest triangle's normal is used instead.
 const CANCELLED: f64 = 1e-6;
 
 /// A sample of the probe's surface.

@@ -109,7 +109,7 @@ pub struct Voxel {
 }
 
 impl Voxel {
-    /// Fails if a setting cannot be, or if the voxels take more memory than allowed.
+    /// Fails if a setting is invalid, or if the voxels take more memory than allowed.
     pub fn new(a: Arc<Body>, b: Arc<Body>, settings: VoxelSettings) -> Result<Self, BaselineError> {
         settings.contact.validate()?;
         let bounds = b.mesh().bounds();
@@ -119,7 +119,7 @@ impl Voxel {
             positive("braking", settings.braking)?;
         }
         positive("full", f64::from(settings.full))?;
-        // More layers than fit a number saturate, and are refused.
+        // Too many layers saturate the conversion, and are rejected.
         let offset = settings.offset.unwrap_or((settings.contact.tolerance / size).round() as u32);
         if offset > MOST_LAYERS {
             return Err(BaselineError::Setting { field: "offset", value: f64::from(offset), rule: "0 to 64" });

@@ -1,5 +1,5 @@
-//! A recording that is run again, together with those of the scene's other tools, since each tool
-//! is what the others felt.
+//! Replays a recording together with those of the scene's other tools, since the tools touch each
+//! other.
 
 pub(crate) mod one;
 pub(crate) mod places;
@@ -24,7 +24,7 @@ use crate::lead_out::LeadOut;
 use crate::stage::{self, Stage};
 use crate::{safety, tools};
 
-/// Sees each row again: of which tool, which row, the wrench for its device, contacts.
+/// Receives each replayed row: tool, row number, wrench for the device, contacts.
 type Each<'a> = &'a mut dyn FnMut(usize, usize, &Wrench, u32) -> ControlFlow<()>;
 
 /// A recording, those that belong to it, and the engine on which they are run again.
@@ -70,8 +70,7 @@ impl<'a> Rerun<'a> {
         in_order(self.which, self.named, &self.others)[0]
     }
 
-    /// Tells `each` of every row of the named recording, until it breaks off: which one, and the
-    /// wrench for the device.
+    /// Calls `each` with every row of the named recording and its wrench, until it breaks.
     pub(crate) fn run(&mut self, each: &mut dyn FnMut(usize, &Wrench) -> ControlFlow<()>) -> anyhow::Result<()> {
         let which = self.which;
         self.run_all(&mut |tool, k, wrench, _| {
@@ -79,7 +78,7 @@ impl<'a> Rerun<'a> {
         })
     }
 
-    /// Runs all of them, and says what came of each.
+    /// Replays all recordings and reports the result of each.
     pub(crate) fn compare(mut self) -> anyhow::Result<Vec<Report>> {
         let others = std::mem::take(&mut self.others);
         let recordings = in_order(self.which, self.named, &others);
@@ -95,7 +94,7 @@ impl<'a> Rerun<'a> {
         run_again(&in_order(self.which, self.named, &self.others), &mut self.engine, each)
     }
 
-    /// Keeps what tick number `tick` has to show.
+    /// Keeps the moment of tick number `tick`.
     pub(crate) fn keep(&mut self, tick: u64) {
         self.engine.keep(tick);
     }
@@ -111,13 +110,13 @@ impl<'a> Rerun<'a> {
         self.engine.shown(period)
     }
 
-    /// Room for what a tick has to show.
+    /// The capacity that a moment needs.
     #[cfg(feature = "window")]
     pub(crate) fn capacity(&self) -> usize {
         self.engine.capacity()
     }
 
-    /// Leaves what every tick has to show with `publisher`.
+    /// Publishes the moment of every tick through `publisher`.
     #[cfg(feature = "window")]
     pub(crate) fn publish(&mut self, publisher: Publisher<Moment>) {
         self.engine.publish(publisher);
@@ -130,8 +129,8 @@ fn read_others(recording: &Recording, path: &Path) -> anyhow::Result<(usize, Vec
     let Some((which, names)) = tools::named_by(recording) else { return Ok((0, Vec::new())) };
     let mut others = Vec::new();
     for (k, name) in names.iter().enumerate().filter(|(k, _)| *k != which) {
-        // A name and no path: a recording from elsewhere must not make the program read other
-        // files.
+        // Only file names without a path are accepted, so that a recording cannot make the program
+        // read other files.
         if Path::new(name).file_name().is_none_or(|file| file != *name) || name.contains('\\') {
             bail!("{name:?} is no name of a file beside {}", path.display());
         }
@@ -158,8 +157,7 @@ fn in_order<'a>(which: usize, named: &'a Recording, others: &'a [Recording]) -> 
     all
 }
 
-/// Runs recordings on an engine that is ready for them and tells `each` of every row, until that
-/// breaks off.
+/// Replays recordings on a prepared engine and calls `each` with every row, until it breaks.
 fn run_again(recordings: &[&Recording], engine: &mut Engine, each: Each<'_>) -> anyhow::Result<()> {
     let mut chains = chains(recordings)?;
     let mut contact = ContactAccount::new(chains.iter().flatten().map(SafetyChain::limits));

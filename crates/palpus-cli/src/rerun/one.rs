@@ -42,7 +42,7 @@ pub(crate) fn crease_angle(recording: &Recording) -> Option<f64> {
     recording.changes.iter().find_map(|(_, settings)| Some(settings.shading?.crease_angle))
 }
 
-/// The state that the engine and the chain got.
+/// The state that engine and safety chain received.
 pub(crate) fn state(row: &RecordRow) -> DeviceState {
     DeviceState {
         pose: row.pose,
@@ -65,8 +65,8 @@ pub(crate) fn has_stepped(row: &RecordRow) -> bool {
     row.servo.is_none_or(|servo| servo.stepped)
 }
 
-/// How much work the engine's query was allowed. Older formats do not say: they were made without a
-/// limit, or with one in time.
+/// The limit of work of the engine's query. Older formats lack it: their runs had no limit, or a
+/// limit in time.
 pub(crate) fn work_allowed(row: &RecordRow) -> Option<u64> {
     row.servo.and_then(|servo| servo.work_allowed).map(NonZeroU64::get)
 }
@@ -83,8 +83,8 @@ pub(crate) fn elapsed(row: &RecordRow) -> f64 {
     row.servo.map_or(row.dt, |servo| servo.elapsed_s)
 }
 
-/// The scene that the first tool's `recording` is of, made ready again; refused if its meshes are
-/// others now. `others` are the contents of the other tools' meshes.
+/// Prepares the scene of the first tool's `recording`; fails if its meshes have changed. `others`
+/// are the contents of the other tools' meshes.
 pub(super) fn stage_of(recording: &Recording, others: &[ContentHash], places: &Places<'_>) -> anyhow::Result<Stage> {
     let recorded = &recording.header.scene;
     let (name, file) = match &recorded.source {

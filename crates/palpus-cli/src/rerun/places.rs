@@ -23,7 +23,7 @@ use crate::bodies::Teller;
 use crate::output;
 use crate::stage::{self, Part, Stage};
 
-/// Folders within folders that are looked through.
+/// Depth to which folders are searched.
 const DEPTH: usize = 3;
 
 /// See the module's description.
@@ -135,7 +135,7 @@ fn meshes_in(folder: &Path, depth: usize) -> Vec<PathBuf> {
     meshes
 }
 
-/// Says in what this program and this scene's file are not those of the recording.
+/// Reports differences of the program's version and the scene file from the recording.
 pub(super) fn tell_changes(header: &RecordingHeader, file: Option<&Path>) {
     let version = env!("CARGO_PKG_VERSION");
     if header.palpus_version != version {

@@ -1,4 +1,4 @@
-//! Finds out before a run whether its pair of bodies is heavy for this machine.
+//! Tests before a run whether its pair of bodies is heavy (too slow) for this machine.
 //!
 //! A short rehearsal: the engine follows the scripted hand's path in a small part of its time, with
 //! its work bounded as in the run, and now and then the hand rests. A pair is heavy if most
@@ -18,9 +18,9 @@ const GOING: u32 = 30;
 const RESTING: u32 = 15;
 /// Ticks at the end of a rest that count.
 const SETTLED: u32 = 5;
-/// Rests in which most contacts are carried to their end, of a heavy pair.
+/// Least number of rests that end with most contacts extrapolated, for a heavy pair.
 const HEAVY_RESTS: u32 = 2;
-/// s: a scripted hand is through with its way by then.
+/// Time after which a scripted hand has finished its path, s.
 const WAY: f64 = 10.0;
 
 /// Share of extrapolated contacts above which a pair counts as heavy.

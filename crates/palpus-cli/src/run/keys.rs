@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use palpus_device::RunControl;
 
-/// Lets a person give a latched device its force back, by `r` and Enter.
+/// Lets a person enable the force of a latched device again, with `r` and Enter.
 pub(super) fn take(control: Arc<RunControl>) {
     if !stdin().is_terminal() {
         return;
@@ -20,8 +20,8 @@ pub(super) fn take(control: Arc<RunControl>) {
     });
 }
 
-/// Has a read fail where a shell runs the program in the background: the terminal would stop it,
-/// and the loop with it.
+/// Makes a read fail if a shell runs the program in the background. Otherwise the terminal would
+/// stop the program, and the loop with it.
 #[cfg(unix)]
 fn is_left_alone() -> bool {
     use nix::sys::signal::{SigSet, Signal};

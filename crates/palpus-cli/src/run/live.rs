@@ -127,7 +127,7 @@ impl Live {
     }
 }
 
-/// Share by which what is shown follows each tick.
+/// Smoothing factor of the shown values for each tick.
 const OF_LATE: f64 = 0.02;
 
 /// Between two live lines.
@@ -169,7 +169,7 @@ pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instan
     }
 }
 
-/// Says once that the probe began inside the part.
+/// Reports once that the probe began inside the part.
 fn tell_start(live: &Live, told: &mut bool) {
     if let Some(words) = live.start_in_words().filter(|_| !*told) {
         *told = true;
@@ -177,7 +177,7 @@ fn tell_start(live: &Live, told: &mut bool) {
     }
 }
 
-/// Why there is no force, or not the whole.
+/// Reason for no or reduced force.
 fn said(phase: Phase) -> &'static str {
     match phase {
         Phase::Engaged => "",

@@ -106,7 +106,7 @@ fn list() {
     }
 }
 
-/// How a run begins that was typed so.
+/// The start options of a run, from its arguments.
 pub(crate) fn beginning(arguments: &RunArguments) -> Beginning<'_> {
     Beginning {
         record: (!arguments.no_record).then_some(arguments.record.as_path()),
@@ -189,8 +189,8 @@ fn report(arguments: &RunArguments, run: &Ended) -> anyhow::Result<()> {
 /// Bytes of the largest recording that is plotted: it is read whole for that.
 const MOST_PLOTTED: u64 = 500_000_000;
 
-/// Plots a recording of the scene `name`, and says where both are; and how it is replayed. What
-/// does not go is said: the run and its summary stand.
+/// Plots a recording of the scene `name`, and prints the paths of both and the command for a
+/// replay. Errors are printed and do not affect the run's result.
 fn told(name: &str, file: &Path, with_replay: bool) {
     if std::fs::metadata(file).is_ok_and(|file| file.len() > MOST_PLOTTED) {
         output::line(format!("{:>14}  {} (too large for a plot)", "recorded", file.display()));

@@ -127,7 +127,7 @@ impl Plan {
         self.device.spec()
     }
 
-    /// True if it keeps the time of the clock on the wall.
+    /// True if the run is in real time.
     pub(super) fn keeps_time(&self) -> bool {
         self.options.timing == Timing::RealTime
     }
@@ -234,7 +234,7 @@ fn open(
     Ok(Opened { device, guide: Some(publisher).filter(|_| hand.stiffness > 0.0), notes })
 }
 
-/// The hand of a recording, in a device of the limits of that which was recorded.
+/// The hand of a recording, on a device with the recorded device's limits.
 fn replay(file: &Path) -> anyhow::Result<Box<dyn HapticDevice + Send>> {
     let recording = read_recording(file)?;
     check_poses(&recording)?;
@@ -242,13 +242,12 @@ fn replay(file: &Path) -> anyhow::Result<Box<dyn HapticDevice + Send>> {
     Ok(Box::new(ReplayDevice::new(spec, recording.rows.iter().map(felt).collect())))
 }
 
-/// A recorded state, as a device gives it: samples are as far apart as the recorded ticks were to
-/// be.
+/// A recorded state as a device state; the sample times are a nominal period apart.
 fn felt(row: &RecordRow) -> DeviceState {
     DeviceState { time: row.time_ns as f64 * 1e-9, ..state(row) }
 }
 
-/// How contacts come to the hand.
+/// Describes how contacts are rendered.
 fn contacts_as_felt(settings: &Settings) -> String {
     let clustering = match settings.clustering {
         Clustering::Linkage => "linkage clusters",

@@ -27,15 +27,15 @@ pub(super) struct Recordings {
 /// The servo thread's ends of the queues.
 pub(super) type Ends = (rtrb::Consumer<Order>, rtrb::Producer<Rows>);
 
-/// For so long the servo thread may be waited for to put a recording down: many ticks; a paused
-/// loop does not answer.
+/// Longest wait for the servo thread to release a recording: many ticks. A paused loop does not
+/// answer.
 const PATIENCE: Duration = Duration::from_millis(50);
 
 impl Recordings {
     /// Recordings of device `which`. `header` is that of a recording from the beginning.
     pub(super) fn new(header: RecordingHeader, which: usize, keep: Keep) -> (Self, Ends) {
         let (orders, ordered) = rtrb::RingBuffer::new(ORDERS);
-        // One more than can be ordered: the first is not ordered.
+        // Capacity for the first recording and all later orders.
         let (put_down, over) = rtrb::RingBuffer::new(ORDERS + 1);
         (
             Self { header, which, keep, orders, over, writing: None, written: Vec::new(), notes: Vec::new() },
@@ -54,8 +54,8 @@ impl Recordings {
         self.writing.as_ref().and_then(Writing::trouble)
     }
 
-    /// Creates this device's one of the `files` of all devices, and what writes to it; `settings`
-    /// are those that are in force.
+    /// Creates this device's file, one of the `files` of all devices, and its writer; `settings`
+    /// are the current ones.
     pub(super) fn start(&mut self, files: &[PathBuf], settings: &Settings) -> anyhow::Result<Rows> {
         self.header.scene.render = *settings;
         if files.len() > 1 {
@@ -66,7 +66,7 @@ impl Recordings {
         Ok(rows)
     }
 
-    /// The same from the next tick on, in the course of a run.
+    /// Begins a recording with the next tick of a run in progress.
     pub(super) fn begin(&mut self, files: &[PathBuf], settings: &Settings) -> anyhow::Result<()> {
         let rows = self.start(files, settings)?;
         let ordered = self.order(Some((rows, *settings)));
@@ -81,7 +81,7 @@ impl Recordings {
         self.orders.push(order).map_err(|_| anyhow!("the loop does not answer; let it go on first"))
     }
 
-    /// Ends the one that is under way; answers its file.
+    /// Ends the current recording; returns its file.
     pub(super) fn stop(&mut self) -> anyhow::Result<Option<PathBuf>> {
         let Some(writing) = self.writing.take() else { return Ok(None) };
         self.order(None)?;

@@ -99,13 +99,14 @@ impl Seat {
         settings
     }
 
-    /// The same of what another device's tool gets: this one's is coupled as suits its own device.
+    /// The settings `wanted` for another device's tool, applied to this tool with the coupling of
+    /// its own device.
     pub(super) fn fit_of_other(&self, wanted: &Settings) -> Settings {
         let Settings { saturation, .. } = self.settings;
         self.fit(&Settings { coupling: wanted.coupling.and(self.coupling), saturation, ..*wanted })
     }
 
-    /// Has the engine go on with these.
+    /// Passes these settings to the engine.
     pub(super) fn set(&mut self, settings: &Settings) -> Result<(), SettingsError> {
         settings.validate()?;
         if *settings != self.settings {
@@ -125,7 +126,7 @@ impl Seat {
     }
 }
 
-/// Returns the settings of a scene on a device in one of both modes, without overrides.
+/// Returns the settings of a scene on a device, coupled or direct, without overrides.
 pub(super) fn preset(stage: &Stage, spec: &DeviceSpec, rate_hz: f64, mode: CouplingMode) -> Settings {
     let clustering = match mode {
         CouplingMode::Coupled => Clustering::Smooth,

@@ -5,12 +5,11 @@
 //! servo thread wait.
 //!
 //! **Recordings.** A recording that begins with the run can be replayed bit for bit, changes of
-//! settings included. One that begins later cannot: what engine, tool, friction and safety chain
-//! remember at that tick is not in it. They could be made to forget it all; but then friction would
-//! let go, the tool be put where the device is, even behind a wall, and the force fall away and
-//! ramp up again, and all that because somebody wanted to record what he felt. So such a recording
-//! keeps the numbers of its ticks, by which `palpus replay` recognises it and says so. For a
-//! replay, record the run from its beginning, as is the default.
+//! settings included. One that begins later cannot: it lacks the state of engine, tool, friction
+//! and safety chain at its first tick. Resetting that state would release friction, move the tool
+//! to the device (even behind a wall) and ramp the force again, all of which the user would feel.
+//! Such a recording keeps its tick numbers, by which `palpus replay` recognises it. For a replay,
+//! record the run from its beginning, as is the default.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -110,7 +109,7 @@ impl Session {
         Ok(Self { name, stage, rate_hz, seats, control, claims, thread })
     }
 
-    /// Says what the system granted.
+    /// Prints the real-time rights that the system granted.
     pub(crate) fn tell_claims(&self) {
         if let Some(claims) = &self.claims {
             safety::tell_claims(claims);
@@ -207,7 +206,7 @@ impl Session {
         self.seats.iter_mut().zip(&fit).try_for_each(|(seat, settings)| seat.set(settings))
     }
 
-    /// `wanted` as they can be of the first device's tool.
+    /// The settings `wanted`, limited to what the first device's tool allows.
     pub(crate) fn fitted(&self, wanted: &Settings) -> Settings {
         self.seats[0].fit(wanted)
     }

@@ -1,5 +1,5 @@
-//! Every tick of the first device for observers, through a queue; the servo thread never waits for
-//! it. An observer that is too slow misses ticks.
+//! Passes every tick of the first device to observers through a queue. The servo thread never
+//! waits; an observer that is too slow misses ticks.
 
 use palpus::algebra::Wrench;
 use palpus_device::{DeviceState, ServoTick};
@@ -9,7 +9,7 @@ use crate::engine::Detail;
 /// Ticks that may wait: at 1 kHz, those of several seconds.
 const ROOM: usize = 1 << 12;
 
-/// A tick as a watcher gets it.
+/// A tick as an observer gets it.
 #[derive(Clone, Copy)]
 #[cfg_attr(not(feature = "window"), expect(dead_code, reason = "only the window watches"))]
 pub(crate) struct WatchedTick {
@@ -37,7 +37,7 @@ pub(super) fn queue() -> (Watched, rtrb::Consumer<WatchedTick>) {
 pub(super) struct Watched(rtrb::Producer<WatchedTick>);
 
 impl Watched {
-    /// Obtains no memory, and does not wait.
+    /// Never allocates or waits.
     pub(super) fn see(&mut self, tick: &ServoTick, detail: Option<&Detail>) {
         let engine = detail.map(|detail| &detail.tick);
         let watched = WatchedTick {
@@ -49,7 +49,7 @@ impl Watched {
             contacts: engine.map_or(0, |engine| engine.contacts),
             separation: engine.map_or(f64::INFINITY, |engine| engine.separation),
         };
-        // Without room, the watcher misses it.
+        // If the queue is full, the observer misses the tick.
         let _ = self.0.push(watched);
     }
 }

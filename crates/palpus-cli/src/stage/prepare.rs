@@ -29,7 +29,7 @@ pub(crate) fn prepare(name: &str, policy: FilePolicy) -> anyhow::Result<Stage> {
     prepare_telling(name, policy, &Teller::Bar)
 }
 
-/// The same, saying how far it has come as `teller` does.
+/// The same, with progress through `teller`.
 pub(crate) fn prepare_telling(name: &str, policy: FilePolicy, teller: &Teller<'_>) -> anyhow::Result<Stage> {
     if let Some(scene) = palpus_scenes::scene(name) {
         return of_built_in(&scene, teller);
@@ -64,7 +64,7 @@ pub(crate) fn of_built_in(scene: &Scene, teller: &Teller<'_>) -> anyhow::Result<
         friction: contact.friction.map(|friction| FrictionSettings {
             static_coefficient: friction.static_coefficient,
             dynamic_coefficient: friction.dynamic_coefficient,
-            // As stiff sideways as into the surface.
+            // The tangential stiffness equals the normal stiffness.
             tangential_stiffness: contact.stiffness,
         }),
         ..Settings::default()
@@ -226,7 +226,7 @@ pub(crate) fn of_file(
     })
 }
 
-/// So that it can be found from any folder.
+/// Absolute, so that it is valid from any folder.
 fn absolute(path: &Path) -> String {
     std::path::absolute(path).unwrap_or_else(|_| path.to_owned()).display().to_string()
 }

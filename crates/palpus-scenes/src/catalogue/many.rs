@@ -106,8 +106,7 @@ pub(super) fn tray() -> Parts {
     }
 }
 
-/// A turntable that a host drives carries four parts round; a finger holds them up one after the
-/// other.
+/// A driven turntable carries four parts round; a finger blocks them one after the other.
 pub(super) fn conveyor() -> Parts {
     const RADIUS: f64 = 0.090;
     const HEIGHT: f64 = 10.0;

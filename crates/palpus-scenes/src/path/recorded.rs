@@ -48,8 +48,8 @@ pub enum RecordedPathError {
     /// Values of the placement.
     #[error("scale and speed of a recorded hand must be from 0.001 to 1000")]
     Placement,
-    /// A path of so many keys would take gigabytes, or times are so late that they have no digits
-    /// for hundredths of a second.
+    /// The path would have too many keys (gigabytes of memory), or times are too large to resolve
+    /// hundredths of a second.
     #[error("the recording is too long; cut a part out of it")]
     TooLong,
 }
@@ -302,7 +302,7 @@ mod tests {
         let path = HandPath::recorded(&samples, &Placement::at(samples[0].1)).expect("a path");
         let [linear, angular] = steps(&path);
         assert!(linear < 0.03 && angular < 0.3, "{linear} m/s, {angular} rad/s, seed {SEED}");
-        // Nowhere farther than the hand ever was, and where it was in the end.
+        // The path never leaves the hand's range, and ends where the hand ended.
         for k in 0..2000 {
             let pose = path.pose(f64::from(k) * 0.01);
             assert!(pose.translation.distance(DVec3::Z) < 0.25, "{}", pose.translation);
@@ -344,7 +344,7 @@ mod tests {
         assert!(HandPath::recorded(&far, &at).is_ok());
     }
 
-    /// Thought of while fuzzing: keys fell together, and a path is code that panics then.
+    /// A case from fuzzing: keys had equal times, for which the path's constructor panics.
     #[test]
     fn samples_of_which_the_last_are_very_late_are_refused() {
         let pose = |x: f64| Pose::from_translation(DVec3::new(x, 0.0, 0.0));
@@ -354,8 +354,8 @@ mod tests {
         assert_eq!(HandPath::recorded(&samples, &slow).err(), Some(RecordedPathError::TooLong));
     }
 
-    /// Thought of while fuzzing: each stretch may be as long as a path, and only their sum was
-    /// looked at, when it had been obtained.
+    /// A case from fuzzing: each stretch may be as long as a whole path, and only their sum was
+    /// checked, after the memory had been allocated.
     #[test]
     fn many_long_stretches_are_refused_before_they_take_gigabytes() {
         let mut samples = Vec::new();

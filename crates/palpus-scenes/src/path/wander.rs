@@ -1,4 +1,4 @@
-//! A hand that never comes to an end: to and fro along a scripted path, and off it.
+//! A hand without end: it moves back and forth along a scripted path, and strays from it.
 //!
 //! 1. How far along the path the hand is grows with time, faster and slower, and now and then falls
 //!    back; beyond the end of a path that is no cycle it comes back the same way. A path's ends are

@@ -1,8 +1,8 @@
 //! A round peg and the block with its hole.
 //!
-//! Both are 32-gons at the same angles. The clearance is honest: the hole's *inscribed* circle is
-//! wider than the peg's *circumscribed* one by the clearance, so the peg fits at any rotation about
-//! its axis.
+//! Both are 32-gons at the same angles. The clearance holds at every angle: the hole's *inscribed*
+//! circle is wider than the peg's *circumscribed* one by the clearance, so the peg fits at any
+//! rotation about its axis.
 
 use std::f64::consts::PI;
 

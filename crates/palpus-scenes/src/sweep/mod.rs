@@ -1,10 +1,10 @@
-//! Two sweeps over a closed body that hold how deep it can be felt, and how truly.
+//! Two sweeps over a closed body that measure how deep it can be felt, and with which error.
 //!
 //! * *Pop-through*: a small probe is pushed in against the surface at seeded samples of it, along
 //!   the inward normal, to 45 % of the way to the opposite wall. Contact must persist, and its
 //!   depth must not fall while the true one grows.
 //! * *Honesty*: a small probe is put down at seeded points of the inside. Depth and direction of
-//!   the deepest contact are held against the nearest point of the surface.
+//!   the deepest contact are compared with the nearest point of the surface.
 //!
 //! Both run the pair query of the servo path and take its deepest contact, as eq. 5 does. The probe
 //! is an octahedron, turned at random and much smaller than the body it is pushed into; its own

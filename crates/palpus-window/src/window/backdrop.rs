@@ -1,7 +1,7 @@
 //! The background of a scene: lighter above than below, as in pictures.
 //!
-//! It fills most of the window, and egui draws each pixel through a texture. A processor that draws
-//! spends half of a frame on that, so the graphics library gets a program that does nothing else.
+//! The background fills most of the window. egui would draw each pixel through a texture, which
+//! takes half of a frame with software rendering, so the background has its own simple shader.
 #![allow(unsafe_code)] // As in `gl`.
 
 use eframe::glow::{self, HasContext};
@@ -48,7 +48,7 @@ impl Backdrop {
         }
     }
 
-    /// Gives everything back.
+    /// Releases all objects of the graphics library.
     pub(super) fn destroy(&self, gl: &glow::Context) {
         // SAFETY: as in `draw`; nothing is drawn any more.
         unsafe {

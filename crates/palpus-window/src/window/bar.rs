@@ -1,4 +1,4 @@
-//! Above everything: what can be asked of the run, always in the same place.
+//! The bar at the top with the controls of the run.
 
 use eframe::egui::containers::menu::{MenuButton, MenuConfig};
 use eframe::egui::{Align, Button, Layout, PopupCloseBehavior, Ui, vec2};
@@ -14,7 +14,7 @@ use crate::style::{Style, Theme};
 /// Points.
 pub(super) const HEIGHT: f32 = 44.0;
 const BUTTON: [f32; 2] = [102.0, 32.0];
-/// In a narrower bar buttons are icons alone.
+/// Below this width, buttons show only their icons.
 const NARROW_BAR: f32 = 860.0;
 const NARROW: [f32; 2] = [52.0, 32.0];
 const VIEWS: [(View, &str); 6] = [

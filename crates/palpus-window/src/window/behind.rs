@@ -1,9 +1,8 @@
-//! Work behind a window, on a thread of its own: the newest question is answered, older ones are
+//! Background work for a window, on its own thread: the newest request is answered, older ones are
 //! dropped.
 //!
-//! The window asks, in any frame, and looks whether there is an answer; it never waits. A
-//! question that is asked while another is worked on makes that one *superseded*; long work checks
-//! for this now and then.
+//! In each frame the window may send a request and poll for an answer; it never waits. A new
+//! request makes the current one *superseded*; long work checks for this regularly.
 
 use std::sync::{Arc, Condvar, Mutex};
 use std::thread::JoinHandle;
@@ -40,7 +39,7 @@ impl<Q: Send + 'static, A: Send + 'static> Behind<Q, A> {
         let desk = Arc::new(Desk { slots: Mutex::new(slots), asked: Condvar::new(), wake: Box::new(wake) });
         let shared = Arc::clone(&desk);
         let thread = std::thread::Builder::new().name("behind the window".to_owned());
-        // Without threads there are no answers, and the window shows what it can.
+        // If no thread can be started, there are no answers.
         let thread = thread.spawn(move || {
             while let Some(question) = shared.next() {
                 work(question, &shared);
@@ -49,7 +48,7 @@ impl<Q: Send + 'static, A: Send + 'static> Behind<Q, A> {
         Self { desk, thread: thread.ok() }
     }
 
-    /// Asks for this instead of what was asked before.
+    /// Sends a request, which replaces an earlier one.
     pub(super) fn ask(&self, question: Q) {
         if let Ok(mut slots) = self.desk.slots.lock() {
             slots.question = Some(question);
@@ -99,7 +98,7 @@ impl<Q, A> Desk<Q, A> {
         (self.wake)();
     }
 
-    /// True if something else is wanted by now.
+    /// True if there is a newer request.
     pub(super) fn is_superseded(&self) -> bool {
         self.slots.lock().map_or(true, |slots| slots.over || slots.question.is_some())
     }

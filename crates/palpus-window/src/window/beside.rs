@@ -64,7 +64,7 @@ pub(super) fn end(run: &mut dyn Run, history: &mut History, notices: &Notices) {
     history.clear_compared();
 }
 
-/// Says above each half whose it is.
+/// Writes the name of its settings above each half.
 pub(super) fn title(ui: &Ui, rect: Rect, name: &str, is_felt: bool, style: &Style) {
     let colours = style.theme.colours();
     let painter = ui.painter_at(rect);

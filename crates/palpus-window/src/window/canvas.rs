@@ -1,7 +1,8 @@
 //! The picture that bodies are drawn into before it is copied to the window, with several samples
 //! in each pixel, so that edges are smooth.
 //!
-//! Several samples cost an adapter little, and a processor much. So a canvas begins with
+//! Several samples are cheap on a graphics adapter, and expensive with software rendering. So a
+//! canvas begins with
 //! [`SAMPLES`], and if frames then take longer than [`SLOW`] bodies are drawn into the window, with
 //! one.
 #![allow(unsafe_code)] // As in `gl`.
@@ -14,7 +15,7 @@ use super::shader::compiled;
 
 /// In each pixel.
 const SAMPLES: i32 = 4;
-/// Frames that come more seldom have one sample in each pixel.
+/// If frames take longer than this, each pixel gets one sample.
 const SLOW: Duration = Duration::from_millis(36);
 /// Over so many frames.
 const FRAMES: u32 = 24;
@@ -100,7 +101,7 @@ impl Canvas {
         }
     }
 
-    /// Goes on with fewer samples where frames come too seldom.
+    /// Reduces the samples if frames take too long.
     fn count(&mut self) {
         let now = Instant::now();
         let (since, frames) = self.counted.get_or_insert((now, 0));
@@ -131,7 +132,7 @@ impl Canvas {
         }
     }
 
-    /// Gives everything back.
+    /// Releases all objects of the graphics library.
     ///
     /// # Safety
     /// The context is current.

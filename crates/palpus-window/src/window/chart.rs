@@ -55,7 +55,7 @@ pub(super) struct Chart {
     pub(super) names: Vec<(String, Rgb)>,
     pub(super) series: Vec<Series>,
     pub(super) said: Said,
-    /// The scale reaches at least so far, so that round-off about zero does not fill it.
+    /// Smallest range of the scale, so that round-off about zero does not fill the chart.
     pub(super) least: f64,
 }
 

@@ -1,5 +1,5 @@
-//! In the lower right corner of a scene: which way the world's axes point, and how long a length in
-//! the middle of the picture is.
+//! The compass in the lower right corner of a scene: directions of the world's axes, and a scale
+//! for the middle of the picture.
 
 use eframe::egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, Ui, pos2, vec2};
 use glam::DVec3;

@@ -1,7 +1,8 @@
-//! How the window is dressed: sizes of letters, colours of what can be pressed.
+//! The theme of the window: text sizes, and colours of controls.
 //!
-//! Sizes are points at one pixel each; Ctrl with + and − scales everything. What matters while one
-//! feels (the state, force, torque) is as large as a headline, so that it is read from two metres.
+//! Sizes are points at one pixel each; Ctrl with + and − scales everything. The values that matter
+//! during a run (state, force, torque) are as large as a headline, so that they are legible from
+//! two metres.
 
 use eframe::egui::{
     self, Color32, Context, CornerRadius, FontFamily, FontId, Margin, RichText, Stroke, TextStyle, Visuals,

@@ -22,7 +22,7 @@ const USUAL_CREASE: f64 = 40.0;
 const MOST_TURN: f64 = 45.0;
 const USUAL_FRICTION: (f64, f64) = (0.4, 0.3);
 
-/// Changes that follow each other faster are one.
+/// Changes within this time count as one for undo.
 const ONE_CHANGE: Duration = Duration::from_millis(700);
 
 /// See the module's outline.
@@ -33,7 +33,7 @@ pub(super) struct Feel {
     chosen: usize,
     /// Settings to compare with, if any were kept.
     kept: Option<Settings>,
-    /// Settings that were, the last of them last.
+    /// Earlier settings for undo, oldest first.
     before: Vec<(Settings, Instant)>,
 }
 
@@ -57,7 +57,7 @@ impl Feel {
         other.map_or(([own, own], *now), |preset| ([own, preset.name], preset.settings))
     }
 
-    /// Has these compared with.
+    /// Sets the settings to compare with.
     pub(super) fn keep(&mut self, now: &Settings) {
         self.kept = Some(*now);
     }
@@ -120,7 +120,7 @@ impl Feel {
         self.change(run, &now, &wanted)
     }
 
-    /// Goes on by `step`, round and round, to a setting that applies.
+    /// Selects the next setting that applies, in the direction of `step`; wraps around.
     fn choose(&mut self, now: &Settings, step: usize) {
         for _ in 0..Quantity::ALL.len() {
             self.chosen = (self.chosen + step) % Quantity::ALL.len();
@@ -140,7 +140,7 @@ impl Feel {
         let of_presets = self.presets.iter().find_map(|preset| preset.settings.friction);
         let (static_coefficient, dynamic_coefficient) =
             of_presets.map_or(USUAL_FRICTION, |friction| (friction.static_coefficient, friction.dynamic_coefficient));
-        // As stiff sideways as into the surface.
+        // The tangential stiffness equals the normal stiffness.
         FrictionSettings { static_coefficient, dynamic_coefficient, tangential_stiffness: now.stiffness }
     }
 

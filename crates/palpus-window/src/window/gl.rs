@@ -31,7 +31,7 @@ use crate::xray::XRay;
 /// Numbers of a corner: place, normal, colour, sides.
 const CORNER: usize = 12;
 
-/// Libraries that draw with the processor, by what is in their names.
+/// Parts of the names of software renderers.
 const PROCESSORS: [&str; 3] = ["llvmpipe", "softpipe", "SwiftShader"];
 /// Triangles of a body that a processor draws; larger bodies are drawn coarser ([`Solid::coarse`]).
 const MOST_BY_PROCESSOR: usize = 18_000;
@@ -191,11 +191,11 @@ pub(crate) struct Artist {
     solids: Vec<HeldSolid>,
     piece_lightness: f64,
     marks: Held,
-    /// None only while it is drawn on.
+    /// `None` only during drawing.
     canvas: Option<Canvas>,
     /// Name of the renderer.
     pub(crate) renderer: String,
-    /// It is the processor, which the loop needs.
+    /// True for a software renderer, which competes with the loop for the processor.
     pub(crate) by_processor: bool,
 }
 
@@ -385,7 +385,7 @@ impl Artist {
         }
     }
 
-    /// Has `draw` reach no pixel but those around the probes, where all else of a body is solid.
+    /// Restricts `draw` to the pixels around the probes, since the rest of the body is solid.
     ///
     /// # Safety
     /// The context is current.
@@ -421,7 +421,7 @@ impl Artist {
         unsafe { gl.uniform_matrix_4_f32_slice(at.as_ref(), false, &matrix.as_mat4().to_cols_array()) };
     }
 
-    /// Gives everything back.
+    /// Releases all objects of the graphics library.
     pub(crate) fn destroy(&self, gl: &glow::Context) {
         // SAFETY: as in `new`; nothing is drawn any more.
         unsafe {

@@ -70,7 +70,7 @@ struct Grab {
     turns: bool,
 }
 
-/// How a hand goes on in a frame.
+/// Motion of the hand in a frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Motion {
     /// World, m.
@@ -108,9 +108,9 @@ impl Hand {
         *self = Self::default();
     }
 
-    /// Moves what is held by everything that moves it. True if the mouse is the hand's, not the
-    /// eye's, in this frame. `keys`: arrows are for the hand, not for a control; `handles`: they
-    /// have the mouse, and move the probe so.
+    /// Moves the held probe by mouse, keys and SpaceMouse. Returns true if the mouse moves the hand
+    /// and not the eye in this frame. `keys`: arrow keys move the hand, not a control. `handles`:
+    /// request of the handles, if they use the mouse.
     #[expect(clippy::too_many_arguments, reason = "the parts of a frame, each of another kind")]
     pub(super) fn act(
         &mut self,
@@ -290,7 +290,7 @@ fn by_keys(ui: &egui::Ui, area: &Area, view: &View3d, frame: f64) -> Option<Moti
     let [right, up, back] = view.camera().axes();
     let frame = if modifiers.shift { frame * SLOWLY } else { frame };
     if modifiers.ctrl {
-        // As if the near side were pushed that way.
+        // Turns as if the near side were pushed in that direction.
         let axis = right * -along.y + up * along.x - back * along.z;
         return Some(Motion { linear: DVec3::ZERO, turn: DQuat::from_scaled_axis(axis * KEY_TURN * frame) });
     }

@@ -20,7 +20,8 @@ const REACH: f32 = 7.0;
 const BEGIN: f64 = 0.18;
 const RING: f64 = 0.72;
 const RING_POINTS: u32 = 48;
-/// Points: an arrow that is seen shorter points at the eye, and a drag would throw the probe.
+/// An arrow that is shorter on the screen (points) cannot be dragged: it points at the eye, and a
+/// small drag would move the probe far.
 const LEAST_SEEN: f32 = 14.0;
 const LETTERS: f32 = 13.0;
 
@@ -79,7 +80,7 @@ pub(super) enum Dragged {
     Nothing,
     /// A handle has the mouse.
     Held,
-    /// The probe goes on so.
+    /// The probe moves by this step.
     Probe(Motion),
     /// The grip was let go of, so far from where it was, world, m.
     Grip(DVec3),

@@ -56,7 +56,7 @@ pub(super) fn pressed(context: &egui::Context) -> Vec<Pressed> {
     if context.text_edit_focused() {
         return Vec::new();
     }
-    // A slow frame may see several presses of a key that was only held.
+    // In a slow frame, a held key may be reported several times.
     let mut seen: Vec<Key> = Vec::new();
     let pressed = |event: &Event| match *event {
         Event::Key { key, pressed: true, repeat: again, modifiers, .. }
@@ -142,7 +142,7 @@ pub(super) fn grid<'a>(
             // Mouse actions are in words, and begin with a small letter.
             let is_key = key.chars().count() <= LONGEST_KEY && !key.starts_with(char::is_lowercase);
             let name = RichText::new(if is_key { format!(" {key} ") } else { key.to_owned() }).strong();
-            // As a cap, what is one key.
+            // Draws the name of a single key as a key cap.
             ui.label(if is_key { name.background_color(ui.visuals().extreme_bg_color) } else { name });
             ui.label(words);
             ui.end_row();

@@ -1,13 +1,14 @@
 //! The window beside the servo loop.
 //!
-//! It reads the newest values that the servo thread has left ([`palpus_device::Newest`]), and asks
-//! for what it wants through a
-//! [`Run`]: the loop never waits for it. One function builds the interface, once a frame:
+//! It reads the newest values that the servo thread has published ([`palpus_device::Newest`]), and
+//! sends requests through a [`Run`]; the loop never waits for it. One function builds the
+//! interface, once a frame:
 //!
 //! 1. take the newest moment and numbers, and remember the numbers for the plots;
 //! 2. keys, which ask for what buttons ask for too;
-//! 3. above, what can be asked of the run; at the right, how it goes and what is felt; below, the
-//!    last seconds; in the middle the scene, in which the mouse moves the probe or the eye.
+//! 3. the panels: at the top the controls of the run, at the right its state and the contact
+//!    settings, at the bottom the plots, in the middle the scene, in which the mouse moves the
+//!    probe or the eye.
 //!
 //! A machine without a display, or whose graphics library is missing or too old, is an error that
 //! says so.
@@ -61,7 +62,7 @@ pub use viewer::{Viewed, view};
 /// Why there is no window.
 #[derive(Debug, thiserror::Error)]
 pub enum WindowError {
-    /// Nothing to draw on, or no library to draw with; in words.
+    /// No display or no graphics library; the text gives the reason.
     #[error("{0}")]
     Unavailable(String),
 }

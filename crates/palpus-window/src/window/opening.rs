@@ -22,7 +22,7 @@ const SCENE_NAME: f32 = 120.0;
 /// Recent files that are offered.
 const MOST_RECENT: usize = 5;
 
-/// Something to open, in the making.
+/// State of the dialog.
 pub(super) struct Opening {
     probe: Slot,
     environment: Slot,

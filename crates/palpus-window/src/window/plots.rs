@@ -2,8 +2,9 @@
 //!
 //! Every tick is in them: a column of pixels shows the least and the largest value of its ticks.
 //! Behind the curves stands how the bodies were, as in the paper's Figure 5: green while there were
-//! contacts and no overlap (D), red while they overlapped (P). Above each stands its newest value,
-//! or that at the cursor, which goes through all of them. A drag holds them and looks back.
+//! contacts and no overlap (D), red while they overlapped (P). Above each chart is its newest
+//! value, or the value at the cursor, which all charts share. A drag freezes the charts and moves
+//! back in time.
 
 use eframe::egui::{self, Align2, FontId, Painter, Pos2, Rect, Sense, Stroke, Ui, pos2};
 
@@ -248,7 +249,7 @@ impl Seen<'_> {
     }
 }
 
-/// The next of 1, 2, 5, 10, 20, 50 …
+/// Rounds up to the next of 1, 2, 5, 10, 20, 50 …
 fn round_up(value: f64) -> f64 {
     let ten = 10f64.powf(value.log10().floor());
     let step = [1.0, 2.0, 5.0].into_iter().find(|step| step * ten >= value * (1.0 - 1e-9));

@@ -24,7 +24,7 @@ pub(super) enum Quantity {
     TurningDamping,
 }
 
-/// From where to where, in shown units.
+/// The slider's range, in shown units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Range {
     pub(super) low: f64,
@@ -39,7 +39,7 @@ pub(super) struct Fitting {
     pub(super) direct: Settings,
 }
 
-/// Quiet up to so many times what fits.
+/// Sliders end at this multiple of the fitting value.
 const QUIET: f64 = 2.0;
 /// How much less than what fits is offered: of a coupling, of contacts behind one, of the
 /// tolerance.
@@ -83,7 +83,7 @@ impl Fitting {
 }
 
 impl Quantity {
-    /// As they stand below each other.
+    /// All quantities, in the order of the panel.
     pub(super) const ALL: [Self; 10] = [
         Self::Stiffness,
         Self::Tolerance,
@@ -191,7 +191,7 @@ impl Quantity {
         }
     }
 
-    /// From where to where it may go on this device; it always reaches `now`.
+    /// The range on this device; it always includes `now`.
     pub(super) fn range(self, fitting: &Fitting, now: &Settings) -> Range {
         let logarithmic = |low, high| Range { low, high, logarithmic: true };
         let linear = |high| Range { low: 0.0, high, logarithmic: false };
@@ -230,7 +230,7 @@ impl Range {
     }
 }
 
-/// Friction is as stiff sideways, in proportion, as it was.
+/// Keeps the ratio of tangential to normal stiffness.
 fn set_stiffness(settings: &mut Settings, stiffness: f64) {
     if let Some(friction) = &mut settings.friction {
         friction.tangential_stiffness *= stiffness / settings.stiffness;

@@ -26,8 +26,8 @@ pub trait Run {
     /// out.
     fn ticks(&mut self, each: &mut dyn FnMut(SeenTick));
 
-    /// Has the same ticks computed by other settings too, from now on: on the same poses of the
-    /// device, which gets nothing of it. `None` ends that.
+    /// Starts a comparison: from now on, the same ticks are also computed with other settings, from
+    /// the same device poses. The result is not sent to the device. `None` ends the comparison.
     ///
     /// # Errors
     /// In words, when it cannot be.
@@ -49,11 +49,11 @@ pub trait Run {
     /// Fails with a message if the settings cannot be used; the run then keeps its old settings.
     fn set_settings(&mut self, settings: &Settings) -> Result<(), String>;
 
-    /// They as lines of a scene file.
+    /// The settings as lines of a scene file.
     fn settings_as_toml(&self) -> String;
 
-    /// Places to begin from: first palpus's own settings for this scene on this device, second the
-    /// paper's; more are shown as they come.
+    /// Presets: first palpus's own settings for this scene on this device, second the paper's, then
+    /// any others.
     fn presets(&self) -> Vec<Preset>;
 
     /// True if a person at the window may move the probe: a simulated hand, not a device in a real
@@ -86,10 +86,10 @@ pub trait Run {
     /// In words, where it cannot be stopped.
     fn pause(&mut self, paused: bool) -> Result<(), String>;
 
-    /// True while it stands.
+    /// True while the loop is paused.
     fn is_paused(&self) -> bool;
 
-    /// While it stands: goes on by so many ticks, and stands again.
+    /// In a pause: runs this many ticks, then pauses again.
     fn step(&mut self, ticks: u64);
 
     /// Begins a recording in a file of its own, or ends it.
@@ -117,8 +117,7 @@ pub trait Run {
     /// Fails with a description if it cannot start. Later failures come by [`Run::loading`].
     fn load(&mut self, wanted: Wanted) -> Result<(), String>;
 
-    /// Begins the scene anew: everything stands where it stood at first, and the probe where `at`
-    /// says, if it does.
+    /// Restarts the scene with all bodies at their start poses, and the probe at `at`, if given.
     ///
     /// # Errors
     /// As [`Run::load`].
@@ -183,8 +182,8 @@ pub struct Numbers {
     pub force_time: f64,
     /// Step over the period, of late.
     pub load: f64,
-    /// Share of the contacts that were carried from the tick before, since a step's work is
-    /// bounded, of late.
+    /// Recent share of the contacts that were extrapolated from the previous tick, since a step's
+    /// work is bounded.
     pub carried: f64,
     /// Ticks whose wrench came more than a period late.
     pub overruns: u64,
@@ -200,8 +199,8 @@ pub struct Numbers {
     pub cuts: Cuts,
     /// Phase of the engagement.
     pub phase: Phase,
-    /// From where the probe is to where force can come, world, m: while that is waited for and
-    /// known.
+    /// Translation from the probe to where force can begin, world, m; `None` unless the run waits
+    /// for that and it is known.
     pub way_out: Option<DVec3>,
 }
 
@@ -285,7 +284,7 @@ pub enum Cap {
 /// Kind of a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FileKind {
-    /// A scene, which says all there is to say.
+    /// A scene file, which is complete by itself.
     Scene,
     /// A mesh, whose unit the file does not give.
     Mesh {
@@ -345,7 +344,7 @@ pub enum Loading {
     /// There is nothing to prepare.
     #[default]
     Idle,
-    /// It goes on.
+    /// It is in progress.
     UnderWay {
         /// Description of the current work.
         words: String,

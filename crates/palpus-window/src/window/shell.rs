@@ -1,4 +1,4 @@
-//! A window of the operating system, and what all windows of the program have in common.
+//! Opens windows of the operating system, with the functions that all windows of the program share.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex};

@@ -1,4 +1,4 @@
-//! How strong each frequency is in the newest values: what hums stands out as a peak.
+//! Amplitude spectrum of the newest values, in which hum is visible as a peak.
 //!
 //! 1. The last values, without their mean, under a Hann window.
 //! 2. Their Fourier transform (J. Cooley, J. Tukey, *An algorithm for the machine calculation of

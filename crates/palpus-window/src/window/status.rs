@@ -1,4 +1,4 @@
-//! How the run goes: its state in words, and the numbers of the loop.
+//! The status panel: state of the run in words, and numbers of the loop.
 
 use std::time::{Duration, Instant};
 
@@ -149,7 +149,7 @@ impl Status {
     }
 }
 
-/// Share of the contacts: fewer that are carried are nothing to speak of.
+/// Share of extrapolated contacts below which the panel does not mention them.
 const CARRIED: f64 = 0.01;
 
 /// Text for a phase of the engagement, and whether it is normal.

@@ -35,14 +35,14 @@ use crate::style::Style;
 
 /// rad the view turns for a point of the mouse.
 const TURN: f32 = 0.008;
-/// How much nearer a step of the wheel comes: the exponent for a point.
+/// Zoom by the wheel: the exponent for each point of scrolling.
 const ZOOM: f32 = 0.0025;
 /// rad in a second that a key turns it, and the exponent that it comes nearer; s: the most that it
 /// acts on in a frame.
 const KEY_TURN: f32 = 1.2;
 const KEY_ZOOM: f32 = 1.0;
 const LONGEST_FRAME: f32 = 0.1;
-/// Most balls that are drawn: a thousand dots say as much.
+/// Most dots that are drawn; more would not be distinguishable.
 const MOST_DOTS: usize = 1000;
 /// Points.
 const LETTERS: f32 = 14.0;
@@ -189,12 +189,12 @@ impl View3d {
         }
     }
 
-    /// Why bodies are not drawn, once.
+    /// Returns once why bodies cannot be drawn.
     pub(super) fn trouble(&mut self) -> Option<String> {
         self.easel.lock().ok()?.trouble.take()
     }
 
-    /// How it has been drawn so far.
+    /// Statistics of drawing so far.
     pub(super) fn painted(&self) -> Painted {
         let Ok(easel) = self.easel.lock() else { return Painted::default() };
         let seconds = easel.drawn.map_or(0.0, |[first, last]| (last - first).as_secs_f64());
@@ -207,7 +207,7 @@ impl View3d {
         }
     }
 
-    /// Gives back what the graphics library holds.
+    /// Releases the objects of the graphics library.
     pub(super) fn destroy(&self, gl: &glow::Context) {
         if let Ok(easel) = self.easel.lock() {
             easel.artist.destroy(gl);

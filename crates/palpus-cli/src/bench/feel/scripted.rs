@@ -2,9 +2,9 @@
 //! script overlaps, the hand's target is so much deeper that it presses with two newtons, except in
 //! assembly scenes.
 //!
-//! * *Energy generated*: the most net work that the method has done on the hand at any time. More
-//!   than zero means that it gave energy that it had not received. For forces, for torques, and for
-//!   both together.
+//! * *Energy generated*: the most net work that the method has done on the hand at any time. A
+//!   positive value means that the method gave out more energy than it had received. For forces,
+//!   for torques, and for both together.
 //! * *Deepest shown*, *pop-throughs*: as in the open loop, by the judge, where the method shows the
 //!   probe; and how deep the hand itself went.
 //! * *Peg*: whether and when its tip has gone nine tenths of the way into the hole that the hand

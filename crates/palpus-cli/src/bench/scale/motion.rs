@@ -40,7 +40,8 @@ pub(in crate::bench) const PERIOD: f64 = 500.0;
 /// Ticks of a stretch, at the most.
 pub(super) const STRETCH: usize = 2000;
 
-/// Stretches of poses of a in b's frame, `ticks` in all besides the one that begins each stretch.
+/// Stretches of poses of a in b's frame: `ticks` poses in all, not counting the first pose of each
+/// stretch.
 ///
 /// `amplitude` (m) is how far an orbit goes in, and sideways to each side.
 pub(super) fn stretches(

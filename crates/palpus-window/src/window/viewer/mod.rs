@@ -44,7 +44,7 @@ const SIDE: f32 = 330.0;
 const GAUSS: f32 = 270.0;
 /// Pixels of a point, in pictures.
 const SHARPNESS: f32 = 1.5;
-/// How far apart pieces come by the key.
+/// Spread of the pieces by the key.
 const APART: f64 = 0.6;
 /// Step of the plane by the keys, as a share of the body's extent.
 const PLANE_STEP: f64 = 0.02;

@@ -13,7 +13,7 @@ use crate::section_picture::length_name;
 use crate::window::dress::small;
 use crate::window::{keys, shell};
 
-/// How far apart pieces come at most.
+/// Largest spread of the pieces.
 const MOST_APART: f64 = 2.0;
 /// Points.
 const SCALE: f32 = 10.0;

@@ -96,7 +96,7 @@ pub(super) fn section_feeler(
     })
 }
 
-/// All rows, unless something else is wanted meanwhile.
+/// Computes all rows, unless a newer request arrives.
 fn felt<Q, A>(mut section: Section, feeler: &mut Feeler, desk: &Desk<Q, A>) -> Option<Section> {
     for row in 0..section.rows {
         if desk.is_superseded() {

@@ -40,7 +40,7 @@ pub(super) const SCENES: [(&str, f64); 9] = [
     ("rollers", 3.4),
 ];
 
-/// Measured only where it is asked for by name: preparing it takes long.
+/// Measured only if it is named, since preparing it takes long.
 pub(super) const LARGE: (&str, f64) = ("rollers-200k", 3.4);
 
 /// Rendering through the coupling. Direct rendering lets the probe sink in as deep as the hand
