@@ -47,7 +47,8 @@
 //! tool that slides over the edge of a facet is off the surface for a tick, and pressed all the
 //! same. So there the load of a contact is at least its share of the load at the end of the last
 //! step; the step itself finds the load that the contact can hold. However many contacts bear a
-//! load, together they are as stiff as one.
+//! load, together they are as stiff as one. A contact without load holds as soon as the step
+//! presses it: it keeps its strain, and is as stiff as the load that it comes to bear.
 //!
 //! Deviations from HA00: static and dynamic coefficients, with the slip between (their
 //! elasto-plastic transition blends them); and both points are taken along, strain kept, where the
@@ -123,10 +124,14 @@ pub struct Grasp<'a> {
 pub struct Grip {
     /// x, where the force acts.
     pub point: DVec3,
+    /// z, m.
+    pub strain: DVec3,
     /// N, on a: −stiffness · z.
     pub force: DVec3,
     /// Effective tangential stiffness at this contact, N/m.
     pub stiffness: f64,
+    /// 1/m: what each newton of the cluster's load adds to the stiffness; 0 if nothing is pressed.
+    pub stiffening: f64,
     /// The most that it holds, for each newton of the cluster's normal force.
     pub coefficient: f64,
     /// It is being dragged: the spring gets no longer.
@@ -202,8 +207,8 @@ impl FrictionTracker {
         self.grips.clear();
         let most = grasp.most;
         for (cluster, load) in grasp.clusters.iter().zip(grasp.loads) {
-            let stiffness = if most > 0.0 { settings.tangential_stiffness * load / most } else { 0.0 };
-            let load = Load { most, stiffness };
+            let stiffening = if most > 0.0 { settings.tangential_stiffness / most } else { 0.0 };
+            let load = Load { most, stiffness: stiffening * load };
             for k in cluster.members() {
                 let contact = &grasp.contacts[grasp.members[k] as usize];
                 let place = grasp.holds[k];
@@ -213,9 +218,15 @@ impl FrictionTracker {
                 let point = grasp.pose_ba.point(adhesion.holding_a);
                 let share = grasp.share_of(k, cluster);
                 let stiffness = load.stiffness * share;
-                let coefficient = share * coefficient;
-                let sliding = adhesion.sliding;
-                self.grips.push(Grip { point, force: -stiffness * strain, stiffness, coefficient, sliding });
+                self.grips.push(Grip {
+                    point,
+                    strain,
+                    force: -stiffness * strain,
+                    stiffness,
+                    stiffening: stiffening * share,
+                    coefficient: share * coefficient,
+                    sliding: adhesion.sliding,
+                });
                 counters.sliding += u32::from(adhesion.sliding);
                 self.current.push(adhesion);
             }

@@ -58,6 +58,8 @@ pub struct Forces {
     pub stiffnesses: Vec<f64>,
     /// How each member holds, and where; empty without friction.
     pub grips: Vec<Grip>,
+    /// N: the load that friction shares out, which the hardest pressed cluster would bear alone.
+    pub most_load: f64,
     /// On both bodies.
     pub net: NetWrench,
     /// Counts of the contacts.
@@ -82,6 +84,7 @@ impl Forces {
             normal_forces: Vec::with_capacity(capacity),
             stiffnesses: Vec::with_capacity(capacity),
             grips: Vec::with_capacity(capacity),
+            most_load: 0.0,
             net: NetWrench::default(),
             linkage: LinkageCounters::default(),
             adhesion: FrictionCounters::default(),
@@ -101,6 +104,7 @@ impl Forces {
         self.normal_forces.clear();
         self.stiffnesses.clear();
         self.grips.clear();
+        self.most_load = 0.0;
         self.net = NetWrench::default();
         self.linkage = LinkageCounters::default();
         self.adhesion = FrictionCounters::default();
@@ -209,6 +213,7 @@ fn rub(contacts: &[Contact], motion: &Motion, settings: &Settings, scratch: &mut
         holds.extend(corners.iter().map(|corner| (sum / weight).lerp(corner.place, FRICTION_SPREAD)));
     }
     let most = bear(motion, settings, scratch, forces);
+    forces.most_load = most;
     let grasp = Grasp {
         contacts,
         members: &forces.members,

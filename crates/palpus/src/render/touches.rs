@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use super::Forces;
+use super::{Forces, Settings};
 use crate::algebra::tolerance::COUPLING_SETTLED;
 use crate::algebra::{SpatialMatrix, Twist, Wrench};
 
@@ -55,6 +55,10 @@ struct Rub {
     strain: DVec3,
     /// N/m while it sticks.
     stiffness: f64,
+    /// 1/m: stiffness for each newton that presses it in the step, if it had no load; else 0.
+    stiffening: f64,
+    /// N: the most of its load that holds.
+    most: f64,
     /// N/m: of the line from no strain to the force at the end of the step.
     secant: f64,
     /// N/m: the same in the system that was solved last.
@@ -82,8 +86,12 @@ impl Touches {
     }
 
     /// Linearises `forces` about `center`, as far as that does not depend on the solution. Contacts
-    /// push below a separation of `skin`.
-    pub(super) fn gather(&mut self, forces: &Forces, center: DVec3, skin: f64) {
+    /// push below a separation of the skin.
+    ///
+    /// A contact without load holds in the step with no more than its share of the load that is
+    /// known: bodies that jam try loads on the way to the solution that are many times larger.
+    pub(super) fn gather(&mut self, forces: &Forces, center: DVec3, settings: &Settings) {
+        let skin = settings.skin();
         self.clear();
         for (k, (cluster, &stiffness)) in forces.clusters.iter().zip(&forces.stiffnesses).enumerate() {
             self.clusters.push(Load { stiffness, predicted: 0.0 });
@@ -102,12 +110,19 @@ impl Touches {
                 });
             }
             let Some(grips) = forces.grips.get(cluster.members()) else { continue };
-            for grip in grips.iter().filter(|grip| grip.stiffness > 0.0) {
+            for grip in grips.iter().filter(|grip| grip.stiffening > 0.0) {
+                let (stiffening, most) = if grip.stiffness > 0.0 {
+                    (0.0, f64::INFINITY)
+                } else {
+                    (grip.stiffening, forces.most_load * (stiffness / settings.stiffness))
+                };
                 self.rubs.push(Rub {
                     offset: grip.point - center,
                     normal: cluster.normal,
-                    strain: -grip.force / grip.stiffness,
+                    strain: grip.strain,
                     stiffness: grip.stiffness,
+                    stiffening,
+                    most,
                     secant: grip.stiffness,
                     acting: 0.0,
                     coefficient: grip.coefficient,
@@ -151,8 +166,16 @@ impl Touches {
             self.clusters[push.cluster as usize].predicted += predicted;
         }
         for rub in &mut self.rubs {
+            let load = self.clusters[rub.cluster as usize].predicted.min(rub.most);
+            if rub.stiffening > 0.0 {
+                rub.stiffness = rub.stiffening * load;
+                if rub.stiffness.max(rub.secant) <= 0.0 {
+                    rub.acting = 0.0;
+                    continue;
+                }
+            }
             let strain = rub.strain + twist.at(rub.offset).reject_from_normalized(rub.normal) * h;
-            let most = rub.coefficient * self.clusters[rub.cluster as usize].predicted;
+            let most = rub.coefficient * load;
             let length = strain.length();
             let secant = if rub.stiffness * length > most { most / length } else { rub.stiffness };
             news |= (secant - rub.secant).abs() * length > COUPLING_SETTLED * most;

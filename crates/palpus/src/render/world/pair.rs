@@ -191,7 +191,7 @@ impl Pair {
             self.forces.place(&b.pose);
         }
         if implicit {
-            self.touches.gather(&self.forces, a.center, self.settings.skin());
+            self.touches.gather(&self.forces, a.center, &self.settings);
         } else {
             self.touches.clear();
         }
@@ -321,6 +321,7 @@ impl Forces {
         }
         for grip in &mut self.grips {
             grip.point = pose.point(grip.point);
+            grip.strain = pose.vector(grip.strain);
             grip.force = pose.vector(grip.force);
         }
         let NetWrench { on_a, on_b } = self.net;
@@ -355,6 +356,7 @@ impl Forces {
         self.stiffnesses.extend_from_slice(&other.stiffnesses);
         self.grips.extend(other.grips.iter().map(|grip| {
             let mut grip = *grip;
+            grip.strain *= sign;
             grip.force *= sign;
             grip
         }));

@@ -1,5 +1,6 @@
 //! Worlds against mechanics that is known beforehand.
 
+mod facets;
 mod hosts;
 mod sticking;
 mod swinging;
