@@ -698,9 +698,9 @@ pub const CONE_SLACK: f64 = 1e-14;
 /// would be noise.
 ///
 /// The ends of two nearly coincident Gauss arcs are face normals within [`CONE_SLACK`] of the other
-/// cone, so nothing is lost as long as this is not larger than that. Even for a larger sine, a
-/// crossing moves along its arcs by the rounding over the sine; so each crossing is tested against
-/// both cones before it is accepted.
+/// cone, so nothing is lost as long as this value is at most [`CONE_SLACK`]. Even for a larger
+/// sine, a crossing moves along its arcs by the rounding over the sine; so each crossing is tested
+/// against both cones before it is accepted.
 pub const PARALLEL_EDGES: f64 = 1e-14;
 
 /// Radians: features that lie in the supporting plane within this angle widen the facet of the
@@ -885,7 +885,7 @@ pub const PATCH_SIDES: usize = 16;
 /// Most faces (or edges, if there are no faces) of one piece in a patch. Of more, the flattest are
 /// used, and the patch's slope limit shrinks to theirs.
 ///
-/// A larger value widens the patches of finely curved pieces, which should roll; a smaller one
+/// Finely curved pieces roll on their patches, and a larger value widens these; a smaller one
 /// leaves only one facet of a cylinder.
 pub const PATCH_FACES: usize = 4;
 

@@ -37,7 +37,7 @@ impl Work {
         self.spent.get()
     }
 
-    /// All that is allowed.
+    /// The limit of all work, in units.
     pub fn all(&self) -> Quota<'_> {
         Quota { work: self, until: self.most.unwrap_or(u64::MAX) }
     }

@@ -101,9 +101,9 @@ pub(super) enum Role {
 /// A body's part in the implicit step under way.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Part {
-    /// The step moves it.
+    /// True if the step moves the body.
     pub(super) is_moved: bool,
-    /// Something touches it.
+    /// True if another body touches it.
     pub(super) is_touched: bool,
     /// Matrix and right side of the body alone; and those with the contacts of the current round.
     pub(super) alone: (SpatialMatrix, Wrench),
