@@ -269,7 +269,7 @@ pub const REGROWTH_SEED: u64 = 0x2002_0302;
 /// teaspoon within 120).
 pub const REGROWTH_PER_FACET: usize = 150;
 
-/// Facets tried by the regrowth, at most.
+/// Most facets that the regrowth tries.
 ///
 /// Each trial takes 5 to 10 microseconds. A larger value gives fewer pieces for models of more than
 /// 500 facets, and makes their preparation slower.
@@ -1064,8 +1064,8 @@ pub const DEPTH_SLIDE_STEPS: usize = 64;
 /// used. This value affects only speed.
 pub const CONE_FIRST_TRIES: usize = 12;
 
-/// After those, obstacles are tested until one blocks the cone's triangle, up to this many. This
-/// value affects only speed.
+/// After those of [`CONE_FIRST_TRIES`], obstacles are tested until one blocks the cone's triangle,
+/// up to this many. This value affects only speed.
 pub const CONE_TRIES: usize = 64;
 
 /// Number of obstacles that a cone caches. This value affects only speed.
@@ -1370,8 +1370,8 @@ pub const REACH_FADE: f64 = 0.9;
 /// other bodies.
 ///
 /// While a body stays within the margin it keeps its box, and no new pairs are searched. For a tool
-/// of 6 cm it is 7 mm, which is 20 steps of a quick hand. A larger value queries pairs that are far
-/// apart; 0 computes and sorts the boxes in every step.
+/// of 6 cm the margin is 7 mm, which is 20 steps of a quick hand. A larger value queries pairs that
+/// are far apart; 0 computes and sorts the boxes in every step.
 pub const BOX_SPARE: f64 = 0.25;
 
 /// m/s: the speed of a tool is limited to this, whatever the device reports.

@@ -37,7 +37,7 @@ impl Work {
         self.spent.get()
     }
 
-    /// The limit of all work, in units.
+    /// Returns the quota that covers the whole allowance.
     pub fn all(&self) -> Quota<'_> {
         Quota { work: self, until: self.most.unwrap_or(u64::MAX) }
     }

@@ -15,9 +15,10 @@
 //!    contact that would pull is left out; a contact that does not push yet is included if the tool
 //!    comes near enough. The set of pressing contacts is found by solving again, a bounded number
 //!    of times.
-//! 4. *Friction*: −c (z + h v′) in the tangent plane and −c R² (φ + h ω′) about the normal, with c
-//!    the contact's k_t while it sticks, and so small that both together are μ F_n when it slides.
-//!    The same rounds find c; rounds that oscillate are relaxed (`world/relax.rs`).
+//! 4. *Friction*: −c (z + h v′) in the tangent plane and −c R² (φ + h ω′) about the normal, where c
+//!    is the contact's k_t while it sticks. When it slides, c is smaller, so that force and torque
+//!    together reach μ F_n. The same rounds find c; rounds that oscillate are relaxed
+//!    (`world/relax.rs`).
 //! 5. *Solve* the 6 × 6 system and move the tool, but no point of it farther than the look-ahead
 //!    distance of contacts. That distance is at least two contact offsets, and twice the motion of
 //!    the last step, so that the tool cannot pass anything at any speed. If the query's work is

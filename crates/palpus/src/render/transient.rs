@@ -25,7 +25,7 @@ use crate::algebra::tolerance::{IMPACT_CONE, IMPACT_REST, TRANSIENT_MOST, TRANSI
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Material {
-    /// Hz: of the vibration.
+    /// Hz: frequency of the vibration.
     pub frequency: f64,
     /// 1/s: decay rate; the vibration falls to 1/e in the time 1/`decay`.
     pub decay: f64,
