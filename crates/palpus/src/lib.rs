@@ -1,5 +1,5 @@
-//! palpus: what a hand feels when the tool it holds touches another object, both being arbitrary
-//! triangle meshes.
+//! palpus computes the force and torque that a hand feels when the tool that it holds touches
+//! another object. Both may be arbitrary triangle meshes.
 //!
 //! ```sh
 //! # The engine; mesh and scene files; devices, the loop and the safety chain.
@@ -8,7 +8,7 @@
 //!
 //! # Contacts of two meshes
 //!
-//! A [`Body`] is made of a mesh once; a [`ContactQuery`] then answers where two bodies touch, at
+//! A [`Body`] is made from a mesh once. A [`ContactQuery`] then returns where two bodies touch, at
 //! any pose.
 //!
 //! ```
@@ -33,8 +33,8 @@
 //! # The wrench of a tick
 //!
 //! A [`World`] has tools, which follow devices, and objects, which are fixed, driven by a host or
-//! free. Its step says what each hand is to feel. (The crate `palpus-device` has the loop that
-//! calls it a thousand times a second, devices, and the safety chain.)
+//! free. Its step computes what each hand shall feel. (The crate `palpus-device` has devices, the
+//! safety chain, and the loop that calls the step a thousand times a second.)
 //!
 //! ```
 //! use std::sync::Arc;
@@ -61,7 +61,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! How deep two meshes are in each other, with proven bounds, is [`GlobalDepth`]'s to say.
+//! [`GlobalDepth`] computes how deep two meshes are in each other, with proven bounds.
 //!
 //! # Conventions
 //!
@@ -74,8 +74,9 @@
 //!
 //! # The rooms
 //!
-//! A program's usual types are at the top of the crate. Everything else is in rooms, which in
-//! alphabetical order follow the paper's sections and may import only rooms that sort before them:
+//! The types that most programs use are at the top of the crate. Everything else is in *rooms*
+//! (top-level modules). In alphabetical order they follow the paper's sections, and a room may
+//! import only rooms that sort before it:
 //!
 //! `algebra` → `body` → `collision` → `depth` → `detect` → `force` → `render`
 //!

@@ -1,7 +1,7 @@
-//! A clock that the caller lends: the engine has none of its own.
+//! A clock that the caller provides: the engine has none of its own.
 
-/// Nanoseconds since any fixed instant. The engine only takes differences, and only to report where
-/// a tick's time went.
+/// Nanoseconds since any fixed instant. The engine uses only differences, and only to report the
+/// time of each stage of a tick.
 pub trait Clock {
     /// Must not decrease.
     fn now_ns(&self) -> u64;

@@ -1,5 +1,5 @@
-//! Rigid placements, spatial vectors and matrices, planes, closest points, a lent clock, lent
-//! hands, seeded random numbers, quantiles, and the register of tolerances.
+//! Rigid placements, spatial vectors and matrices, planes, closest points, the caller's clock and
+//! workers, seeded random numbers, quantiles, and all tolerances.
 
 mod clock;
 mod closest;

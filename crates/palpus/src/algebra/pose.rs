@@ -16,11 +16,11 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// The placement that moves nothing.
+    /// The identity placement.
     pub const IDENTITY: Self = Self { rotation: DQuat::IDENTITY, translation: DVec3::ZERO };
 
-    /// A placement from its parts; `rotation` is normalised here, so a recorded quaternion may be a
-    /// little off.
+    /// A placement from its parts. `rotation` is normalised here, so a recorded quaternion need not
+    /// have exactly unit length.
     pub fn new(rotation: DQuat, translation: DVec3) -> Self {
         Self { rotation: rotation.normalize(), translation }
     }
@@ -52,13 +52,12 @@ impl Pose {
     }
 
     /// Returns the frame with the axes of this one whose origin is at `point`, a point in this
-    /// frame's coordinates. Of a probe with the pose `p`, the grip's pose is
-    /// `p.with_origin(grip_a)`; of a grip with the pose `g`, the probe's pose is
-    /// `g.with_origin(-grip_a)`.
+    /// frame's coordinates. If `p` is a probe's pose, the grip's pose is `p.with_origin(grip_a)`.
+    /// If `g` is a grip's pose, the probe's pose is `g.with_origin(-grip_a)`.
     #[must_use]
     pub fn with_origin(self, point: DVec3) -> Self {
         if point == DVec3::ZERO {
-            // Adding zero would turn -0.0 into 0.0, and recordings replay to the bit.
+            // Adding zero would turn -0.0 into 0.0, but recordings must replay bit for bit.
             return self;
         }
         Self { translation: self.point(point), ..self }
@@ -69,9 +68,8 @@ impl Pose {
         self.rotation.is_finite() && self.translation.is_finite() && (self.rotation.length() - 1.0).abs() < 1e-6
     }
 
-    /// The same placement turning without stretching: a quaternion that [`Self::is_valid`] lets
-    /// pass is made of unit length. One that is so but for rounding stays as it is, to its last
-    /// bit.
+    /// The same placement with a quaternion of unit length; for placements that [`Self::is_valid`]
+    /// accepts. A quaternion that has unit length up to rounding stays unchanged, to its last bit.
     #[must_use]
     pub fn unstretched(self) -> Self {
         let off = (self.rotation.length() - 1.0).abs();
@@ -98,7 +96,7 @@ pub struct Placement {
 }
 
 impl Placement {
-    /// The placement that moves nothing.
+    /// The identity placement.
     pub const IDENTITY: Self = Self { rotation: DMat3::IDENTITY, translation: DVec3::ZERO };
 
     /// The point `p` of the placed frame, in the outer frame.
@@ -152,7 +150,7 @@ mod tests {
         let held = pose.with_origin(grip);
         assert_eq!((held.rotation, held.translation), (pose.rotation, pose.point(grip)));
         assert!(held.with_origin(-grip).translation.distance(pose.translation) < 1e-15);
-        // A grip at the origin changes no bit: old recordings replay.
+        // A grip at the origin changes no bit, so that old recordings replay.
         let same = pose.with_origin(-DVec3::ZERO).translation.y;
         assert_eq!(same.to_bits(), (-0f64).to_bits());
     }

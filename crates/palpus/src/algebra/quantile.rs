@@ -1,7 +1,7 @@
-//! Quantiles by nearest rank: values that were there, nothing between them.
+//! Quantiles by nearest rank: always one of the given values, never an interpolated one.
 
-/// Returns the least of the `sorted` values that at least a `share` of them (0 to 1) do not exceed;
-/// `None` if it is empty.
+/// Returns the smallest of the `sorted` values such that at least the given `share` (0 to 1) of all
+/// values is not larger; `None` if `sorted` is empty.
 pub fn quantile_of_sorted<T: Copy>(sorted: &[T], share: f64) -> Option<T> {
     let rank = (share * sorted.len() as f64).ceil() as usize;
     sorted.get(rank.clamp(1, sorted.len().max(1)) - 1).copied()

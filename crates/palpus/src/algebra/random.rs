@@ -1,14 +1,14 @@
 //! Random numbers that are the same on every machine and in every run.
 //!
 //! The generator is the SplitMix64 of the crate `rand_xoshiro`, a fixed algorithm (Steele, Lea,
-//! Flood 2014). The distributions stand here, since those of the crate `rand` may change with its
-//! version, and models are cut into pieces by these numbers.
+//! Flood 2014). The distributions are implemented here, since those of the crate `rand` may change
+//! with its version. The decomposition of models into pieces depends on these numbers.
 
 use glam::DVec3;
 use rand_xoshiro::SplitMix64;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
-/// A seeded generator. Not for secrets.
+/// A seeded generator. Not for cryptography.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Random(SplitMix64);
 
@@ -23,7 +23,8 @@ impl Random {
         self.0.next_u64()
     }
 
-    /// Returns a number below `n`, which must not be 0. Small numbers are likelier by `n`/2⁶⁴.
+    /// Returns a number below `n`, which must not be 0. The probability of small numbers is too
+    /// large by a share of at most `n`/2⁶⁴.
     pub fn below(&mut self, n: usize) -> usize {
         (self.bits() % n as u64) as usize
     }
@@ -70,8 +71,8 @@ impl Random {
 mod tests {
     use super::*;
 
-    /// The first numbers that the authors' C program prints for this seed: pieces of models and
-    /// scenes rest on them.
+    /// The first numbers that the authors' C program prints for this seed. Pieces of models, and
+    /// scenes, depend on them.
     #[test]
     fn numbers_of_a_seed_stay_the_same() {
         let mut random = Random::new(1_234_567);

@@ -10,8 +10,7 @@ pub fn rotation_vector(q: DQuat) -> DVec3 {
     if sine > 0.0 { q.xyz() * (2.0 * sine.atan2(q.w) / sine) } else { DVec3::ZERO }
 }
 
-/// The vector of the rotation that leads from `from` to `to`, in the frame in which both are
-/// written.
+/// The rotation vector from `from` to `to`, in the frame of both.
 pub fn rotation_between(from: DQuat, to: DQuat) -> DVec3 {
     rotation_vector(to * from.conjugate())
 }

@@ -4,29 +4,30 @@ use glam::DVec3;
 
 use super::Pose;
 
-/// The velocity of a rigid body: angular in rad/s, linear in m/s of the point that the holder
-/// states.
+/// The velocity of a rigid body: angular in rad/s, and linear in m/s at a reference point, which
+/// the owner of the value defines.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Twist {
     /// rad/s.
     pub angular: DVec3,
-    /// m/s of the stated point.
+    /// m/s, at the reference point.
     pub linear: DVec3,
 }
 
 impl Twist {
-    /// The velocity of the body's point that lies at `offset` from the stated point.
+    /// The velocity of the body's point that lies at `offset` from the reference point.
     pub fn at(&self, offset: DVec3) -> DVec3 {
         self.linear + self.angular.cross(offset)
     }
 }
 
-/// A force in newtons and a torque in newton-metres about the point that the holder states.
+/// A force in newtons, and a torque in newton-metres about a reference point, which the owner of
+/// the value defines.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Wrench {
-    /// N·m about the stated point.
+    /// N·m, about the reference point.
     pub torque: DVec3,
     /// N.
     pub force: DVec3,
@@ -36,18 +37,19 @@ impl Wrench {
     /// No force and no torque.
     pub const ZERO: Self = Self { torque: DVec3::ZERO, force: DVec3::ZERO };
 
-    /// The wrench of `force` applied at `offset` from the stated point.
+    /// The wrench of `force` applied at `offset` from the reference point.
     pub fn of_force_at(force: DVec3, offset: DVec3) -> Self {
         Self { torque: offset.cross(force), force }
     }
 
-    /// The same wrench about another point, which lies at `offset` from the point stated now.
+    /// The same wrench about another point, which lies at `offset` from the present reference
+    /// point.
     pub fn about(&self, offset: DVec3) -> Self {
         Self { torque: self.torque - offset.cross(self.force), force: self.force }
     }
 
-    /// The same wrench written in the frame in which `pose` places this one's frame; the stated
-    /// point does not change.
+    /// The same wrench in the outer frame of `pose`, which places the present frame in it; the
+    /// reference point does not change.
     pub fn rotated(&self, pose: &Pose) -> Self {
         Self { torque: pose.vector(self.torque), force: pose.vector(self.force) }
     }

@@ -5,10 +5,10 @@ use glam::{DMat3, DVec3};
 
 use super::{Twist, Wrench};
 
-/// A symmetric matrix from twists to wrenches, both about one and the same point, in one frame.
+/// A symmetric matrix from twists to wrenches, both about the same point and in the same frame.
 ///
-/// Kept as three blocks: torque from turning, torque from moving (its transpose is force from
-/// turning), force from moving.
+/// Stored as three blocks: torque from rotation, torque from translation (its transpose is force
+/// from rotation), force from translation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpatialMatrix {
     torque_turning: DMat3,
@@ -39,7 +39,7 @@ impl SpatialMatrix {
         self.force_moving += outer(c * direction, direction);
     }
 
-    /// Adds a spring or damper of strength `c` that acts alike in all directions at `offset` from
+    /// Adds an isotropic spring or damper of strength `c` that acts on translation at `offset` from
     /// the point.
     pub fn add_at(&mut self, offset: DVec3, c: f64) {
         let cross = cross_matrix(offset);
@@ -48,17 +48,17 @@ impl SpatialMatrix {
         self.force_moving += DMat3::from_diagonal(DVec3::splat(c));
     }
 
-    /// Adds a spring or damper against turning, alike about all axes.
+    /// Adds an isotropic spring or damper against rotation.
     pub fn add_turning(&mut self, c: f64) {
         self.torque_turning += DMat3::from_diagonal(DVec3::splat(c));
     }
 
-    /// Adds a spring or damper of strength `c` against turning about the unit vector `axis`.
+    /// Adds a spring or damper of strength `c` against rotation about the unit vector `axis`.
     pub fn add_turning_about(&mut self, axis: DVec3, c: f64) {
         self.torque_turning += outer(c * axis, axis);
     }
 
-    /// The same about another point of the body, from which the point stated now lies at `offset`.
+    /// The same matrix about another point of the body; the present point lies at `offset` from it.
     pub fn about(&self, offset: DVec3) -> Self {
         let cross = cross_matrix(offset);
         let moving = self.torque_moving + cross * self.force_moving;
@@ -70,13 +70,14 @@ impl SpatialMatrix {
         }
     }
 
-    /// All 6 × 6 numbers, turning before moving.
+    /// All 6 × 6 numbers, rotation before translation.
     pub fn to_rows(&self) -> [[f64; 6]; 6] {
         rows(&[self.torque_turning, self.torque_moving], &[self.torque_moving.transpose(), self.force_moving])
     }
 
-    /// The 6 × 6 numbers that make the wrench about the stated point of the twist of another body,
-    /// stated for that body's point from which the stated point lies at `offset`.
+    /// The 6 × 6 numbers that give the wrench about this matrix's point for the twist of another
+    /// body. The twist is stated for a point of that body, from which this matrix's point lies at
+    /// `offset`.
     pub fn across(&self, offset: DVec3) -> [[f64; 6]; 6] {
         let cross = cross_matrix(offset);
         rows(
@@ -94,10 +95,10 @@ impl SpatialMatrix {
         }
     }
 
-    /// The twist to which `wrench` belongs; `None` if the matrix is not positive definite, by
-    /// rounding or by nature.
+    /// The twist that gives `wrench` (the inverse); `None` if the matrix is not positive definite,
+    /// be it only by rounding.
     ///
-    /// Moving is eliminated first, turning by its Schur complement.
+    /// Translation is eliminated first, then rotation by its Schur complement.
     pub fn solve(&self, wrench: &Wrench) -> Option<Twist> {
         if self.force_moving.determinant() <= 0.0 {
             return None;

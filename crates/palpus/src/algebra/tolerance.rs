@@ -1,41 +1,43 @@
-//! The register of every tolerance in the engine. No other file holds a small literal that decides
-//! something.
+//! Every tolerance and limit of the engine. No other file contains a numeric literal that decides a
+//! result.
 //!
-//! Each entry says its unit, why it has that size, and what breaks if it moves. "Relative" means:
-//! multiplied by a length of the thing at hand (stated) before use.
+//! Each entry states its unit, the reason for its value, and what a larger or a smaller value
+//! breaks. "Relative to" a length means that the value is multiplied by that length before use.
 //!
-//! Grouped by room, and in a room by task, in the order of the pipeline; behind a group's name, the
-//! modules of the room that use it. A value for several rooms stands in the first of them, a value
-//! for several modules in the first group.
+//! The values are grouped by room (top-level module) and then by task, in the order of the
+//! pipeline. Each group's heading names the modules that use it. A value that several rooms use
+//! stands in the first of these rooms; a value that several groups use stands in the first of these
+//! groups.
 
 // algebra: poses and matrices
 
 /// Relative to the largest coordinate: how far rounding may put a vertex above a supporting
 /// plane of its polytope, and how far a unit normal, or a unit quaternion, may be from unit length.
 ///
-/// Some tens of ulps. Larger hides a wrong plane; smaller accuses rounding.
+/// Some tens of ulps. A larger value hides a wrong plane; a smaller one reports mere rounding as an
+/// error.
 pub const WELL_FORMED_ROUNDING: f64 = 1e-14;
 
-/// Sweeps of Jacobi rotations over a 3 × 3 symmetric matrix; it converges quadratically, five leave
-/// only rounding.
+/// Sweeps of Jacobi rotations over a 3 × 3 symmetric matrix. They converge quadratically: after
+/// five only rounding is left.
 pub const JACOBI_SWEEPS: usize = 8;
 
 // body: from a file to a mesh (mesh, weld, orient)
 
 /// Model units: a coordinate larger than this is refused.
 ///
-/// The exact predicates multiply three coordinates and products of those must not overflow; nothing
-/// real is this large.
+/// The exact predicates multiply three coordinates, and then such products with each other; these
+/// must not overflow. No real model is this large.
 pub const LARGEST_COORDINATE: f64 = 1e50;
 
 /// Model units: a model whose largest extent is smaller than this is refused.
 ///
-/// The exact predicates multiply three coordinates and the rounding terms of those must not
-/// underflow.
+/// The exact predicates multiply three coordinates, and the rounding terms of these products must
+/// not underflow.
 pub const SMALLEST_EXTENT: f64 = 1e-50;
 
 /// Relative to the largest coordinate extent of the point set: two vertices closer than this are
-/// one.
+/// merged.
 ///
 /// Files written with 7 significant digits differ by 1e-7 of their size between copies of one
 /// vertex. Larger swallows features of fine meshes; smaller leaves cracks along the seams of STL
@@ -49,65 +51,69 @@ pub const WELD: f64 = 1e-9;
 /// always holds one vertex.
 pub const WELD_CELL: f64 = 1e-5;
 
-/// Relative to the longest edge of the triangle: a triangle lower than this over its longest edge
-/// has no area.
+/// Relative to the longest edge of the triangle: a triangle whose height over its longest edge is
+/// smaller than this counts as having no area.
 ///
-/// Its normal would be noise. Larger drops real slivers of CAD meshes and opens the surface.
+/// Its normal would be noise. A larger value drops real slivers of CAD meshes and opens the
+/// surface.
 pub const ZERO_AREA: f64 = 1e-12;
 
-/// Rounds in which triangles of no area are exchanged with their neighbours.
+/// Rounds of edge flips that remove triangles of no area.
 ///
-/// One is enough unless such triangles lie in rows along one side. More only costs time; what is
-/// left after the last round is dropped and leaves a crack of no width.
+/// One round is enough unless such triangles lie in rows along one side. More rounds only cost
+/// time. Triangles of no area that remain after the last round are dropped; each leaves a crack of
+/// zero width.
 pub const CAP_ROUNDS: usize = 8;
 
-/// Vertices of a component that must lie inside another for the component to count as nested in it.
+/// Number of a component's vertices that must lie inside another component for the first to count
+/// as nested in it.
 ///
-/// One would do if components never crossed; a few more tell a crossing one from a cavity.
+/// One would be enough if components never crossed; a few more distinguish a component that crosses
+/// from a cavity.
 pub const NESTING_SAMPLES: usize = 8;
 
 // body: what is asked of a mesh (health, mass, triangle_tree, winding)
 
-/// Times the number of triangles: pairs of a mesh's own triangles that are tested for crossing, at
-/// most.
+/// Most pairs of a mesh's own triangles that are tested for crossing, per triangle of the mesh.
 ///
-/// A sound mesh has some ten to twenty pairs of overlapping boxes a triangle. Reached only by
-/// meshes that are wound around themselves all over; the answer then says that it is a lower bound.
+/// A sound mesh has some ten to twenty pairs of overlapping boxes per triangle. Only meshes that
+/// are wound around themselves all over reach the limit; the reported count is then marked as a
+/// lower bound.
 pub const SELF_PAIRS: usize = 500;
 
-/// Relative to the cube of the bounding diagonal: a closed mesh or hull that holds less encloses
-/// nothing.
+/// Relative to the cube of the bounding diagonal: a closed mesh or hull with a smaller volume
+/// counts as enclosing nothing.
 ///
-/// The volume of two coinciding sheets is rounding noise of either sign, and the centre of mass
-/// divides by it.
+/// The volume between two coinciding sheets is rounding noise of either sign, and the centre of
+/// mass is computed by dividing by the volume.
 pub const LEAST_VOLUME: f64 = 1e-12;
 
-/// Relative to the bounding diagonal: the thickness of the sheet that a flat mesh's mass is that
-/// of.
+/// Relative to the bounding diagonal: a flat mesh gets the mass of a sheet of this thickness.
 ///
-/// Anything positive gives a body that can be moved; a thousandth is a sheet of paper of the
-/// model's size.
+/// Any positive value gives a body that can be moved; at a thousandth, the model is like a sheet of
+/// paper.
 pub const SHEET_THICKNESS: f64 = 1e-3;
 
 /// Triangles in a leaf of the triangle tree, at most. Only speed depends on it.
 pub const LEAF_TRIANGLES: usize = 4;
 
-/// Relative to the ray's parameter: how much later a ray may enter a box than leave it and still be
-/// let in.
+/// Relative to the ray's parameter: a ray hits a box if it enters the box no later than this after
+/// it leaves it.
 ///
-/// The slabs' parameters are rounded to a few ulps. Zero would lose triangles that lie in a face of
-/// their box.
+/// The parameters at the box's slabs are rounded to a few ulps. With zero, triangles that lie in a
+/// face of their box would be lost.
 pub const RAY_SLACK: f64 = 1e-14;
 
-/// Winding number from which on a point is inside an open surface.
+/// A point is inside an open surface if its winding number is at least this.
 ///
-/// Half way between nowhere near (0) and enclosed (1).
+/// Half way between far outside (0) and enclosed (1).
 pub const INSIDE_WINDING: f64 = 0.5;
 
-/// Multiples of a box's radius from which on its triangles are seen as one dipole.
+/// In radii of a box: at this distance or farther, the box's triangles are approximated by one
+/// dipole.
 ///
-/// The error of one box falls with the square of it, errors of many boxes may add up: 3 keeps the
-/// winding number within about 0.01 on real models. Smaller is faster.
+/// The error of one box falls with the square of this factor, and the errors of many boxes may add
+/// up. 3 keeps the winding number within about 0.01 on real models. A smaller factor is faster.
 pub const DIPOLE_REACH: f64 = 3.0;
 
 // body: hulls and polytopes (hull)
@@ -118,28 +124,31 @@ pub const DIPOLE_REACH: f64 = 3.0;
 /// exact.
 pub const HULL_LARGEST: f64 = 1e70;
 
-/// Model units: a point set of smaller size is one point for the hull, and a smaller coordinate is
-/// zero.
+/// Model units: the hull treats a point set smaller than this as one point, and a coordinate
+/// smaller than this as zero.
 ///
-/// The last error term of an orientation is about 1e-96 of the product of three sizes; below this
-/// it vanishes and signs stop being exact.
+/// The last error term of the orientation predicate is about 1e-96 of the product of three sizes.
+/// For smaller sets this term underflows, and signs stop being exact.
 pub const HULL_SMALLEST: f64 = 1e-70;
 
-/// Factor on the merge distance of a hull's face that has merged too much.
+/// A hull's face that has merged too many facets is merged again, with its merge distance
+/// multiplied by this factor.
 ///
-/// Far enough to leave the cluster of near-coplanar facets that made the trouble, near enough to
-/// still merge what differs by less.
+/// Small enough to separate the near-coplanar facets that caused the failure, and large enough to
+/// still merge facets that differ by less.
 pub const HULL_MERGE_RETREAT: f64 = 0.1;
 
-/// Relative to the merge distance: below this a face merges only what is exactly coplanar.
+/// Relative to the merge distance: a face whose merge distance is below this merges only exactly
+/// coplanar facets.
 ///
-/// With [`COPLANAR`] it is 1e-15 of the size, the rounding of a turned body.
+/// Times [`COPLANAR`] this is 1e-15 of the size, which is the rounding of a rotated body.
 pub const HULL_MERGE_SMALLEST: f64 = 1e-6;
 
-/// Retreats after which the faces of a hull merge only what is exactly coplanar.
+/// After so many reductions of the merge distance, the faces of a hull merge only exactly coplanar
+/// facets.
 ///
-/// Each costs as much as the merge itself. Nearly all hulls need none; smaller leaves more slivers
-/// in hulls that are a few merge distances thick.
+/// Each reduction costs as much as the merge itself, and nearly all hulls need none. A smaller
+/// value leaves more slivers in hulls that are a few merge distances thick.
 pub const HULL_MERGE_PASSES: u32 = 32;
 
 // body: facets, and how finely a file was written (facet, precision)
@@ -147,272 +156,284 @@ pub const HULL_MERGE_PASSES: u32 = 32;
 /// Relative to the model's bounding diagonal: how far a vertex may lie over the plane of a face and
 /// still count as in it.
 ///
-/// Coplanar triangles must merge into one polygon, since between them lie Gauss arcs of no
-/// length that stall every walk. Larger flattens real curvature; smaller leaves rotated boxes cut
-/// into triangles.
+/// Coplanar triangles must merge into one polygon: the Gauss arc between two of them has no length
+/// and would stall every depth walk. A larger value flattens real curvature; a smaller one leaves
+/// the faces of rotated boxes cut into triangles.
 pub const COPLANAR: f64 = 1e-9;
 
-/// Significant decimal digits from which on a coordinate was computed, not read from a decimal
-/// file.
+/// A coordinate with at least this many significant decimal digits was computed, not read from a
+/// decimal file.
 ///
-/// A double needs up to 17; the shortest form of a computed one rarely has fewer than 15. Files
-/// write 6 to 9.
+/// A double needs up to 17 digits, and the shortest decimal form of a computed double rarely has
+/// fewer than 15. Files have 6 to 9.
 pub const COMPUTED_DIGITS: i32 = 15;
 
-/// Steps of the coordinates: how far a vertex of a plane or of a smooth surface may be off it by
-/// rounding (the noise).
+/// In steps of the file's decimal grid: how far rounding may put a vertex off the plane or smooth
+/// surface that it belongs to. That distance is the *noise* of the surface.
 ///
 /// Each of four points is off by up to 0.87 steps. Smaller leaves CAD models read from decimals cut
 /// into slivers (round peg: 4870 pieces at 1e-9 of its size, 1 at two steps); larger flattens what
 /// the file really says.
 pub const NOISE_PER_STEP: f64 = 2.0;
 
-/// Cosine of the angle between two normals beyond which neighbours are not one face, even when all
-/// their vertices lie in one plane.
+/// Cosine: two neighbouring triangles whose normals differ by a larger angle are never one face,
+/// even if all their vertices lie in one plane.
 ///
-/// A needle's normal may be off by tens of degrees without harm; a surface folded back onto itself
-/// must not merge.
+/// The normal of a needle may be wrong by tens of degrees and must not prevent merging; a surface
+/// that is folded back onto itself must not merge.
 pub const FOLDED: f64 = 0.5;
 
 // body: patches grown over the facets (trial_hull, grow, whole, wide_hull)
 
-/// Area over squared longest side: a triangle of a trial hull lower than this is a needle whose
-/// plane is not used.
+/// Area over squared longest side: a triangle of a trial hull below this is a needle, and its plane
+/// is not used.
 ///
-/// The plane of a needle is noise and would cut the hull anywhere. Leaving it out makes the hull
-/// seem a little larger, so containment errs on the safe side. Larger refuses good patches; smaller
-/// lets noise hide a surface in a hull.
+/// The plane of a needle is noise and would cut the hull anywhere. Without that plane the tested
+/// hull is slightly larger, so the containment test errs on the safe side. A larger value refuses
+/// good patches; with a smaller one, noise can hide a surface that enters a hull.
 pub const NEEDLE_NORMAL: f64 = 1e-10;
 
-/// Relative to the largest coordinate, times the squared longest side over the area: the
-/// rounding of a point's height over a triangle's plane. Nearer than this the exact determinant
-/// decides.
+/// Relative to the largest coordinate, times the squared longest side over the area: the rounding
+/// of a point's height over a triangle's plane. For points nearer to the plane than this, the exact
+/// determinant decides the side.
 ///
-/// About twenty ulps. Larger only calls the determinant more often; smaller trusts wrong signs.
+/// About twenty ulps. A larger value only calls the determinant more often; a smaller one trusts
+/// wrong signs.
 pub const ORIENTATION_ROUNDING: f64 = 4e-15;
 
 /// Multiples of the surface's noise: a patch thinner than this is flat.
 ///
-/// Two facets may each be off by the noise on either side. Well above [`ENTERED`], so that whatever
-/// is not flat has an inside that containment can test. Larger turns thin curved patches into
-/// plates.
+/// Each of two facets may be off by the noise on either side. The value is well above [`ENTERED`],
+/// so that every patch that is not flat has an interior in which containment can be tested. A
+/// larger value turns thin curved patches into plates.
 pub const FLAT_PATCH: f64 = 8.0;
 
-/// Multiples of the surface's noise: the surface enters a hull when it comes deeper into it than
-/// this.
+/// Multiples of the surface's noise: the surface enters a hull if it comes deeper into the hull
+/// than this.
 ///
-/// Neighbours in the plane of a face may lie below it by rounding. Larger lets thin wedges of a
-/// hull stand out of the solid (over a notch, by less than twice this); smaller refuses patches for
-/// rounding (peg: 135 pieces at 1e-4, 41 at 0.25, both at a noise of 1e-6).
+/// Neighbouring facets in the plane of a face may lie below it by rounding. With a larger value,
+/// thin wedges of a hull may extend beyond the solid (over a notch, by less than twice this). A
+/// smaller value refuses patches because of rounding (peg: 135 pieces at 1e-4, 41 at 0.25, both at
+/// a noise of 1e-6).
 pub const ENTERED: f64 = 0.25;
 
-/// Planes of a trial hull, the newest first, against which whole boxes of the triangle tree are
-/// tested.
+/// Number of planes of a trial hull, newest first, against which boxes of the triangle tree are
+/// tested as a whole.
 ///
-/// A new point's fan of faces has about six. Only speed depends on it.
+/// A new point adds a fan of about six faces. This value affects only speed.
 pub const FENCE_PLANES: usize = 12;
 
-/// Facets: connected parts of the surface with at least as many are tried whole; smaller ones grow
-/// as fast.
+/// A connected part of the surface with at least this many facets is first tried as one patch.
+/// Smaller parts grow just as fast facet by facet.
 pub const WHOLE_FACETS: usize = 64;
 
-/// Points from which on a patch has a hull with neighbours.
+/// From this number of points on, a patch uses a hull that stores each face's neighbours.
 ///
-/// Looking at all of a small hull is quicker than searching its neighbours. Only speed depends on
-/// it.
+/// Scanning all faces of a small hull is faster than searching from neighbour to neighbour. This
+/// value affects only speed.
 pub const WIDE_PATCH: usize = 400;
 
-/// Planes of the largest new faces of a wide hull, against which boxes and triangles are tested
-/// first.
+/// Number of planes, of the largest new faces of a wide hull, against which boxes and triangles are
+/// tested first.
 ///
-/// A new point's fan has about six; one that closes over an opening has hundreds, nearly in one
-/// plane. Only speed depends on it.
+/// A new point's fan has about six faces; a fan that closes over an opening has hundreds, nearly in
+/// one plane. This value affects only speed.
 pub const WIDE_FENCE: usize = 24;
 
 /// Planes by which a triangle is cut before it counts as entering a wide hull.
 ///
-/// Each cut goes beyond the middle of what is left, so that it shrinks geometrically. Reached only
-/// by triangles that touch the hull at a point; refusing the patch then is safe.
+/// Each cut removes more than half of the remaining triangle, so it shrinks geometrically. Only
+/// triangles that touch the hull at a point reach the limit; it is safe to refuse the patch then.
 pub const WIDE_CUTS: usize = 100;
 
 // body: patches dissolved and grown again (decompose)
 
-/// Facets: patches up to this size are dissolved when their neighbours can take all of them.
+/// Facets: a patch of at most this size is dissolved if its neighbours can take all its facets.
 ///
-/// The larger a patch, the rarer takers for all of it; larger sizes were not tried.
+/// The larger a patch is, the less often its neighbours can take all of it. Larger sizes were not
+/// tried.
 pub const HANDED_OUT: usize = 8;
 
-/// Corners of facets: patches with more are not asked to take facets of a dissolved one.
+/// Corners of facets: a patch with more than this is not tried as a taker for facets of a dissolved
+/// patch.
 ///
-/// Asking rebuilds a hull. Larger only costs time, since large patches grew early and have
+/// Each trial rebuilds a hull. A larger value only costs time: large patches grew early and have
 /// refused those facets before.
 pub const HEIR_CORNERS: usize = 300;
 
-/// Seed of the random numbers of the regrowth. Another seed changes counts by a piece or two in two
-/// hundred.
+/// Seed of the random numbers of the regrowth. With another seed, the number of pieces changes by
+/// one or two in two hundred.
 pub const REGROWTH_SEED: u64 = 0x2002_0302;
 
-/// Facets tried by the regrowth, per facet of the model: small models converge (teaspoon within
-/// 120).
+/// Facets that the regrowth tries, per facet of the model. Small models converge within that (the
+/// teaspoon within 120).
 pub const REGROWTH_PER_FACET: usize = 150;
 
-/// Facets tried by the regrowth, at most.
+/// Most facets that the regrowth tries.
 ///
-/// Some 5 to 10 microseconds each. Larger makes the preparation of models of more than 500 facets
-/// slower for fewer pieces.
+/// Each trial takes 5 to 10 microseconds. A larger value gives fewer pieces for models of more than
+/// 500 facets, and makes their preparation slower.
 pub const REGROWTH_MOST: usize = 75_000;
 
-/// Facets: larger patches are not what a ruin starts from; they seldom go.
+/// Facets: a removal of patches (the "ruin" of ruin and recreate) does not start from a larger
+/// patch, since larger patches seldom disappear.
 pub const REGROWN_CENTRE: usize = 12;
 
-/// Facets: larger patches are not ruined, since growing one again costs the square of its size.
+/// Facets: larger patches are never removed for regrowth, since growing one again costs the square
+/// of its size.
 pub const REGROWN_MEMBER: usize = 24;
 
-/// Patches ruined at once, at most. 4 to 16 came to the same counts on the cup and the spoon.
+/// Patches removed at once, at most. Values from 4 to 16 gave the same number of pieces on the cup
+/// and the spoon.
 pub const REGROWN_PATCHES: usize = 6;
 
-/// Added, times a random number in \[0, 1), to the cosine that ranks what joins next. 0.2 and 5 did
-/// the same.
+/// This times a random number in \[0, 1) is added to the cosine that ranks the facets that may join
+/// next. The values 0.2 and 5 gave the same result.
 pub const REGROWTH_JITTER: f64 = 1.0;
 
-/// The share of the free facets that are not offered to the patches around. 0 makes every such
-/// trial alike.
+/// The share of the free facets that are not offered to the surrounding patches. With 0, all these
+/// trials would be alike.
 pub const REGROWTH_KEPT_BACK: f64 = 0.3;
 
 // body: thick pieces (thicken)
 
-/// Relative: how much nearer than promised the surface may be along an inward path.
+/// Relative: how much the distance to the surface along an inward path may fall below the distance
+/// that the path's slope predicts.
 ///
-/// Allowed error of the distance at a piece's corner on the medial axis, relative. Larger lets
-/// pieces overlap more around the medial axis; smaller ends paths at the surface's roughness and
-/// makes every look for nearer surface dearer.
+/// It is also the allowed relative error of the distance at a piece's corner on the medial axis.
+/// With a larger value, pieces overlap more around the medial axis. A smaller one ends paths at the
+/// surface's roughness and makes each search for nearer surface more expensive.
 pub const WAY_SLACK: f64 = 0.1;
 
-/// The least growth of the distance along an inward path, per length, at a vertex: the sine of half
-/// the angle of a blade.
+/// Smallest growth of the distance to the surface, per length, at which an inward path leaves a
+/// vertex. At the edge of a blade this growth is the sine of half the blade's angle.
 ///
-/// Larger leaves the pieces along blades thin; smaller follows the rounding of needles' normals.
+/// A larger value leaves the pieces along blades thin; with a smaller one, paths follow the
+/// rounding of needles' normals.
 pub const WAY_BEGINS: f64 = 0.05;
 
-/// The least growth of the distance along a later step of an inward path: below it the surfaces
-/// around lie opposite each other.
+/// Smallest growth of the distance, per length, along a later step of an inward path. Where it is
+/// smaller, the surrounding surfaces lie opposite each other.
 pub const WAY_SLOPE: f64 = 0.3;
 
-/// Steps of an inward path: to the medial axis and along it.
+/// Steps of an inward path: the first leads to the medial axis, the second along it.
 ///
-/// With one, corners of flat faces with rounded rims reach no deeper than the rounding (armadillo:
-/// 5 % of the pushes lost instead of 1 %); a third costs as much as the second without visible
-/// gain.
+/// With only one step, corners of flat faces with rounded rims reach no deeper than the rounding
+/// (armadillo: 5 % of the pushes lost instead of 1 %). A third step costs as much as the second and
+/// has no visible benefit.
 pub const WAY_STEPS: usize = 2;
 
-/// Looks for nearer surface in one step of a way; about 4 are needed. A step that has not ended by
-/// then is not taken.
+/// Most searches for nearer surface in one step of an inward path; about 4 are needed. A step that
+/// is not done by then is not taken.
 pub const WAY_LOOKS: u32 = 32;
 
-/// By how much a step of a path toward the medial axis is cut below the length at which nearer
-/// surface was found, relative to that length.
+/// A step toward the medial axis is made shorter than the length at which nearer surface was found,
+/// by this share of that length.
 ///
 /// With a larger value paths end short of the medial axis; a smaller one needs more searches for
 /// the nearest surface (at 0 twice as many).
 pub const WAY_CUT: f64 = 0.06;
 
-/// Steps of the search for the point of a hull of normals that is nearest to the origin; a few
-/// normals take 1 to 10.
+/// Most steps of the search for the point, in the convex hull of some normals, that is nearest to
+/// the origin. A few normals take 1 to 10 steps.
 pub const HULL_POINT_STEPS: u32 = 32;
 
-/// Squared length below which a step of that search gains nothing; the direction is only a first
-/// estimate of the best inward path.
+/// The search of [`HULL_POINT_STEPS`] ends if a step would reduce the squared length by less than
+/// this. Its direction is only a first estimate of the best inward path.
 pub const HULL_POINT_GAIN: f64 = 1e-9;
 
 /// Times the distance to the nearest surface: how far below its patch a corner of a piece may lie.
 ///
-/// Above 1/(1 − [`WAY_SLACK`]), or a patch would refuse its own ways. Larger lets pieces cover
-/// more of one another's part of the solid, and report depths that a nearer surface denies.
+/// It must be above 1/(1 − [`WAY_SLACK`]), or a patch would refuse its own inward paths. With a
+/// larger value, pieces cover more of one another's part of the solid and report depths that a
+/// nearer surface contradicts.
 pub const THICK_HONEST: f64 = 1.2;
 
-/// Relative to its depth below the patch: an inner corner nearer than this to another is not
-/// needed.
+/// Relative to its depth below the patch: an inner corner that is nearer than this to another one
+/// is left out.
 pub const THICK_MERGED: f64 = 0.1;
 
-/// Inner corners of a piece, at most. Depth and distance queries pay for each; few pieces have more
-/// than 8.
+/// Inner corners of a piece, at most. Each one makes depth and distance queries slower; few pieces
+/// have more than 8.
 pub const THICK_CORNERS: usize = 16;
 
-/// Multiples of the surface's noise: the surface enters a thick hull when it comes deeper into it
-/// than this.
+/// Multiples of the surface's noise: the surface enters a thick hull if it comes deeper into the
+/// hull than this.
 ///
-/// More than [`ENTERED`], since a flat patch may cover a notch of its outline by about the noise,
-/// and the walls of that notch go down into whatever is below the patch. Larger lets walls of
-/// pieces stand out of the solid by as much; smaller leaves pieces thin for rounding (M16 nut: 16
-/// % of the pushes lost at 0.25, 6 % at 2).
+/// Larger than [`ENTERED`]: a flat patch may extend over a notch in its outline by about the noise,
+/// and the walls of that notch go down into the piece below the patch. With a larger value, walls
+/// of pieces may extend beyond the solid by as much. A smaller value leaves pieces thin because of
+/// rounding (M16 nut: 16 % of the pushes lost at 0.25, 6 % at 2).
 pub const THICK_ENTERED: f64 = 2.0;
 
-/// Shares of their ways at which all inner corners are tried at once.
+/// Shares of their inward paths at which all inner corners of a piece are tried together.
 pub const THICK_SHARES: [f64; 5] = [1.0, 0.75, 0.5, 0.35, 0.2];
 
-/// How often a single inner corner that lets surface into the hull is pulled half way back to the
+/// How often an inner corner is moved half way back to the surface while the hull with it contains
 /// surface.
 pub const THICK_RETREATS: i32 = 3;
 
 /// Facets: patches with more get no inner corners.
 ///
-/// The trial hull of so many points takes a tenth of a second, and is made several times. Larger
-/// makes smooth bodies with a few dents slow to prepare.
+/// The trial hull of so many points takes a tenth of a second and is built several times. A larger
+/// value makes the preparation of smooth bodies with a few dents slow.
 pub const THICK_PATCH: usize = 4000;
 
-/// Relative to the depth that the ways from its patch's corners reach: a facet wider than this has
-/// a way of its own.
+/// Relative to the depth that the inward paths from the patch's corners reach: a facet wider than
+/// this gets an inward path of its own.
 ///
-/// Smaller costs time on fine meshes, where it changes nothing.
+/// A smaller value costs time on fine meshes and does not change their pieces.
 pub const WIDE_FACET: f64 = 0.5;
 
 // body: pieces and the normals that they own (piece, admissible)
 
-/// Multiples of the surface's noise: a facet lies in a face of its piece when no farther than this
-/// from its plane.
+/// Multiples of the surface's noise: a facet lies in a face of its piece if it is within this
+/// distance of the face's plane.
 ///
-/// The facet may be off its own plane by the noise, the face's merge by another, and the patch
-/// accepted both.
+/// The facet may be off its own plane by the noise, and the merge of the face may add the same
+/// error again; the patch accepted both.
 pub const ON_FACE: f64 = 4.0;
 
-/// The share of a face's area that must be real for the face to be original.
+/// A face of a piece is original if at least this share of its area lies on the mesh.
 ///
-/// A little less than one half, so that exactly half counts.
+/// Slightly less than one half, so that a share of exactly one half is enough.
 pub const COVERED_HALF: f64 = 0.499_999;
 
-/// The share of a face's area that must be real for every point of the face to be.
+/// If at least this share of a face's area lies on the mesh, every point of the face counts as
+/// lying on the mesh.
 ///
-/// Straight corners that a hull drops and rounding take less. Larger searches triangles for
-/// nothing; smaller takes a bridged gap for surface.
+/// Rounding, and the straight corners that a hull drops, take away a smaller share. A larger value
+/// searches triangles for nothing; a smaller one counts a bridged gap as surface.
 pub const COVERED_WHOLE: f64 = 0.999;
 
 /// Radians: how far a contact normal may lie beyond the true normals of its features on the source
 /// mesh.
 ///
-/// The direction between closest points is rounding over their distance, and where one piece's
-/// normals end its neighbour's begin: the slack lets both answer there rather than neither. Larger
-/// shows as contacts of one piece where the neighbour's surface is; smaller loses contacts at
-/// seams of bodies that nearly touch.
+/// The error of the direction between closest points is their rounding over their distance. Where
+/// one piece's normals end, its neighbour's begin; with the slack both pieces report a contact
+/// there instead of neither. A larger value gives contacts of one piece where the neighbour's
+/// surface is; a smaller one loses contacts at seams of bodies that nearly touch.
 pub const ADMISSIBLE_ANGLE: f64 = 1e-4;
 
-/// Radians: a cap of a piece's normals is wider by this than they are, so that no rounding of a
-/// direction in the other body's frame leaves it.
+/// Radians: the spherical cap around a piece's normals is widened by this, so that a normal stays
+/// in the cap when it is rounded in the other body's frame.
 ///
-/// Larger looks at more normals than are owned; smaller than the rounding of a placed normal
-/// (1e-15) loses depths.
+/// A larger value tests more normals that the piece does not own. A value below the rounding of a
+/// transformed normal (1e-15) loses depths.
 pub const CAP_SLACK: f64 = 1e-3;
 
-/// Cosine of the widest cap that is kept: a wider one sorts next to nothing out, and half a sphere
-/// is not convex.
+/// Cosine of the half angle of the widest cap that is kept. A wider cap excludes hardly anything,
+/// and a cap beyond half a sphere is not convex.
 ///
-/// Smaller keeps caps up to the half sphere; 0 or less is wrong for arcs. Larger only looks at
-/// more.
+/// A smaller value keeps caps up to the half sphere; 0 or less gives wrong results for arcs. A
+/// larger value only tests more normals.
 pub const CAP_LEAST: f64 = 0.05;
 
-/// The most triangles of a partly real face that are searched for the one under a closest point; on
-/// a face with more, every point counts as real.
+/// The most triangles, of a face that lies on the mesh only in part, that are searched for the one
+/// under a closest point. On a face with more, every point counts as lying on the mesh.
 ///
-/// Bounds the tick. Such faces bridge a gap between facets of one plane and have a handful.
+/// This bounds the time of a tick. Such faces bridge a gap between facets of one plane and have
+/// only a few triangles.
 pub const ADMISSIBLE_TRIANGLES: usize = 256;
 
 // body: hierarchy (hierarchy, bounds)
@@ -420,42 +441,44 @@ pub const ADMISSIBLE_TRIANGLES: usize = 256;
 /// Cosine of the angle within which a face of an inner hull and an original face of a piece can be
 /// the same face.
 ///
-/// The register's coplanar distance decides; this keeps the two sides of a plate apart.
+/// [`COPLANAR`] decides whether they are the same; this value only keeps the two sides of a plate
+/// apart.
 pub const SAME_FACE: f64 = 0.5;
 
-/// Neither child of a node has fewer pieces than the node's over this.
+/// Each child of a node has at least the node's number of pieces divided by this.
 ///
-/// Bounds the depth by the logarithm of the number of pieces to the base 8/7. Smaller forces worse
-/// cuts; larger allows deeper trees and stacks.
+/// This bounds the depth of the tree by the logarithm of the number of pieces to the base 8/7. A
+/// smaller value forces worse cuts; a larger one allows deeper trees and stacks.
 pub const SPLIT_SHARE: usize = 8;
 
-/// Steps toward the farthest point when a small sphere is sought. The k-th is 1/(k + 4) of the way.
+/// Steps toward the farthest point in the search for a small bounding sphere. Step k goes 1/(k + 4)
+/// of the way.
 ///
-/// Enough for a radius within a few percent of the least; any number is safe, since the radius is
-/// measured.
+/// This gives a radius within a few percent of the smallest. Any number is safe, since the radius
+/// is measured at the end.
 pub const SPHERE_STEPS: u32 = 24;
 
-/// Heights of a child's vertices above the planes of its parent's hull that the walker of a
-/// hierarchy looks at in debug builds.
+/// How many heights of a child's vertices above the planes of its parent's hull the hierarchy's
+/// validation checks in debug builds.
 ///
-/// All of them in nodes of up to some sixty vertices. More finds a broken hull sooner, and makes
-/// debug tests on scans slow.
+/// In nodes of up to some sixty vertices all are checked. A larger value finds a broken hull
+/// sooner, and makes debug tests on scans slow.
 pub const VALIDATED_HEIGHTS: usize = 4096;
 
-/// Nodes of a hierarchy whose bounds that walker follows up to the root, evenly spaced.
+/// Number of nodes, evenly spaced, whose bounds the hierarchy's validation follows up to the root.
 pub const VALIDATED_PIECES: usize = 128;
 
 // body: work in parts (body, hierarchy, thicken, admissible)
 
-/// Pieces that one part of the work makes or looks at.
+/// Number of pieces that one part of the work builds or examines.
 ///
-/// Some 10 microseconds each. Fewer cost more handing out; more leave hands idle at the end. Only
-/// speed depends on it.
+/// Each takes some 10 microseconds. With fewer, distributing the parts costs more; with more,
+/// workers are idle at the end. This value affects only speed.
 pub const PIECES_PER_PART: usize = 64;
 
-/// Pieces below which a part of the hierarchy is built by one hand.
+/// A part of the hierarchy with fewer pieces than this is built by one worker.
 ///
-/// Above it each node's hull is a part of its own. Only speed depends on it.
+/// In larger parts, each node's hull is a work item of its own. This value affects only speed.
 pub const SUBTREE_PIECES: usize = 512;
 
 /// Vertices whose inward paths are one part of the work. Only speed depends on it.
@@ -469,357 +492,378 @@ pub const NORMALS_PER_PART: usize = 16384;
 
 // collision: the march and GJK alike (scale, gjk/simplex)
 
-/// Relative to the pair's size: bodies nearer than this touch, and are answered by the depth walk.
+/// Relative to the pair's size: bodies nearer than this count as touching, and the depth walk gives
+/// their contact.
 ///
-/// The direction between two points this near is noise. Larger would report a false contact at zero
-/// separation.
+/// The direction between two points this near is noise. A larger value would report a false contact
+/// at zero separation.
 pub const TOUCHING: f64 = 1e-12;
 
-/// Relative to the largest coordinates of the pair in either frame: the rounding of a placed
-/// vertex that the tests of the march and of GJK must not chase.
+/// Relative to the largest coordinates of the pair in either frame: the rounding of a transformed
+/// vertex. The tests of the march and of GJK ignore differences below it.
 ///
-/// Eight ulps: a placement is nine products and their sums. Larger leaves answers short of the
-/// closest points; smaller lets parallel edges and faces hand the march back and forth on noise.
+/// Eight ulps: a transformation is nine products and their sums. With a larger value, results fall
+/// short of the closest points; with a smaller one, noise can make the march alternate between
+/// parallel edges and faces.
 pub const MARCH_NOISE: f64 = 8.0 * f64::EPSILON;
 
 // collision: the march (march, scale, clip)
 
-/// States that the march may visit. A cold start on a hull of 5000 vertices needs about 200; a
-/// coherent one 1 to 5.
+/// Most states that the march may visit. A cold start on a hull of 5000 vertices needs about 200; a
+/// start from the previous tick's features needs 1 to 5.
 ///
-/// Larger only delays the fallback on a failure that no repeated state betrays; smaller sends cold
-/// starts to it.
+/// A larger value only delays the fallback to GJK when the march fails without repeating a state; a
+/// smaller one sends cold starts to the fallback.
 pub const MARCH_STEPS: u32 = 1000;
 
-/// Relative to the distance: how much the separation that an answer's normal proves may fall
-/// short of its distance.
+/// Relative to the distance: how far the separation that a result's normal proves may fall short of
+/// the result's distance.
 ///
-/// Smaller sends good answers to a second look, for the rounding of planes; larger would accept
-/// worse ones.
+/// A smaller value checks good results a second time because of the rounding of planes; a larger
+/// one accepts worse results.
 pub const MARCH_PROOF: f64 = 1e-12;
 
-/// Relative to the distance: the most that the proof of the march may fall short, whatever rounding
-/// would excuse.
+/// Relative to the distance: the most that the proof of [`MARCH_PROOF`] may fall short, even where
+/// rounding explains more.
 ///
-/// Only bodies within some 1e-7 of their size of each other come near it. Larger would call bodies
-/// apart that touch elsewhere; smaller sends more of these few to the fallback.
+/// Only bodies whose distance is below some 1e-7 of their size come near this limit. A larger value
+/// would report bodies as separate that touch elsewhere; a smaller one sends more of these few
+/// pairs to the fallback.
 pub const MARCH_DOUBT: f64 = 1e-2;
 
-/// One of so many answers of the march and of the depth is validated in debug builds.
+/// In debug builds, one in this many results of the march and of the depth query is validated.
 ///
-/// Validating costs as much as a warm answer does. Fewer makes debug tests slow; more finds what is
-/// wrong later.
+/// A validation costs as much as a warm-started query. A smaller value makes debug tests slow; a
+/// larger one finds errors later.
 pub const VALIDATED_ANSWERS: u64 = 16;
 
-/// Sine of the angle below which two edges are nearly parallel: their closest points are then
-/// solved for twice.
+/// Sine of the angle below which two edges are nearly parallel; their closest points are then
+/// refined by a second solve.
 ///
-/// One solve leaves a residual of rounding over the angle squared. Larger wastes a few nanoseconds.
+/// One solve leaves an error of rounding over the squared angle. A larger value wastes a few
+/// nanoseconds.
 pub const NEARLY_PARALLEL: f64 = 1e-2;
 
 // collision: GJK (gjk)
 
-/// Relative gap between GJK's upper and lower bound of the distance at which it has converged.
+/// GJK has converged when the relative gap between its upper and lower bound of the distance is
+/// below this.
 pub const GJK_GAP: f64 = 1e-13;
 
 /// Steps after which GJK gives up. It takes 5 to 20 on hulls of any size; needles at grazing
 /// distance take 40.
 ///
-/// Larger only costs time on data that doesn't converge; smaller returns points that are not
-/// closest.
+/// A larger value only costs time where GJK does not converge; a smaller one returns points that
+/// are not the closest.
 pub const GJK_STEPS: u32 = 128;
 
-/// Steps of GJK in a row that may gain nothing in length.
+/// GJK may take this many steps in a row without shortening the vector.
 ///
-/// Near contact the length is lost in rounding while the normal still turns; larger circles longer
-/// on parallel faces, smaller stops before the faces are found.
+/// Near contact, changes of the length are lost in rounding while the normal still turns. With a
+/// larger value GJK circles longer on parallel faces; with a smaller one it stops before it finds
+/// the faces.
 pub const GJK_PLATEAU: u32 = 8;
 
 // collision: spheres and boxes (bounds)
 
-/// Squared sine of the angle between two box axes below which their cross product is no axis to
-/// test.
+/// Squared sine of the angle between two box axes; below it, their cross product is not tested as a
+/// separating axis.
 ///
-/// The direction would be noise; the boxes' own faces then give nearly the same gap. Larger only
-/// loosens the bound.
+/// The direction would be noise, and the face normals of the boxes then give nearly the same gap. A
+/// larger value only loosens the bound.
 pub const PARALLEL_AXES: f64 = 1e-12;
 
 // collision: the front (motion bound, front)
 
 /// Relative to the bodies' size: the unit in which the motion bound counts.
 ///
-/// About 1.5e-11. A tick adds at least one unit. A smaller unit lets rounding of placed points
-/// (1e-16 of the coordinates) come near it, and uses up the 2⁶¹ units of the sum (some 3e7 sizes of
-/// travel) sooner; a larger one only wakes pairs early.
+/// About 1.5e-11. A tick adds at least one unit. A smaller unit comes near the rounding of
+/// transformed points (1e-16 of the coordinates) and uses up the 2⁶¹ units of the sum (some 3e7
+/// sizes of travel) sooner. A larger unit only wakes pairs early.
 pub const MOTION_QUANTUM: f64 = 1.0 / (1u64 << 36) as f64;
 
-/// Relative to the bodies' size and their distance: what each tick adds to the motion for the
-/// rounding of placed points.
+/// Relative to the bodies' size and their distance: each tick adds this to the motion bound for the
+/// rounding of transformed points.
 ///
-/// Some fifty roundings. Smaller lets a pair oversleep by rounding when bodies are far from the
-/// origin; larger wakes pairs that rest.
+/// Some fifty roundings. With a smaller value, rounding may wake a pair too late when bodies are
+/// far from the origin; a larger value wakes resting pairs too often.
 pub const MOTION_NOISE: f64 = 1e-14;
 
-/// Relative to the smaller body's half diagonal: motion between two queries that is a jump, after
-/// which the front begins anew and nothing is known of any pair.
+/// Relative to the smaller body's half diagonal: a larger motion between two queries is a jump.
+/// After a jump the front starts again from the roots, and all cached results of pairs are dropped.
 ///
-/// A hand at 1 m/s moves a 10 cm tool by 1 % of its size in a tick. Larger lets a depth walk start
-/// on the wrong side of a body after a jump and stay there; smaller pays for cold starts in fast
-/// motion. Beyond it nearly everything near is due, and searching from the roots looks at less.
+/// A hand at 1 m/s moves a 10 cm tool by 1 % of its size in a tick. With a larger value, a depth
+/// walk may start on the wrong side of a body after a jump and stay there; a smaller one causes
+/// cold starts in fast motion. After a larger motion nearly all close pairs are due, so that a
+/// search from the roots visits fewer pairs.
 pub const JUMP: f64 = 0.1;
 
-/// Ticks: a bound by spheres is enough when the pair may sleep longer than this by it.
+/// Ticks: the bound by spheres is enough if it lets the pair sleep longer than this.
 ///
-/// A sphere test costs a tenth of a march and is looser. Speed alone depends on it.
+/// A sphere test costs a tenth of a march and is looser. This value affects only speed.
 pub const SPHERE_NAP: f64 = 8.0;
 
-/// Ticks: a bound by boxes is enough when the pair may sleep longer than this by it. Speed alone
-/// depends on it.
+/// Ticks: the bound by boxes is enough if it lets the pair sleep longer than this. This value
+/// affects only speed.
 pub const BOX_NAP: f64 = 4.0;
 
-/// How much of the pace is remembered from tick to tick. Speed alone depends on it.
+/// Share of the estimated speed (motion per tick) that is kept from tick to tick. This value
+/// affects only speed.
 pub const PACE_FADE: f64 = 0.8;
 
-/// Tolerances: halves that both have at least this clearance may be merged, when the whole has it
-/// too.
+/// In tolerances: two halves of a split pair may be merged if both halves, and the whole, have at
+/// least this clearance.
 ///
-/// Smaller splits and merges the same pairs in turn; larger keeps a longer front.
+/// A smaller value splits and merges the same pairs again and again; a larger one keeps the front
+/// longer.
 pub const MERGE_CLEARANCE: f64 = 1.0;
 
-/// Pairs of pieces in contact up to which each of them is measured in each query, and has the
+/// Up to this many pairs of pieces in contact, each query measures every pair and returns the
 /// corners of its patch.
 ///
-/// That many fit into a millisecond. A smaller value changes contacts although there is time to
-/// measure them; with a larger one the limit of work is reached first.
+/// That many fit into a millisecond. A smaller value simplifies contacts although there is time to
+/// measure them; with a larger one the query reaches its work limit first.
 pub const CROWD_FROM: f64 = 128.0;
 
-/// Pairs in contact from which on each pair gives one contact, and keeps it as long as it is good.
+/// From this many pairs in contact on, each pair gives one contact and keeps it as long as it is
+/// valid.
 ///
 /// Nearer to [`CROWD_FROM`], contacts would change noticeably as one more pair comes near.
 pub const CROWD_ALL: f64 = 512.0;
 
-/// Relative to the radius of the smaller piece of a pair: the motion for which its answer is good
-/// at most.
+/// Relative to the radius of the smaller piece of a pair: the largest motion over which the pair's
+/// result may be kept (its *rest*).
 ///
-/// Larger carries contacts past the ends of the faces that they lie on.
+/// A larger value moves contacts past the ends of the faces on which they lie.
 pub const REST_TRAVEL: f64 = 0.1;
 
-/// Share of that motion for which the first answer of a pair is taken to be good.
+/// Share of the motion of [`REST_TRAVEL`] over which the first result of a pair is kept.
 pub const REST_FIRST: f64 = 0.5;
 
-/// Allowed error of a separation just before its pair is measured again, relative to the sum of
-/// the tolerance and the deepest depth.
+/// Allowed error of a separation just before its pair is measured again, relative to the tolerance
+/// plus the deepest depth.
 ///
-/// A hundredth is a hundredth of the force at most; the errors of many contacts cancel. Larger
-/// is felt; smaller measures more pairs in each query.
+/// The error of the force is then at most a hundredth, and the errors of many contacts cancel. A
+/// larger value is felt; a smaller one measures more pairs in each query.
 pub const REST_ERROR: f64 = 0.01;
 
-/// Share of the motion over which the error would be that large: the next rest.
+/// The next rest of a pair is this share of the motion over which the error would reach
+/// [`REST_ERROR`].
 pub const REST_SAFETY: f64 = 0.7;
 
-/// How much of its rest a pair may lose, so that not all pairs are due in the same tick.
+/// A pair's rest is shortened by up to this share, differently for each pair, so that not all pairs
+/// are due in the same tick.
 ///
-/// Larger measures more pairs; smaller lets ticks differ more in what they cost.
+/// A larger value measures more pairs; with a smaller one, the cost of ticks varies more.
 pub const REST_SPREAD: f64 = 0.5;
 
-/// Factor by which a rest may be longer than the one before.
+/// A pair's rest may be at most this many times its previous rest.
 pub const REST_GROWTH: f64 = 4.0;
 
-/// Share of that clearance: the motion before a refused merge is tried again.
+/// Relative to the clearance of [`MERGE_CLEARANCE`]: the motion after which a refused merge is
+/// tried again.
 pub const MERGE_RETRY: f64 = 0.25;
 
-/// Relative to the size of a sleeping pair of nodes: by how much it may be nearer than its wake
-/// value says before the walker of the front calls it overslept.
+/// Relative to the size of a sleeping pair of nodes: the front's validation reports a pair as
+/// overslept if it is nearer than its wake value allows by more than this.
 ///
-/// A march from another start answers up to 1e-11 of the size differently. Larger hides a
-/// sleep that is too long; smaller accuses rounding.
+/// The results of marches from different starts differ by up to 1e-11 of the size. A larger value
+/// hides a sleep that is too long; a smaller one reports mere rounding.
 pub const OVERSLEPT: f64 = 1e-10;
 
-/// Places of the front that the walker looks at in each query of a debug build.
+/// Number of places of the front that the front's validation checks in each query of a debug build.
 ///
-/// More finds what is broken sooner after it broke, and makes debug tests slow.
+/// A larger value finds an error sooner after it occurs, and makes debug tests slow.
 pub const VALIDATED_PLACES: u32 = 64;
 
 // depth: the walk over the Minkowski difference (gauss_map, overlay, walk, descent)
 
 /// Relative to the pair's size: an improvement of the depth smaller than this ends the walk.
 ///
-/// Strict decrease is what makes the walk end; rounding of a support offset is a few ulps of the
-/// size.
+/// The walk ends because each step must decrease the depth. The rounding of a support offset is a
+/// few ulps of the size.
 pub const WALK_DECREASE: f64 = 1e-15;
 
 /// Radians: how far a normal may lie outside a normal cone and still count as a corner of the
 /// overlap.
 ///
-/// Aligned boxes, plates and prisms have cones that only touch, so that exact signs of dot products
-/// are a matter of rounding (1e-15): a smaller slack lets a walk stall on aligned bodies. A larger
-/// one accepts false corners. Their offset is too small by slack times size, they hide a true
-/// corner beside them, and the witness points stray by the slack over the angle between the two.
+/// The normal cones of aligned boxes, plates and prisms only touch, so that rounding (1e-15)
+/// decides the signs of dot products: with a smaller slack, a walk stalls on aligned bodies. A
+/// larger slack accepts false corners. The offset of a false corner is too small by slack times
+/// size, and it hides a true corner beside it. Its witness points are off by the slack over the
+/// angle between the two corners.
 pub const CONE_SLACK: f64 = 1e-14;
 
-/// Sine: edges nearer to parallel than this span no facet of their own (their normal would be
-/// noise).
+/// Sine: two edges that are nearer to parallel than this form no facet, since the facet's normal
+/// would be noise.
 ///
 /// The ends of two nearly coincident Gauss arcs are face normals within [`CONE_SLACK`] of the other
-/// cone, so nothing is lost as long as this is not larger than that. Above it a crossing still
-/// moves along its arcs by rounding over this sine, which is why every crossing that would be taken
-/// is held against both cones.
+/// cone, so nothing is lost as long as this value is at most [`CONE_SLACK`]. Even for a larger
+/// sine, a crossing moves along its arcs by the rounding over the sine; so each crossing is tested
+/// against both cones before it is accepted.
 pub const PARALLEL_EDGES: f64 = 1e-14;
 
 /// Radians: features that lie in the supporting plane within this angle widen the facet of the
 /// CSO that a walk stands on.
 ///
-/// The walk leaves a facet by its sides, so this bounds how far from a local minimum it may end:
-/// this times the size in depth. Smaller than rounding of the pose would have boxes on tables
-/// walked corner by corner.
+/// The walk leaves a facet across its sides. So a walk may end this far from a local minimum: this
+/// angle times the size, in depth. With a value below the rounding of the pose, the walk would go
+/// from corner to corner of a box on a table.
 pub const FLUSH_FACET: f64 = 1e-9;
 
-/// Radians: features that lie in the supporting plane within this angle share the witness: the
-/// middle of their overlap.
+/// Radians: features that lie in the supporting plane within this angle share one witness point,
+/// the middle of their overlap.
 ///
-/// The merge distance over an edge of a hundredth of the size. Larger puts witness points off their
-/// bodies (by half of this times the size); smaller lets the flatness of merged faces decide at
-/// which corner a box on a table is held.
+/// It is the merge distance over an edge of a hundredth of the size. A larger value puts witness
+/// points off their bodies (by half of this times the size). With a smaller one, small errors of
+/// merged faces decide which corner of a box on a table gets the contact.
 pub const FLUSH_WITNESS: f64 = 1e-7;
 
-/// Relative to the pair's size: an answer whose true offset exceeds the walk's by more than this is
-/// walked on from.
+/// Relative to the pair's size: if the true offset of a result exceeds the walk's offset by more
+/// than this, the walk continues from there.
 ///
-/// Two bodies' merge distances, by which a vertex of a merged face lies lower than its plane, and
-/// some. Smaller repeats walks over rough faces for nothing; larger accepts a walk that ended at a
-/// false corner.
+/// It is a little more than the merge distances of two bodies: a vertex of a merged face may lie
+/// that far below the face's plane. A smaller value repeats walks over rough faces without benefit;
+/// a larger one accepts a walk that ended at a false corner.
 pub const OFFSET_SLACK: f64 = 4e-9;
 
-/// Relative to a polytope's radius: with a bulge of no more than this, the planes of its faces
-/// support it, and an offset that is taken from the features of a facet needs no vertices looked
-/// at.
+/// Relative to a polytope's radius: if its vertices stand off the planes of its faces by at most
+/// this (its bulge), an offset that is computed from the features of a facet needs no search over
+/// the vertices.
 ///
-/// Some dozen roundings of a coordinate. Larger adds to the error of depths; smaller measures exact
-/// values again.
+/// Some dozen roundings of a coordinate. A larger value increases the error of depths; a smaller
+/// one computes values again that are already exact.
 pub const CRISP: f64 = 1e-14;
 
-/// Relative to the shortest edge: a bulge of more than this may hide an edge that leads on from
-/// one of its ends, so that climbs look further there.
+/// Relative to the shortest edge: if the bulge is larger than this, the next improving edge may be
+/// hidden behind a short edge, and support climbs search farther.
 ///
-/// Larger lets a climb end at a pair of vertices that are one but for rounding; smaller makes
-/// climbs over sound polytopes slower.
+/// With a larger value, a climb may end at two vertices that differ only by rounding; a smaller one
+/// makes climbs over sound polytopes slower.
 pub const SHORT_EDGE: f64 = 1e-6;
 
-/// Moves after which a walk is ended with what it has. A cold walk over 2000 vertices takes about
-/// 30.
+/// After this many moves a walk ends with its present result. A cold walk over 2000 vertices takes
+/// about 30.
 pub const WALK_STEPS: u32 = 500;
 
-/// Hub pairs of one facet up to which all are looked at; of a facet with more, only the two on the
-/// side of the origin.
+/// A walk examines all hub pairs of a facet with up to this many; of a facet with more, only the
+/// two on the side of the origin.
 ///
-/// Looking at more than the origin's side is not needed to end in a local minimum; it lets the walk
-/// see past facets that share only a corner with the present one. Polygons of 8 corners and all
-/// pairs of edges are below it; two flush rectangles are above.
+/// The origin's side is enough to reach a local minimum. With all sides, the walk can pass facets
+/// that share only a corner with the present one. Polygons of 8 corners and all pairs of edges are
+/// within the limit; two flush rectangles exceed it.
 pub const FACET_HUBS: usize = 8;
 
-/// Spokes of a vertex up to which a plane that turns about a side of a facet is held against all of
-/// them; where a vertex has more, the walk goes over hubs.
+/// When the walk turns a plane about a side of a facet, it tests all spokes of a vertex with up to
+/// this many; at a vertex with more, the walk goes over hubs.
 ///
-/// Vertices of meshes have about 6. It sizes a buffer on the stack.
+/// Vertices of meshes have about 6 spokes. The value is also the size of a buffer on the stack.
 pub const FACET_SPOKES: usize = 24;
 
-/// Corners of a flush overlap that are kept when it is clipped; flush faces with more in sum are
-/// answered by a corner.
+/// Corners of a flush overlap that clipping keeps. If two flush faces together have more corners,
+/// the result is one corner.
 ///
-/// Two fans of 48 sides fit. It sizes a buffer of the scratch.
+/// Two polygons of 48 sides fit. The value is also the size of a scratch buffer.
 pub const CLIP_CORNERS: usize = 128;
 
 // depth: where a walk starts, and starts again (query)
 
 /// Faces per body, evenly chosen, whose normals a cold depth query tries beside its seeds.
 ///
-/// On reference poses the centroid line alone ends in a merely local depth for 5.5 %; with 8
-/// faces of each body and the lowest 3 walked from, for 0.4 %; with 32 faces, for 0.2 %. Each costs
-/// two climbs, once when a pair begins to overlap.
+/// On the reference poses, a start from the centroid line alone ends in a depth that is only a
+/// local minimum for 5.5 % of the poses. With 8 faces of each body and walks from the lowest 3,
+/// this falls to 0.4 %; with 32 faces, to 0.2 %. Each face costs two support climbs, once, when a
+/// pair begins to overlap.
 pub const COLD_FACES: usize = 8;
 
-/// How many of those normals are walked from.
+/// How many of the normals of [`COLD_FACES`] a walk is started from.
 pub const COLD_WALKS: usize = 3;
 
-/// How often a walk is taken up again from an end that is not confirmed.
+/// How often a walk is resumed from an end that is not confirmed as a local minimum.
 pub const WALK_RESUMES: u32 = 4;
 
-/// Relative to the pair's size: an origin that lies farther than this beyond a side of the facet
-/// shows that the walk has stopped early.
+/// Relative to the pair's size: if the origin lies farther than this beyond a side of the facet,
+/// the walk has stopped early.
 ///
-/// h falls by the square of it at best, so that the root of rounding is the least that can be seen.
-/// Larger leaves witness points off their bodies by as much.
+/// The depth falls at best by the square of this distance, so the smallest distance that can be
+/// detected is the square root of the rounding. With a larger value, witness points may lie off
+/// their bodies by as much.
 pub const STRAY: f64 = 1e-7;
 
-/// Tilts of the normal that are tried to leave a facet on which a walk has stopped early; the first
-/// is the stray over the size, the last as small as [`FLUSH_WITNESS`].
+/// Number of tilts of the normal that are tried to leave a facet on which a walk has stopped early.
+/// The first tilt is the origin's distance beyond the facet over the size; the last is as small as
+/// [`FLUSH_WITNESS`].
 pub const TILTS: u32 = 7;
 
-/// Factor from one such tilt to the next.
+/// Factor from one tilt of [`TILTS`] to the next.
 pub const TILT_SHRINK: f64 = 0.1;
 
 // depth: admissible normals (admissible)
 
-/// Pairs of own arcs that one search for an admissible depth may look at.
+/// Pairs of Gauss arcs of the pieces' own normals that one search for an admissible depth may
+/// examine.
 ///
-/// Bounds the tick: a look is some 20 instructions. Pieces of a patch have some ten arcs each, most
-/// above the bar. Only large patches of two bodies that overlap along virtual faces come near the
-/// limit, and keep the best result until then.
+/// This bounds the time of a tick: one pair costs some 20 instructions. Pieces of a patch have some
+/// ten arcs each, and most arcs are excluded because they cannot improve the best depth. Only large
+/// patches of two bodies that overlap along virtual faces come near the limit; the search then
+/// returns the best depth found.
 pub const ADMISSIBLE_CROSSINGS: usize = 1 << 14;
 
 // depth: the certificate (certificate, inner)
 
-/// Largest gap of a proof between its lower and upper bound, relative to the depth. No direction is
-/// better than a proven one by more.
+/// Largest gap between the lower and upper bound of a proof, relative to the depth. No direction
+/// has a depth that is smaller than a proven one by more than this.
 ///
-/// A surface within the CSO that is complete around the answer agrees with it to rounding; larger
-/// saves growths where the CSO is nearly round, smaller than 1e-12 makes them fight with the
-/// rounding of normals.
+/// A surface inside the CSO that is complete around the result agrees with it to rounding. A larger
+/// value saves growth steps where the CSO is nearly round. Below 1e-12, the rounding of normals
+/// disturbs the growth.
 pub const PROOF_RELATIVE: f64 = 1e-9;
 
-/// Relative to the coordinates of the pair: what a proof leaves to rounding, beside
-/// [`PROOF_RELATIVE`].
+/// Relative to the coordinates of the pair: the gap that a proof allows for rounding, in addition
+/// to [`PROOF_RELATIVE`].
 ///
-/// Some hundred roundings of a point that is placed and subtracted. Larger calls deeper contacts
-/// touching, which need no proof; smaller makes flat triangles grow onto themselves.
+/// Some hundred roundings of a point that is transformed and subtracted. A larger value counts
+/// deeper contacts as touching, which need no proof; with a smaller one, flat triangles grow onto
+/// themselves.
 pub const PROOF_ROUNDING: f64 = 1e-13;
 
-/// Relative to the pair's size: a support nearer than this to the plane it should lie off has the
-/// opposite one tried as well.
+/// Relative to the pair's size: if a support point is nearer than this to the plane from which it
+/// should lie apart, the support point in the opposite direction is tried as well.
 ///
-/// Decides only how good the first tetrahedron of a proof is; supports cost more than a poor
-/// tetrahedron.
+/// This affects only the quality of the first tetrahedron of a proof. Support queries cost more
+/// than a poor tetrahedron.
 pub const PROOF_BEGIN: f64 = 0.01;
 
-/// Corners of an inner surface. Proofs for ellipsoids of 100 vertices take 20 to 60; evenly round
-/// bodies about one centre take a thousand at 500 vertices each and three thousand at 2000, in some
-/// milliseconds. Larger such pairs are not proven.
+/// Most corners of an inner surface. Proofs for ellipsoids of 100 vertices take 20 to 60 corners.
+/// Evenly round bodies about one centre take a thousand at 500 vertices each, and three thousand at
+/// 2000, in some milliseconds. Depths of larger such pairs are not proven.
 pub const PROOF_CORNERS: usize = 4096;
 
-/// Triangles of an inner surface. The indices of a join do not suffice for more than a quarter of
-/// 65 536.
+/// Most triangles of an inner surface. The indices of a join allow at most a quarter of 65 536.
 pub const PROOF_TRIANGLES: usize = 8192;
 
-/// Triangles that one growth may take away or leave around the hole.
+/// Most triangles that one growth step may remove, or that may surround the hole.
 pub const PROOF_HOLE: usize = 1024;
 
-/// Growths of a new surface, at most.
+/// Most growth steps of a new inner surface.
 pub const PROOF_GROWTHS: u32 = 4096;
 
-/// Growths of a new surface for which the depth is not known, at most; then a walk finds it, and
-/// another surface is begun.
+/// Most growth steps of a new inner surface while the depth is not known. After that a walk finds
+/// the depth, and another surface is begun.
 ///
-/// Bodies that are not round about each other's centre take less than 80. More costs time where
-/// rounding has torn a surface; fewer spends it twice on large round bodies.
+/// Bodies that are not round about each other's centre take fewer than 80 steps. A larger value
+/// costs time where rounding has torn a surface; a smaller one does the work twice for large round
+/// bodies.
 pub const PROOF_BLIND: u32 = 128;
 
-/// Growths of a surface of the last tick, at most; a new one then costs less than more repairs.
+/// Most growth steps that repair the surface of the previous tick. Beyond that, a new surface costs
+/// less than more repairs.
 pub const PROOF_REPAIRS: u32 = 48;
 
-/// How many times the triangles of a new surface one may gather before it is dropped.
+/// A kept surface is dropped if it has more triangles than this many times those of a new surface.
 ///
-/// Larger judges triangles each tick that only past poses needed; smaller builds a new surface more
-/// often.
+/// With a larger value, each tick tests triangles that only past poses needed; a smaller one builds
+/// a new surface more often.
 pub const PROOF_GATHERED: usize = 2;
 
 /// Corners of a surface that is kept from tick to tick.
@@ -831,266 +875,281 @@ pub const KEPT_TRIANGLES: usize = 512;
 
 // depth: contact patches (patch)
 
-/// Corners that the outline of a face has in a patch; of larger faces every n-th is taken.
+/// Most corners that the outline of a face has in a patch; of a face with more corners, every n-th
+/// is used.
 ///
-/// A disc loses 2 % of its radius between two of them. More cost time in every flush pair of round
-/// faces, by the square.
+/// Between two such corners a disc loses 2 % of its radius. More corners make every flush pair of
+/// round faces slower, by the square of their number.
 pub const PATCH_SIDES: usize = 16;
 
-/// Faces, or else edges, of one piece in a patch. Of more, the flattest are taken, and the slope
-/// shrinks to theirs.
+/// Most faces (or edges, if there are no faces) of one piece in a patch. Of more, the flattest are
+/// used, and the patch's slope limit shrinks to theirs.
 ///
-/// More widen the patches of finely curved pieces, which roll on them; fewer leave a cylinder one
-/// facet.
+/// Finely curved pieces roll on their patches, and a larger value widens these; a smaller one
+/// leaves only one facet of a cylinder.
 pub const PATCH_FACES: usize = 4;
 
-/// Corners of one patch, before those that are too far apart are left out.
+/// Most corners of one patch, before corners with too large a separation are left out.
 ///
-/// Two polygons of [`PATCH_SIDES`] have no more. Smaller drops corners with load on them.
+/// The overlap of two polygons of [`PATCH_SIDES`] has no more corners. A smaller value drops
+/// corners that carry load.
 pub const PATCH_CORNERS: usize = 2 * PATCH_SIDES;
 
-/// Relative to the pair's size: corners of a patch nearer than this are one.
+/// Relative to the pair's size: corners of a patch nearer than this are merged.
 ///
-/// The same corner comes from two faces that share it, with different rounding. Larger merges
-/// corners that are apart.
+/// Two faces that share a corner give it with different rounding. A larger value merges distinct
+/// corners.
 pub const PATCH_SAME: f64 = 1e-9;
 
 // depth: the depth of solids of any shape (global)
 
-/// Relative to the body's size: a surface that enters a cell by less does not count, and no ball
-/// smaller than this starts a cell.
+/// Relative to the body's size: surface that enters a cell by less than this is ignored, and no
+/// ball smaller than this starts a cell.
 ///
-/// Some hundreds of roundings: coplanar triangles share one plane. Larger puts cells outside of
-/// their solids.
+/// Some hundreds of roundings, so that coplanar triangles share one plane. With a larger value,
+/// cells extend beyond their solids.
 pub const CELL_BEYOND: f64 = 1e-13;
 
-/// Share of the distance of a triangle from a cell's seed: its own plane must lie at least that far
-/// from the seed to bound the cell.
+/// Share of the distance of a triangle from a cell's seed: the plane of the triangle bounds the
+/// cell only if it is at least this share of the distance away from the seed.
 ///
-/// Own planes make cells flush with flat faces. Smaller makes cells thin; larger rounds off the
-/// corners of solids.
+/// Planes of triangles make cells flush with flat faces. A smaller value makes cells thin; a larger
+/// one rounds off the corners of solids.
 pub const CELL_OWN_PLANE: f64 = 0.5;
 
-/// Planes that a cell can have. Cells that need more are not grown; only speed depends on it.
+/// Most planes of a cell. Cells that need more are not grown; this value affects only speed.
 pub const CELL_PLANES: usize = 96;
 
 /// Merge distance of the dual hull of a cell, whose points lie within the unit ball: corners that
 /// differ by rounding are one.
 ///
-/// The corners are drawn into all planes afterwards, so this costs no truth, only that share of the
-/// cell.
+/// Afterwards the corners are moved inside all planes. So the cell stays inside its solid and only
+/// loses this share of its size.
 pub const CELL_DUAL: f64 = 1e-12;
 
-/// Relative to the body's size: a solid is convex if its one piece reaches beyond it by no more.
+/// Relative to the body's size: a solid counts as convex if it has one piece and that piece extends
+/// beyond the solid by at most this.
 ///
-/// Rounding of coordinates in a file. Larger makes the bounds of convex pairs differ by more than
-/// 1e-8 of the size.
+/// It is the rounding of coordinates in a file. With a larger value, the bounds of the depth of
+/// convex pairs differ by more than 1e-8 of the size.
 pub const CONVEX_SHORTFALL: f64 = 4e-9;
 
 /// Relative to the body's size: how far below the surface a sample must lie in a cell to count as
 /// covered.
 ///
-/// A tenth of the gap that is asked for by default. Smaller needs many more cells; larger leaves
-/// more to cells grown in the query.
+/// A tenth of the default gap ([`DEPTH_GAP`]). A smaller value needs many more cells; with a larger
+/// one, the query has to grow more cells.
 pub const CELL_DEPTH: f64 = 1e-3;
 
-/// Samples of a surface of few triangles; one of many triangles has about as many, one a triangle.
+/// Number of sample points on a surface of few triangles. A surface of many triangles has about as
+/// many, one per triangle.
 pub const CELL_SAMPLES: usize = 8192;
 
-/// Cells of a body. Only speed depends on it.
+/// Most cells of a body. This value affects only speed.
 pub const CELLS: usize = 1024;
 
-/// Cells that are grown at once. The same for any number of workers, so that the cells are the
-/// same.
+/// Cells that are grown in one batch. It does not depend on the number of workers, so that the
+/// resulting cells do not either.
 pub const CELL_BATCH: usize = 16;
 
-/// Rounds in which a ball shrinks until it touches the surface on two sides. Three or four suffice
-/// for most.
+/// Most rounds in which a ball shrinks until it touches the surface on two sides. Three or four are
+/// enough for most balls.
 pub const SHRINKING_BALL_STEPS: usize = 24;
 
-/// Relative to the ball's radius: so near to the surface is touching.
+/// Relative to the ball's radius: within this distance the ball counts as touching the surface.
 pub const SHRINKING_BALL_DONE: f64 = 1e-6;
 
-/// Relative, to a slope or to the obstacle's radius: less than this is rounding in the search for
-/// the exit of a ray.
+/// Relative to a slope or to the obstacle's radius: smaller differences are rounding in the search
+/// for the exit of a ray.
 pub const PORTAL_ROUNDING: f64 = 1e-13;
 
-/// Steps of a search for the exit of a ray; ten are usual. The answer holds wherever it ends.
+/// Most steps of a search for the exit of a ray; ten are usual. The result is valid after any
+/// number of steps.
 pub const PORTAL_STEPS: usize = 64;
 
-/// Relative to the smaller body's size: the default of the gap between the bounds of a depth.
+/// Relative to the smaller body's size: default gap between the lower and upper bound of a depth.
 pub const DEPTH_GAP: f64 = 0.01;
 
-/// Default of the evaluations that a depth may take: a second or so.
+/// Default limit of the evaluations for one depth: a second or so.
 pub const DEPTH_BUDGET: u64 = 400_000;
 
 /// Relative to the smaller body's size: how far beyond touching a free translation lies.
 ///
-/// Far more than the rounding of placed vertices, far less than what anyone measures.
+/// Far more than the rounding of transformed vertices, and far less than any measurable length.
 pub const DEPTH_HAIR: f64 = 1e-9;
 
-/// Relative to the larger body's size: by how much a lower bound is lowered for the rounding of
-/// placed cells.
+/// Relative to the larger body's size: a lower bound is lowered by this for the rounding of
+/// transformed cells.
 pub const DEPTH_ROUNDING: f64 = 1e-11;
 
-/// Relative to its size and place: what a placed box is grown by, so that rounding leaves no placed
-/// corner outside.
+/// Relative to its size and its distance from the origin: a transformed box is grown by this, so
+/// that all transformed corners are inside despite rounding.
 ///
-/// A dozen roundings. Smaller could miss a pair of triangles that touch; larger only costs time.
+/// A dozen roundings. A smaller value could miss a pair of triangles that touch; a larger one only
+/// costs time.
 pub const PLACED_BOX: f64 = 1e-14;
 
-/// Questions about two surfaces at one pose that are answered before all boxes of the moving one
-/// are placed.
+/// Number of queries on two surfaces at one pose that are answered before all boxes of the moving
+/// surface are transformed.
 pub const LOOSE_QUESTIONS: u32 = 6;
 
-/// Relative to the side, squared: how near to a triangle a side must pierce its plane to pierce the
-/// triangle.
+/// Squared, relative to the triangle's side: an edge pierces a triangle if it meets the triangle's
+/// plane within this distance of the triangle.
 ///
-/// Only where a search for common points begins depends on it.
+/// This affects only where a search for common points begins.
 pub const COMMON_POINT: f64 = 1e-12;
 
-/// Steps of a straight way out, each as long as the surfaces are apart. A way out along a wall that
-/// opens slowly is not seen.
+/// Most steps of a straight translation out of contact; each step is as long as the distance of the
+/// surfaces. A way out along a wall that opens slowly is not found.
 pub const ESCAPE_STEPS: usize = 400;
 
-/// Pairs of crossing triangles that are looked at where no known obstacle blocks a translation.
+/// Number of pairs of crossing triangles that are examined if no known obstacle blocks a
+/// translation.
 pub const DEPTH_PROBES: usize = 48;
 
-/// Number of these pairs beside which the deepest common point is looked for; the deepest of all
-/// seeds two cells.
+/// Near this many of these pairs ([`DEPTH_PROBES`]), the deepest common point is searched. The
+/// deepest of all of them becomes the seed of two cells.
 pub const DEPTH_LENSES: usize = 4;
 
 /// Relative to the smaller body's size: the first step from a crossing into both bodies.
 pub const LENS_FIRST_STEP: f64 = 1e-7;
 
-/// Factor from one step to the next, and steps: the last is about the body's size.
+/// Factor from one step to the next. After [`LENS_STEPS`] steps, the last step is about the body's
+/// size.
 pub const LENS_STEP_GROWTH: f64 = 3.0;
 
 /// Steps away from a crossing into both bodies.
 pub const LENS_STEPS: usize = 15;
 
-/// Steps away from the nearer surface, by half of its distance.
+/// Number of steps away from the nearer surface; each goes half of the distance to it.
 pub const LENS_CENTERING: usize = 6;
 
-/// Obstacles that are looked at before all are. Only speed depends on it.
+/// Number of likely obstacles that are tested before all obstacles are. This value affects only
+/// speed.
 pub const DEPTH_TRIES: usize = 24;
 
-/// Obstacles that held the last translations, which are looked at before all others. Only speed
-/// depends on it.
+/// Number of obstacles that blocked the latest translations and are tested before all others. This
+/// value affects only speed.
 pub const RECENT_HOLDERS: usize = 6;
 
-/// Relative to the smaller body's size: a search begins with the cones of the last one if the body
-/// has moved less since.
+/// Relative to the smaller body's size: if the body has moved less than this since the last search,
+/// a search starts with the cones of the last one.
 ///
 /// Only speed depends on it.
 pub const DEPTH_NEAR: f64 = 0.02;
 
-/// Relative to the smaller body's size: the pairs of cells that may block a cone are listed anew if
-/// the body has moved farther since.
+/// Relative to the smaller body's size: if the body has moved farther than this since the last
+/// list, the pairs of cells that may block a cone are listed again.
 ///
-/// Only speed depends on it: a list that lacks a pair makes a new cell grow; a list costs 0.1 ms.
+/// This affects only speed: if a pair is missing from the list, a new cell has to grow; a new list
+/// costs 0.1 ms.
 pub const DEPTH_LISTED: f64 = 0.1;
 
 /// Radius around the last translation within which longer ones are ignored.
 ///
-/// The next one is hardly longer. Larger places more cells that block nothing; smaller begins anew
-/// more often.
+/// The next translation is hardly longer. A larger value transforms more cells that block nothing;
+/// a smaller one starts again more often.
 pub const DEPTH_REACH: f64 = 1.5;
 
-/// Half-spaces that a projection collects before it gives up.
+/// Most half-spaces that a projection collects before it gives up.
 pub const DEPTH_PROJECT_STEPS: usize = 24;
 
-/// Times that a search for a near facet of an obstacle turns to the normal that it found.
+/// How often a search for a near facet of an obstacle is repeated along the normal that it found.
 pub const EXIT_TURNS: usize = 6;
 
-/// Half-spaces that a slide collects before it gives up.
+/// Most half-spaces that a slide collects before it gives up.
 pub const DEPTH_SLIDE_STEPS: usize = 64;
 
-/// Obstacles that may hold a cone's triangle of which the best is taken. Only speed depends on it.
+/// The first this many obstacles that may block a cone's triangle are all tested, and the best is
+/// used. This value affects only speed.
 pub const CONE_FIRST_TRIES: usize = 12;
 
-/// Obstacles that may hold a cone's triangle which are looked at until one does. Only speed depends
-/// on it.
+/// After those of [`CONE_FIRST_TRIES`], obstacles are tested until one blocks the cone's triangle,
+/// up to this many. This value affects only speed.
 pub const CONE_TRIES: usize = 64;
 
-/// Obstacles that a cone remembers. Only speed depends on it.
+/// Number of obstacles that a cone caches. This value affects only speed.
 pub const CONE_HINTS: usize = 4;
 
-/// Share of the gap: a cone whose bound rises by less in one move is cut as well.
+/// Share of the gap: a cone is cut if one move raises its bound by less than this.
 pub const CONE_GAIN: f64 = 0.1;
 
-/// Share of the gap: the corners of a cone with a smaller triangle are looked at one by one.
+/// Share of the gap: if a cone's triangle is smaller than this, its corners are tested one by one.
 pub const CONE_SMALL: f64 = 0.05;
 
-/// Share of the gap: a cone with a smaller triangle is not cut any more.
+/// Share of the gap: a cone whose triangle is smaller than this is not cut any more.
 pub const CONE_SMALLEST: f64 = 1e-4;
 
 /// Cuts of cones between two searches for a shorter free translation.
 pub const CONE_CUTS_PER_WAY_OUT: u64 = 12;
 
-/// Candidates from which on a cone's halves look for those of them that come into their directions.
+/// If a cone has at least this many candidate obstacles, each of its halves keeps only the
+/// candidates in its own directions.
 pub const CONE_FILTER: usize = 64;
 
 // detect: the contact query (search, belief)
 
-/// Share of a repaired depth by which the witness point must lie below the surface; otherwise the
-/// depth is rejected.
+/// A repaired depth is rejected unless the witness point lies below the surface by at least this
+/// share of the depth.
 ///
 /// If the surface bends, its nearest point is a little nearer than the surface along the contact's
-/// normal. Larger drops true contacts on curved parts; smaller accepts depths that another surface
-/// contradicts.
+/// normal. A larger value drops true contacts on curved parts; a smaller one accepts depths that
+/// another surface contradicts.
 pub const BELIEVED_SHARE: f64 = 0.8;
 
-/// The same where two edges meet: the point that lies beyond an edge is nearer to the faces at it.
+/// Like [`BELIEVED_SHARE`], where two edges meet: a point beyond an edge is nearer to the faces at
+/// that edge.
 ///
-/// At right-angled edges by the root of one half. Larger drops true contacts of sharp edges;
-/// smaller believes depths that another surface denies.
+/// At right-angled edges it is nearer by a factor √½. A larger value drops true contacts of sharp
+/// edges; a smaller one accepts depths that another surface contradicts.
 pub const BELIEVED_EDGE_SHARE: f64 = 0.65;
 
-/// Radians: an overlap without a normal that both pieces own is left alone if the bodies must turn
-/// by as much to change that.
+/// Radians: an overlap of two pieces that have no shared surface normal is skipped until the bodies
+/// have turned, if at least this rotation is needed to change that.
 ///
-/// Only speed depends on it: less than that lasts a few ticks, and the walk begins anew afterwards.
+/// This value affects only speed: a smaller rotation takes only a few ticks, and the walk then
+/// starts again.
 pub const BARREN_LEAST: f64 = 0.004;
 
 // detect: the guard against tunnelling (guard, sub_step)
 
-/// Tolerances: the longest way of any point in a sub-step.
+/// In tolerances: the longest motion of any point in a sub-step.
 ///
-/// Below 1, so that whatever is passed is met within the tolerance first. Larger passes sheets
-/// unseen; smaller cuts motion that is no danger: at 1 mm tolerance and 1 kHz, half a tolerance is
-/// 0.5 m/s.
+/// It is below 1, so that every surface comes within the tolerance before the tool passes it. With
+/// a larger value the tool passes sheets without a contact; a smaller one sub-steps harmless
+/// motion. At 1 mm tolerance and 1 kHz, half a tolerance per tick is 0.5 m/s.
 pub const GUARD_STEP: f64 = 0.5;
 
-/// Times the way of a tick: pieces as thick as that are not tunnelled through in it.
+/// In motions of a tick: a piece at least this thick is not tunnelled through in the tick.
 ///
-/// Larger looks at more pairs in fast ticks; smaller lets go at the tips of wedges, where a piece
-/// is thinner than it is as a whole. 2 is where a point that came in by one side may be nearer to
-/// the other.
+/// A larger value examines more pairs in fast ticks. A smaller one loses contacts at the tips of
+/// wedges, where a piece is thinner than elsewhere. At 2, a point that entered through one side may
+/// already be nearer to the other.
 pub const GUARD_THICK: f64 = 8.0;
 
-/// Sub-steps of a tick, at most: a tick that would need more is a leap and not a motion (8 m/s at 1
-/// mm tolerance and 1 kHz).
+/// Most sub-steps of a tick. A tick that would need more is treated as a jump, not as motion (8 m/s
+/// at 1 mm tolerance and 1 kHz).
 ///
-/// Larger lets fast ticks cost more; smaller guards slower hands only.
+/// A larger value makes fast ticks more expensive; a smaller one protects only slower motions.
 pub const GUARD_SUB_STEPS: u32 = 16;
 
-/// Tolerances: how much deeper than where it tunnelled a pair is held.
+/// In tolerances: a pair that tunnelled is held until it is this much deeper than at the moment of
+/// tunnelling.
 ///
-/// Larger pushes longer on a hand that went through on purpose; smaller lets go in the swing of the
-/// hand that tunnelled.
+/// A larger value pushes longer on a hand that went through on purpose; a smaller one releases the
+/// pair during the same motion that tunnelled.
 pub const GUARD_HOLD: f64 = 20.0;
 
 /// Cosine: a normal that turns by more than this angle (120°) in a sub-step has turned over.
 ///
-/// Going off the side of a part turns it by a right angle. Nearer to −1 lets oblique passages
-/// through; nearer to 0 holds what slid off.
+/// A tool that slides off the side of a part turns the normal by a right angle. A value nearer to
+/// −1 misses oblique tunnelling; one nearer to 0 holds pairs that only slid off.
 pub const TURNED_OVER: f64 = -0.5;
 
 // force: shading (smooth_surface, smooth_body)
 
-/// Cosine of the largest angle between two normals that shading takes for one, on both sides of an
-/// edge.
+/// Cosine of the largest angle between the normals on both sides of an edge that shading treats as
+/// equal.
 ///
 /// The normals of a smooth vertex are computed once and copied to its corners, so they agree to
 /// rounding. Larger angles hide faint creases; smaller ones would find creases in rounding.
@@ -1099,319 +1158,337 @@ pub const SHADING_SAME: f64 = 1.0 - 1e-9;
 /// Cosine of the largest angle between a face of a piece and a triangle of the mesh that lies in
 /// it.
 ///
-/// Half a degree: merged faces are planar to far less, but the normals of needles are noisy. Larger
-/// takes neighbours of fine meshes for the face itself; smaller leaves needles without shading.
+/// Half a degree: merged faces are planar to far less, but the normals of needles are noisy. A
+/// larger angle counts neighbouring triangles of fine meshes as part of the face; a smaller one
+/// leaves needles without shading.
 pub const SHADING_IN_FACE: f64 = 0.999_96;
 
 /// The most triangles of a piece's faces that are searched for the one under a contact point.
 ///
-/// Bounds the tick at a few microseconds a contact. Contacts on larger merged faces, which are flat
-/// anyway, keep their true normal.
+/// This bounds the time to a few microseconds per contact. Contacts on larger merged faces, which
+/// are flat anyway, keep their true normal.
 pub const SHADING_TRIANGLES: usize = 1024;
 
 // force: clusters (cluster, representative, sharing)
 
-/// Cells of the clustering grid along one axis; a cell's key has 21 bits for each, less two for
-/// neighbours on both sides.
+/// Cells of the clustering grid along one axis. A cell's key has 21 bits per axis; a few values are
+/// left for neighbours on both sides.
 ///
-/// Contacts that spread over more than this many cells share the outermost ones: slower, never
-/// wrong.
+/// Contacts beyond this many cells share the outermost cells; this is slower, but the result is the
+/// same.
 pub const CLUSTER_CELLS: f64 = 2_097_140.0;
 
 /// Steps of the search for a cone that holds all normals of a cluster.
 ///
-/// The cone found is within about 1/steps of the smallest. Fewer cut a few clusters that a cone
-/// would just have held.
+/// The cone found is within about 1/steps of the smallest. A smaller value cuts a few clusters
+/// whose normals would just fit into a cone.
 pub const CAP_STEPS: u32 = 16;
 
 /// Relative to the sum of the weights: a weighted sum of normals shorter than this has no direction
 /// (eq. 3).
 ///
-/// The sum of cancelling normals is rounding, or the difference of two large, nearly equal loads.
-/// Larger gives up valid directions; smaller lets noise point the force.
+/// The sum of cancelling normals is rounding, or the difference of two large, nearly equal loads. A
+/// larger value rejects valid directions; with a smaller one, noise decides the direction of the
+/// force.
 pub const CANCELLED_NORMAL: f64 = 1e-6;
 
-/// Relative to the largest coordinate: by how much rounding may put a representative's midpoint
-/// outside the box about its members', and how far its normal may be from unit length.
+/// Relative to the largest coordinate: how far rounding may put a representative's midpoint outside
+/// the bounding box of its members' midpoints, and how far its normal may be from unit length.
 ///
-/// A sum over a thousand contacts rounds a thousand times. Larger hides a wrong weight; smaller
-/// accuses rounding.
+/// A sum over a thousand contacts rounds a thousand times. A larger value hides a wrong weight; a
+/// smaller one reports mere rounding.
 pub const MIDPOINT_ROUNDING: f64 = 1e-12;
 
 /// m: sums of weights between which a representative is validated in debug builds.
 ///
-/// Products of weights and lengths outside of them underflow or overflow. Wider accuses rounding,
-/// narrower leaves real contacts out.
+/// Outside of this range, products of weights and lengths underflow or overflow. A wider range
+/// reports mere rounding; a narrower one excludes real contacts.
 pub const SANE_WEIGHTS: [f64; 2] = [1e-100, 1e100];
 
-/// Contacts of a run of the clustering up to which its walker looks at all pairs of them in debug
-/// builds; it is quadratic.
+/// In debug builds, the validation of clusters checks all pairs of contacts of a run with at most
+/// this many contacts. The check is quadratic.
 pub const VALIDATED_CONTACTS: usize = 64;
 
-/// Relative to their distance from b's origin: contacts across one direction nearer than this are
-/// one place.
+/// Relative to their distance from b's origin: contacts nearer than this, across the direction of
+/// the force, are at one place.
 ///
-/// The corner that two pieces share comes from each with its own rounding. Larger lets the
-/// second of two near contacts vanish.
+/// Two pieces that share a corner give it with different rounding. With a larger value, the second
+/// of two near contacts vanishes.
 pub const TILT_SAME: f64 = 1e-9;
 
-/// Contacts that smooth clustering lets meet, each with each
+/// Most contacts of smooth clustering, which compares all pairs of them
 /// ([`crate::force::LinkageSettings::most`]).
 ///
-/// Bounds the step after the query: 256 contacts take some 0.4 ms in all. Fewer let the place of a
-/// force that many contacts share jump by more where one takes another's place: by at most one part
-/// in half this many of what they span.
+/// This bounds the time of the step after the query: 256 contacts take some 0.4 ms in all. When one
+/// of many contacts replaces another, the point of application of their shared force jumps by at
+/// most 2/[`CROWD_MOST`] of the extent of the contacts. So a smaller value allows larger jumps.
 pub const CROWD_MOST: usize = 256;
 
 // force: friction (friction)
 
-/// Relative to the strain at which a sliding contact is held: a strain above it by no more than
-/// this is not being dragged.
+/// Relative to the strain at which a contact slides: a contact whose strain exceeds that by no more
+/// than this counts as sticking.
 ///
-/// The adhesion point is stored as a position, so a contact at rest reads its strain back with the
-/// rounding of that position. Smaller lets rounding keep a resting contact sliding; larger lets a
-/// slow slide stick.
+/// The adhesion point is stored as a position, so the strain of a resting contact contains the
+/// rounding of that position. With a smaller value, rounding keeps a resting contact sliding; with
+/// a larger one, a slowly sliding contact sticks.
 pub const FRICTION_HELD: f64 = 1e-9;
 
-/// Cosine of the largest angle between the normals of a lost contact and of a new one near it that
-/// takes over its strain.
+/// A new contact takes over the strain of a lost contact near it only if the cosine between their
+/// normals is at least this.
 ///
-/// Around a rounded edge neighbours differ by tens of degrees; opposite walls of a slot must not
-/// exchange strains.
+/// Around a rounded edge, the normals of neighbours differ by tens of degrees; opposite walls of a
+/// slot must not exchange strains.
 pub const FRICTION_HEIR: f64 = 0.5;
 
-/// Place of a corner's friction, as a share of its distance from the middle of its patch.
+/// Distance from the middle of a patch at which a corner's friction acts, as a share of the
+/// corner's own distance from the middle.
 ///
-/// Under an even load the mean distance from the middle is 0.50 of the corners' on a stretch, 0.54
-/// on a square, 0.67 on a disc. Larger brakes a spin too strongly, smaller lets it go on.
+/// Under an even load the mean distance from the middle, relative to that of the corners, is 0.50
+/// on a line segment, 0.54 on a square and 0.67 on a disc. A larger value brakes a spin too
+/// strongly, a smaller one too weakly.
 pub const FRICTION_SPREAD: f64 = 0.54;
 
-/// How many tracked contacts may be looked at in one tick to find predecessors of new contacts.
+/// How many tracked contacts one tick may compare to find the predecessors of new contacts.
 ///
-/// Bounds the tick: past it, new contacts begin without strain. A tick of 300 contacts with 100 new
-/// ones needs 30 000.
+/// This bounds the time of a tick: beyond the limit, new contacts begin without strain. A tick of
+/// 300 contacts with 100 new ones needs 30 000 comparisons.
 pub const FRICTION_LOOKS: usize = 65_536;
 
 // render: the virtual coupling (coupling)
 
-/// m: the stretch of the coupling at which the device's largest force comes.
+/// m: the stretch at which the coupling reaches the device's largest force.
 ///
-/// Longer is softer than need be; shorter asks more stiffness than most devices have.
+/// A longer stretch makes the coupling softer than necessary; a shorter one needs more stiffness
+/// than most devices allow.
 pub const COUPLING_STRETCH: f64 = 8e-3;
 
-/// rad: the turn of the coupling at which the device's largest torque comes.
+/// rad: the rotation at which the coupling reaches the device's largest torque.
 pub const COUPLING_TURN: f64 = 0.2;
 
-/// kg: what a device's grip weighs when it does not say.
+/// kg: the mass of a device's grip if the device does not state it.
 ///
-/// The light arms on sale have 0.05 to 0.2 kg there. Larger allows couplings at which the lighter
-/// ones hum unheld.
+/// The light commercial devices have 0.05 to 0.2 kg at the grip. A larger value allows couplings at
+/// which the lighter devices vibrate when nobody holds them.
 pub const APPARENT_MASS: f64 = 0.1;
 
-/// kg·m²: the inertia of a device's grip when it does not say.
+/// kg·m²: the inertia of a device's grip if the device does not state it.
 pub const APPARENT_INERTIA: f64 = 5e-5;
 
-/// Stiffness of a coupling times the square of the period over the apparent mass, at most.
+/// Largest stiffness of a coupling, times the square of the period, over the apparent mass
+/// (dimensionless).
 ///
-/// A bare device (0.1 kg, 0.04 N of dry friction, one tick late, 0.03 mm steps) hums from two to
-/// three times this on, with the damping that goes with it.
+/// A device that nobody holds (0.1 kg, 0.04 N of dry friction, one tick of delay, 0.03 mm encoder
+/// steps) starts to vibrate at two to three times this stiffness, with the matching damping.
 pub const COUPLING_SAMPLED: f64 = 0.01;
 
-/// Periods: damping of a coupling over its stiffness.
+/// In periods of the loop: damping of a coupling over its stiffness.
 ///
-/// The loop lags by one and a half; less than that is no damping at all. More makes the noise of
-/// the velocity felt.
+/// The loop lags by one and a half periods; with less than that, the damping has no effect. With
+/// more, the noise of the velocity is felt.
 pub const COUPLING_LEAD: f64 = 3.0;
 
-/// N·m/rad: turns the tool to the hand where the device pushes along three axes only.
+/// N·m/rad: stiffness of the torque that turns the tool to the hand's orientation, for a device
+/// that gives forces but no torques.
 ///
-/// The force is then that of a device which pushes along all six: there contact turns the hand
-/// (0.15 N·m/rad in a relaxed one, 0.6 in an ordinary one) and stretches the coupling (0.94), in a
-/// row 0.13 to 0.37. A hand that no torque turns does not give way, so the tool must. At 5 a spoon
-/// in a cup felt three times the force of the whole device; far below 0.3 the tool points elsewhere
-/// than the hand.
+/// With this value the force equals that on a device with all six axes. There, contact turns the
+/// hand (0.15 N·m/rad if it is relaxed, 0.6 for an ordinary grip) and also turns the coupling (0.94
+/// N·m/rad); in series these give 0.13 to 0.37. Without torques the hand does not turn, so the tool
+/// has to. At 5, a spoon in a cup gave three times the force of the six-axis device. Far below 0.3,
+/// the tool's orientation differs visibly from the hand's.
 pub const COUPLING_ALIGNMENT: f64 = 0.3;
 
-/// m: how much farther a coupling is stretched, whose spring has levelled off, before its anchor
-/// slips.
+/// m: after the force of a coupling has reached its limit, the coupling stretches by this much more
+/// before its anchor slips.
 ///
-/// Shorter slips in presses that are just harder than the device; longer is felt on the way back.
+/// With a shorter length the anchor slips as soon as the hand presses slightly harder than the
+/// device can; a longer one is felt on the way back.
 pub const COUPLING_SLIP: f64 = 3e-3;
 
-/// rad: likewise how much farther it is turned, in the ratio of [`COUPLING_TURN`] to
+/// rad: like [`COUPLING_SLIP`] for rotation, in the ratio of [`COUPLING_TURN`] to
 /// [`COUPLING_STRETCH`].
 pub const COUPLING_SLIP_TURN: f64 = 0.075;
 
 /// rad: a coupling without a torque limit turns no farther than this before it slips.
 ///
-/// At half a turn the shortest way back changes sides, and with it the torque. The rest is room for
-/// the motion of a tick.
+/// At half a turn (π) the shortest way back changes its direction, and so does the torque. The
+/// difference to π leaves room for the motion of a tick.
 pub const COUPLING_MOST_TURN: f64 = 2.4;
 
-/// Share of the device's motion in free air by which an anchor that has slipped returns to the
-/// grip.
+/// In free air, an anchor that has slipped returns to the grip by this share of the device's
+/// motion.
 ///
-/// A third more or less of one's own motion passes unnoticed; from 1 on the tool could go against
-/// the hand.
+/// Users do not notice a third more or less of their own motion; from 1 on, the tool could move
+/// against the hand.
 pub const COUPLING_RETURN: f64 = 0.3;
 
-/// Relative to the tool's skin: how far it sinks under the device's largest force.
+/// Relative to the tool's contact offset: how far the tool sinks into it under the device's largest
+/// force.
 ///
-/// All of it would hold hard presses at exact touch, where normals and witnesses are least sure.
+/// If it sank by the whole offset, hard presses would end at exact touch, where normals and witness
+/// points are least accurate.
 pub const TOOL_SINKS: f64 = 0.5;
 
-/// Relative to the contact tolerance: from where on contacts push the tool.
+/// Relative to the contact tolerance: the contact offset, which is the separation below which
+/// contacts push the tool.
 ///
-/// Larger keeps a peg out of a hole whose clearance is a part of the tolerance; smaller makes
-/// contacts stiffer than the roundness of meshes is worth, and lets a fast tool overlap before it
-/// is stopped.
+/// A larger value keeps a peg out of a hole whose clearance is smaller than the tolerance. A
+/// smaller one makes contacts stiffer than the accuracy of curved meshes justifies, and lets a fast
+/// tool overlap before it is stopped.
 pub const TOOL_SKIN: f64 = 0.1;
 
 // render: the tool's step (tool, together, touches)
 
-/// Skins: the least way that contacts are looked ahead for.
+/// In contact offsets: the shortest look-ahead distance of contacts.
 ///
-/// Covers the encoder steps and the slow motion of a tool at rest. Larger looks at more pairs that
-/// are no contact; smaller cuts the first steps of a tool that is pulled away.
+/// This covers the encoder steps and the slow motion of a tool at rest. A larger value examines
+/// more pairs that are not in contact; a smaller one limits the first steps of a tool that is
+/// pulled away.
 pub const REACH_LEAST: f64 = 2.0;
 
-/// In skins: among contacts, a tool may always move so far in a step, although its query did not
-/// look at all that may have come near.
+/// In contact offsets: a tool in contact may always move this far in a step, even if its query did
+/// not examine everything that may have come near.
 ///
-/// At 1 kHz and a skin of 20 µm that is 10 mm/s. Less is felt as a drag in close-fitting parts that
-/// turn, for which the work never suffices; more lets the tool sink in deeper before what was not
-/// looked at pushes back.
+/// At 1 kHz and an offset of 20 µm this is 10 mm/s. A smaller value is felt as a drag when
+/// close-fitting parts turn, for which the work limit is always too small. With a larger one the
+/// tool sinks in deeper before unexamined surface pushes back.
 pub const REACH_CREEP: f64 = 0.5;
 
-/// How many times as far as in the last step the tool may move in the next one.
+/// In the next step the tool may move at most this many times as far as in the last one.
 ///
-/// A hand cannot double its speed in a millisecond. Larger looks at more pairs when the tool is
-/// fast; 1 would never let it speed up.
+/// A hand cannot double its speed in a millisecond. A larger value examines more pairs when the
+/// tool is fast; with 1, the tool could never accelerate.
 pub const REACH_GROWTH: f64 = 2.0;
 
 /// Factor by which the look-ahead of contacts shrinks in each step that needs less.
 ///
-/// The front spends clearance whenever the tolerance grows, so that it had better not shrink and
-/// grow with every step.
+/// Each growth of the tolerance shortens the sleep of pairs in the front. So the tolerance should
+/// not shrink and grow in every step.
 pub const REACH_FADE: f64 = 0.9;
 
-/// Margin of a moving body's box, in sizes of a tool, or in contact tolerances for a body without a
-/// hand.
+/// Margin of a moving body's box: in radii of the body for a tool, and in contact tolerances for
+/// other bodies.
 ///
-/// A body that has not used it up keeps its box, and pairs are not looked for. A quarter of a
-/// tool of 6 cm is 7 mm: 20 steps of a quick hand. Larger has pairs queried that are far apart; 0
-/// makes boxes and sorts them in every step.
+/// While a body stays within the margin it keeps its box, and no new pairs are searched. For a tool
+/// of 6 cm the margin is 7 mm, which is 20 steps of a quick hand. A larger value queries pairs that
+/// are far apart; 0 computes and sorts the boxes in every step.
 pub const BOX_SPARE: f64 = 0.25;
 
-/// m/s: no tool is faster, whatever the device says.
+/// m/s: the speed of a tool is limited to this, whatever the device reports.
 ///
-/// Faster than a hand throws. It bounds the tolerance of the query.
+/// A thrown tool is slower. The limit bounds the tolerance of the query.
 pub const TOOL_FASTEST: f64 = 5.0;
 
-/// Times that a tool's step is solved at most, to find which contacts press and which slide.
+/// Most times that a tool's step is solved to find which contacts press and which slide.
 ///
-/// Pressing settles in two or three; sliding halves its error in each. More only costs time.
+/// Which contacts press is found in two or three rounds; the error of sliding halves in each round.
+/// More rounds only cost time.
 pub const COUPLING_ROUNDS: u32 = 12;
 
-/// Rounds of a tool's step swing to and fro if a solution is as near to the last but one as this
-/// share of its way to the last one.
+/// The rounds of a tool's step oscillate if the distance of a solution to the last but one is less
+/// than this share of its distance to the last one.
 ///
-/// A contact that comes to press turns rounds back too, but not to where they were.
+/// A contact that starts to press also reverses the change between rounds, but does not lead back
+/// to the same solution.
 pub const RELAX_DRIFT: f64 = 0.1;
 
-/// Share of the way from guess to solution that a relaxed round of a tool's step goes at least.
+/// Smallest share of the way from guess to solution that a relaxed round of a tool's step goes.
 ///
-/// Friction that lifts its body off settles at a few hundredths of the way. Smaller could take more
-/// rounds than there are.
+/// Friction that lifts its body off the surface converges with shares of a few hundredths. A
+/// smaller share could need more than [`COUPLING_ROUNDS`] rounds.
 pub const RELAX_LEAST: f64 = 0.02;
 
-/// Share of the most that a contact holds: a larger change of its friction needs another round of a
-/// tool's step.
+/// Relative to a contact's friction limit: a larger change of its friction causes another round of
+/// a tool's step.
 ///
-/// A hundredth of the friction of one contact, gone in the next tick.
+/// The remaining error is a hundredth of one contact's friction and is corrected in the next tick.
 pub const COUPLING_SETTLED: f64 = 0.01;
 
 // render: the ring of an impact (transient)
 
-/// s: a direction in which nothing has pressed for so long may be hit again.
+/// s: an impact along a direction is rendered only if no contact has pressed along it for this
+/// long.
 ///
 /// A hand taps at most ten times a second; a tool that bounces by encoder steps is off the surface
-/// for a few ticks. Longer swallows taps; shorter makes a tool that rests on a rough surface buzz.
+/// for a few ticks. A longer time drops taps; a shorter one makes a tool that rests on a rough
+/// surface buzz.
 pub const IMPACT_REST: f64 = 0.02;
 
-/// Cosine: normals that are nearer to each other than this are one direction of contact.
+/// Cosine: normals within this angle of each other count as one direction of contact.
 ///
-/// 30°. Wider, and a wall is not felt from a slope; narrower, and a tool rings when it rolls over
-/// facets.
+/// 30°. With a wider angle, a tool that slides down a slope onto a wall feels no impact; with a
+/// narrower one, a tool vibrates when it rolls over facets.
 pub const IMPACT_CONE: f64 = 0.866;
 
-/// Relative to the device's largest force: the most that a ring may take.
+/// Relative to the device's largest force: the largest force of an impact's vibration.
 ///
-/// The rest is for the contact itself, and at 200 Hz the slew limit (the largest force in 2 ms)
-/// does not cut the swing.
+/// The rest is left for the contact itself. At 200 Hz the slew limit (the largest force in 2 ms)
+/// does not clip the vibration.
 pub const TRANSIENT_MOST: f64 = 1.0 / 3.0;
 
 /// Ticks in a period of a vibration, at least.
 ///
-/// Five: the steps of the held force are then 2 dB below the swing that they are to make. Fewer is
-/// noise.
+/// With five, the steps of the sampled force are 2 dB below the vibration itself. With fewer, the
+/// vibration becomes noise.
 pub const TRANSIENT_SAMPLES: f64 = 5.0;
 
 // render: the limits (saturate)
 
-/// Relative: how much shorter than its limit a saturated force or torque is made.
+/// Relative: a saturated force or torque is shorter than its limit by this.
 ///
-/// A few roundings, so that "never beyond the limit" holds to the last bit. Larger gives force
-/// away.
+/// A few roundings, so that no output exceeds the limit even in the last bit. A larger value wastes
+/// force.
 pub const SATURATION_ROUNDING: f64 = 1e-15;
 
-/// In units of [`crate::algebra::Work`], which are what it takes to look at a pair of nodes: a
-/// march begun.
+/// Cost of starting a march, in units of [`crate::algebra::Work`]. One unit is the cost of
+/// examining a pair of nodes.
 ///
-/// The caller that sets the allowance measures the cost of a unit. So these values only need to be
-/// right relative to each other, within a factor of two or so: the parts of a query then share the
-/// allowance as they share the time.
+/// The caller that sets the work limit measures the time per unit. So the `WORK_` values only need
+/// to be right relative to each other, within a factor of two or so: the parts of a query then
+/// share the limit in proportion to their time.
 pub const WORK_MARCH: u64 = 2;
 
-/// A step of a march or of a depth walk.
+/// Cost of a step of a march or of a depth walk, in the same units.
 pub const WORK_STEP: u64 = 1;
 
-/// Answer of a leaf pair: the check of its surface and of its depth.
+/// Cost of the result of a leaf pair: the checks of its surface and of its depth.
 pub const WORK_ANSWER: u64 = 6;
 
-/// A depth walk begun, with its search for a normal that both pieces own.
+/// Cost of starting a depth walk, with its search for a shared surface normal.
 pub const WORK_WALK: u64 = 20;
 
-/// A patch found, and each of its corners.
+/// Cost of a patch, and of each of its corners.
 pub const WORK_PATCH: u64 = 12;
 
-/// Share by which a pacer's estimates follow a step that took longer.
+/// After a step that took longer than estimated, a pacer's estimates move toward it by this share.
 pub const PACE_DEARER: f64 = 0.25;
 
-/// Share by which they follow one that took less time: a second or so.
+/// After a step that took less time, a pacer's estimates move toward it by this share: they adapt
+/// within a second or so.
 pub const PACE_CHEAPER: f64 = 1e-3;
 
-/// ns for a unit of work, before any was measured. Rather too much: the first steps then do less,
-/// and no force is on yet.
+/// ns: assumed time of a unit of work before any was measured. The value is rather too large: the
+/// first steps then do less work, while no force is on yet.
 pub const PACE_FIRST_PRICE: f64 = 100.0;
 
-/// Units: less work than this takes too little time to say what a unit costs.
+/// Units of work: a step with less work than this is too short to measure the cost of a unit.
 pub const PACE_TELLING: u64 = 500;
 
-/// Units that a query may always do, so that it gets on however late the loop is.
+/// Units of work that a query may always do, so that it makes progress however late the loop is.
 pub const PACE_LEAST_WORK: u64 = 200;
 
-/// Share of a loop's period that a step should take, unless the settings say otherwise.
+/// Default share of the loop's period that a step should take.
 ///
-/// The rest is for the device, the recorder and a busy machine.
+/// The rest is left for the device, the recorder and other load of the machine.
 pub const PACE_SHARE: f64 = 0.6;
 
-/// s: a driven body's first way to where its host says that it is, when no interval between updates
-/// is known yet: 60 Hz.
+/// s: assumed interval between a host's updates of a driven body (60 Hz) before a real one is
+/// known.
 pub const DRIVEN_PERIOD: f64 = 1.0 / 60.0;
 
-/// s: a driven body goes on for so long without an update, and slows down to rest in as long again.
+/// s: without an update, a driven body keeps its velocity for this long, and then slows down to
+/// rest in the same time.
 ///
-/// Six periods of the slowest usual host. Longer, and a robot whose program hangs pushes on;
-/// shorter, and a late update is felt.
+/// Six periods of the slowest usual host. With a longer time, a robot whose program hangs keeps
+/// pushing; with a shorter one, a late update is felt.
 pub const DRIVEN_PATIENCE: f64 = 0.1;

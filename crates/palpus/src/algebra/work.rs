@@ -1,20 +1,20 @@
-//! How much a query may do: work is counted and not timed, so that the same query with the same
-//! allowance gives the same answer on every machine and in a replay.
+//! Limits of a query's work. Work is counted, not timed, so that the same query with the same limit
+//! gives the same result on every machine and in a replay.
 
 use std::cell::Cell;
 
 /// An allowance of work, and what has been spent of it.
 ///
-/// One unit is about the cost of looking at one pair of nodes; the register of tolerances lists the
-/// cost of other steps. The engine never reads a clock to limit its work; a caller with a clock
-/// sets the allowance ([`crate::render::Pacer`]).
+/// One unit is about the cost of examining one pair of nodes; `tolerance` lists the cost of other
+/// steps. The engine never reads a clock to limit its work; a caller with a clock sets the
+/// allowance ([`crate::render::Pacer`]).
 #[derive(Debug, Default)]
 pub struct Work {
     most: Option<u64>,
     spent: Cell<u64>,
 }
 
-/// A part of an allowance: work may go on until so much is spent in all.
+/// A part of an allowance: work may go on until the total reaches this.
 #[derive(Clone, Copy, Debug)]
 pub struct Quota<'w> {
     work: &'w Work,
@@ -27,7 +27,7 @@ impl Work {
         Self::default()
     }
 
-    /// At most about `most` units: a step that has begun is finished.
+    /// An allowance of about `most` units; a step that has begun is still finished.
     pub fn of(most: Option<u64>) -> Self {
         Self { most, spent: Cell::new(0) }
     }
@@ -37,7 +37,7 @@ impl Work {
         self.spent.get()
     }
 
-    /// All that is allowed.
+    /// Returns the quota that covers the whole allowance.
     pub fn all(&self) -> Quota<'_> {
         Quota { work: self, until: self.most.unwrap_or(u64::MAX) }
     }
@@ -49,7 +49,7 @@ impl Work {
 }
 
 impl Quota<'_> {
-    /// `units` more have been spent.
+    /// Adds `units` to what has been spent.
     #[inline]
     pub fn spend(&self, units: u64) {
         self.work.spent.set(self.work.spent.get().saturating_add(units));

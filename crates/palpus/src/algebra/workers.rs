@@ -1,9 +1,8 @@
-//! Hands that the caller lends for work that falls into independent parts: the engine has no
-//! threads of its own.
+//! Worker threads that the caller provides for work that can be split into independent parts: the
+//! engine has no threads of its own.
 //!
-//! The engine cuts the work into parts by the size of the work alone, never by the number of
-//! workers, and puts the answers together in the parts' order. So the result does not depend on the
-//! workers.
+//! How the engine splits work depends only on the size of the work, never on the number of workers.
+//! It combines the results in the order of the parts. So the result does not depend on the workers.
 
 use std::sync::OnceLock;
 
@@ -17,7 +16,7 @@ pub trait Workers: Sync {
     fn each(&self, count: usize, work: &(dyn Fn(usize) + Sync), finished: &mut dyn FnMut(usize));
 }
 
-/// One part after the other, on the calling thread.
+/// Runs one part after the other on the calling thread.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Alone;
 
@@ -36,8 +35,8 @@ impl<W: Workers + ?Sized> Workers for &W {
     }
 }
 
-/// The answers of `work(k)` for each `k` below `count`, in that order; `batch` of them (at least
-/// one) are one part.
+/// Returns the results of `work(k)` for each `k` below `count`, in that order; `batch` of them (at
+/// least one) form one part.
 ///
 /// `progress` gets the fraction done, rising to one.
 pub fn map_in_order<T: Send + Sync>(
@@ -60,14 +59,15 @@ pub fn map_in_order<T: Send + Sync>(
     );
     let mut all = Vec::with_capacity(count);
     for (part, answer) in answers.into_iter().enumerate() {
-        // Workers that left a part out break their promise; the answer is right all the same.
+        // Workers must not skip a part; if they do, the part is computed here, so that the result
+        // is still correct.
         all.extend(answer.into_inner().unwrap_or_else(|| of_part(part)));
     }
     all
 }
 
-/// The answers of two jobs, done at once if there are hands for both; each may lend the same hands
-/// again.
+/// Returns the results of two jobs, which run at the same time if there are enough workers. Each
+/// job may use the same workers again.
 pub fn both<A: Send + Sync, B: Send + Sync>(
     workers: &dyn Workers,
     first: impl Fn() -> A + Sync,
@@ -89,7 +89,7 @@ pub fn both<A: Send + Sync, B: Send + Sync>(
 mod tests {
     use super::*;
 
-    /// Two threads, the second from the end; forgets the part in the middle.
+    /// Two threads, the second from the end; it skips the part in the middle.
     struct Pair;
 
     impl Workers for Pair {

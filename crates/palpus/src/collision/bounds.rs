@@ -1,8 +1,8 @@
 //! Cheap conservative bounds in front of hull tests.
 //!
-//! Each function answers with a *lower bound* of the distance between two node volumes; a bound may
-//! be negative or loose, never above the true distance. They only save work: whatever they let
-//! through is decided by the hulls.
+//! Each function returns a *lower bound* of the distance between two node volumes. A bound may be
+//! negative or loose, but is never above the true distance. The bounds only save work: pairs that
+//! they cannot exclude are decided by the hulls.
 
 use glam::{DMat3, DVec3};
 

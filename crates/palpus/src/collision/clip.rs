@@ -56,16 +56,16 @@ pub(super) enum OverFace {
     Tail,
     /// At the edge's second end.
     Head,
-    /// The point at which it enters or leaves the prism over this side (index into the face's
-    /// loop), or the side over which it misses the prism.
+    /// The point at which the edge enters or leaves the prism over this side (index into the face's
+    /// loop), or the side on which it misses the prism.
     Side(usize),
 }
 
 /// Clips the edge `tail`–`head` (in the polytope's frame) to the prism over face `f` (a rim has
-/// none) and looks where it is nearest.
+/// none), and finds where the clipped edge is nearest to the face.
 ///
-/// `hint` is a point of the edge; when the edge misses the prism, the answer is the side of the
-/// face nearest to that point, or without a hint the side nearest to the edge.
+/// `hint` is a point of the edge. If the edge misses the prism, the result is the side of the face
+/// nearest to that point; without a hint, the side nearest to the edge.
 #[inline]
 pub(super) fn over_face(
     polytope: &Polytope,

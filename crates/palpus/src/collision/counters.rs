@@ -13,22 +13,23 @@ pub struct TraversalCounters {
     pub leaf_tests: u32,
     /// Steps of all marches.
     pub march_steps: u32,
-    /// Marches that gave up and were answered by the fallback.
+    /// Marches that gave up, so that the fallback (GJK) gave the result.
     pub march_fallbacks: u32,
-    /// Leaf pairs within tolerance that were left out since there was no room, the least deep ones.
+    /// Leaf pairs within tolerance that were left out because there was no room: the least deep
+    /// ones.
     pub dropped: u32,
-    /// Pairs of the sleeping front that were due and looked at.
+    /// Pairs of the front that were due and measured.
     pub woken: u32,
     /// Pairs of the front that were split, and that were merged back.
     pub split: u32,
     /// See `split`.
     pub merged: u32,
-    /// Pairs that were searched without memory since the front had no room to split them.
+    /// Pairs that were searched without stored data, because the front had no room to split them.
     pub crowded: u32,
     /// Pairs of the front that were due or awake and were left for the next query, since the work
     /// allowed was done.
     pub postponed: u32,
-    /// Pairs within tolerance at rest: their contacts are those of an earlier query, moved along.
+    /// Pairs within tolerance at rest: their contacts are extrapolated from an earlier query.
     pub resting: u32,
     /// Node pairs in the tree down to the front's cut.
     pub front: u32,

@@ -1,42 +1,44 @@
-//! The sleeping front: the cut of the tree of node pairs, kept from tick to tick.
+//! The front: the cut through the tree of node pairs, kept from tick to tick (front tracking).
 //!
 //! The pairs of pieces within tolerance can be found by walking down a tree of node pairs \[K02
-//! §3.2; EL01\], whose shape does not depend on the pose: which side of a pair is split, its nodes
-//! say. Below some cut of this tree everything is too far apart. From one tick to the next that cut
-//! hardly moves, and most of what lies on it need not even be looked at:
+//! §3.2; EL01\], whose shape does not depend on the pose: the two nodes of a pair decide which of
+//! them is split. Below some cut of this tree all pairs are too far apart. From one tick to the
+//! next the cut hardly moves, and most pairs on it need not be measured:
 //!
-//! 1. A pair on the cut at distance D more than the tolerance t *sleeps*. It cannot matter before
-//!    the bodies have moved D − t against each other. The [`MotionBound`] sums up the motion, and
-//!    the [`WakeBoard`] finds the pairs that are due.
-//! 2. A pair that is due is measured again: by spheres, by the gap along the normal that separated
-//!    it last, by boxes when these promise a short sleep only, by hulls when those do. When it is
-//!    still apart, it goes on sleeping; otherwise it is split and its halves are measured.
-//! 3. A pair of leaves within tolerance is *awake*: it is marched every tick, from the features on
-//!    which it ended last time. Of many such pairs, those whose last answers are still good enough
-//!    are at rest (`rest`).
-//! 4. Halves that both sleep long are *merged*: the pair that they came from is measured, and when
-//!    it is far enough it sleeps in their place. When it is not, it says itself after how much
-//!    motion it makes sense to try again.
+//! 1. A pair on the cut whose distance D exceeds the tolerance t *sleeps*. It cannot come within
+//!    the tolerance before the bodies have moved D − t relative to each other. The [`MotionBound`]
+//!    sums up the motion, and the [`WakeBoard`] finds the pairs that are due.
+//! 2. A pair that is due is measured again: by spheres; by the gap along the normal that separated
+//!    it last; by boxes, if the bound so far allows only a short sleep; and by hulls, if the boxes
+//!    do too. If it is still apart, it sleeps again; otherwise it is split and its halves are
+//!    measured.
+//! 3. A pair of leaves within tolerance is *awake*: it is marched every tick, starting from the
+//!    features at which its last march ended. If there are many such pairs, those whose last
+//!    results are still accurate enough are at rest (`rest`).
+//! 4. Halves that both sleep long are *merged*: the pair that was split into them is measured, and
+//!    if it is far enough apart, it sleeps in their place. Otherwise its distance decides after how
+//!    much motion the merge is tried again.
 //!
 //! Steps 2 to 4 have a file each (`due`, `awake` and `rest`, `merge`).
 //!
 //! The cost of a query grows with the contacts and the pairs that are due, not with the size of the
-//! models. The result is that of a walk from the root in each query. Both split the same pairs by
-//! the same tests, but the front knows for most pairs that their test would fail.
+//! models. The result equals that of a search from the root in each query. Both split the same
+//! pairs by the same tests, but the front skips the tests of most pairs, since it knows their
+//! results.
 //!
-//! A query may be given a [`Quota`] of work. Due pairs have the first half of it, since their
-//! results are new. Then awake pairs are marched, in turns from query to query, for a quarter of
-//! the rest, since the stages after a march cost more than it does. Pairs that are left stay due
-//! and come in the next query. Meanwhile [`Front::unseen_separation`] bounds their separation from
-//! below, and the list of unvisited pairs names those with contacts.
+//! A query may be given a [`Quota`] of work. Due pairs get the first half of it, since their
+//! results are new. Awake pairs are then marched with a quarter of the rest, in turns from query to
+//! query; the stages after a march cost more than the march itself. Pairs that are not reached stay
+//! due until the next query. Meanwhile [`Front::unseen_separation`] is a lower bound of their
+//! separation, and the list of unvisited pairs contains those with contacts.
 //!
-//! All memory is obtained at construction. A pair for which there is no room to split stays due
-//! every tick, and its descendants are searched without memory (`below`); that is slower, and
-//! counted. After a jump the front begins anew at the roots.
+//! All memory is obtained at construction. If there is no room to split a pair, it stays due every
+//! tick, and its descendants are searched without stored data (`below`). This is slower, and is
+//! counted. After a jump the front starts again at the roots.
 //!
 //! After the *front* of [Ehmann and Lin 2001, §5.2] and [Li and Chen, *Incremental 3D collision
-//! detection*, 1998], who keep the cut but measure all of it each frame; and the wake times of
-//! [Hubbard 1995] and [Mirtich 1996], there for pairs of objects.
+//! detection*, 1998], who keep the cut but measure all of it in each frame; and after the wake
+//! times of [Hubbard 1995] and [Mirtich 1996], who use them for pairs of objects.
 
 mod awake;
 mod below;
@@ -62,7 +64,7 @@ use below::NodePair;
 use pair::{NONE, Pair, State};
 use rest::Rest;
 
-/// The cut between what is looked at and what sleeps, for one pair of bodies.
+/// The front of one pair of bodies.
 #[derive(Clone, Debug)]
 pub struct Front {
     /// The tree of node pairs down to the cut; the root is at place 0, halves are neighbours at
@@ -78,7 +80,7 @@ pub struct Front {
     awake: Vec<u32>,
     /// First places of pairs of halves that were merged.
     free: Vec<u32>,
-    /// Places from here on were never used.
+    /// Places from this index on were never used.
     fresh: u32,
     stack: Vec<u32>,
     /// Tolerance of the last query, and about how far the bodies move in a tick.
@@ -89,7 +91,8 @@ pub struct Front {
     begun: bool,
     /// How many awake pairs, at the head of the list, the last query did not visit.
     unvisited: usize,
-    /// How many of these, at the head of the list, were due to be visited.
+    /// How many of the unvisited pairs, at the head of the list, should have been visited (the
+    /// others are at rest).
     late: usize,
     /// Places on the way into `awake`.
     sorted: [Vec<u32>; 2],
@@ -98,7 +101,7 @@ pub struct Front {
     rests_from: u64,
     /// The block of the board at which the search for due pairs starts.
     first_block: usize,
-    /// There was no room for some pair since the front began: being due then says nothing about its
+    /// True if there was no room for some pair since the front started: such a pair is due at any
     /// distance.
     was_crowded: bool,
     /// Stack of the search below a pair of nodes.
@@ -142,7 +145,7 @@ impl Front {
         }
     }
 
-    /// Forgets the past; the next query begins at the roots.
+    /// Drops all cached data; the next query starts at the roots.
     pub fn clear(&mut self) {
         self.begun = false;
         self.motion_bound.clear();
@@ -151,8 +154,8 @@ impl Front {
 
     /// Writes to `found` every leaf pair that overlaps or is nearer than the tolerance.
     ///
-    /// The bodies are those of [`Self::new`]. `found` is cleared first; of more pairs than it has
-    /// room for it keeps the deepest, and the others are counted as dropped.
+    /// The bodies are those of [`Self::new`]. `found` is cleared first. If there are more pairs
+    /// than it has room for, it keeps the deepest and counts the others as dropped.
     pub fn within(&mut self, placed: &PlacedPair<'_>, found: &mut LeafPairs) -> TraversalCounters {
         self.within_quota(placed, &Work::unlimited().all(), found)
     }
@@ -169,7 +172,7 @@ impl Front {
         found.clear();
         self.move_on(query, &mut counters);
         let before = self.awake.len();
-        // With nothing awake, all of it is for what is due.
+        // If no pair is awake, the due pairs get all of the quota.
         let done = match before {
             0 => self.wake_due(query, quota, found, &mut counters),
             _ => self.wake_due(query, &quota.half(), found, &mut counters),
@@ -196,15 +199,15 @@ impl Front {
         self.thickness[0].of_all().min(self.thickness[1].of_all())
     }
 
-    /// How far the bodies have moved against each other since the last query, model units: at least
-    /// as far as any distance of two points has changed. `None` before the first query.
+    /// How far the bodies have moved against each other since the last query, model units: no
+    /// distance between a point of each has changed by more. `None` before the first query.
     pub(crate) fn motion_to(&self, pose_ba: &Placement) -> Option<f64> {
         self.motion_bound.motion_to(pose_ba)
     }
 
-    /// Every pair of pieces that was neither found nor left for a later turn is at least this far
-    /// apart (model units); minus infinity when nothing is known yet. Not less than the tolerance
-    /// unless the quota was spent.
+    /// Lower bound of the separation (model units) of every pair of pieces that was neither found
+    /// nor left for a later turn. Minus infinity before the first query. It is at least the
+    /// tolerance unless the quota was spent.
     pub fn unseen_separation(&self) -> f64 {
         let least = self.wakes.least(self.blocks());
         if least >= self.motion_bound.sum() {
@@ -216,13 +219,13 @@ impl Front {
         }
     }
 
-    /// Places that pairs may be remembered at.
+    /// Number of places at which pairs can be stored.
     pub(crate) fn places(&self) -> usize {
         self.pairs.len()
     }
 
-    /// The next query begins with the leaf pair at `place`, for which nothing was left after its
-    /// march.
+    /// Makes the next query begin with the leaf pair at `place`, for which no quota was left after
+    /// its march.
     pub(crate) fn resume_at(&mut self, place: u32) {
         if let Some(k) = self.awake.iter().position(|&awake| awake == place) {
             self.awake.rotate_left(k);
@@ -230,9 +233,9 @@ impl Front {
         (self.unvisited, self.late) = (0, 0);
     }
 
-    /// Keeps where the pair's depth walk ended, or its march when it is apart, for the next tick's
-    /// walk: the normal (b's frame), vertices that support it or nearly so, and the features that
-    /// it rests on.
+    /// Stores the end of the pair's depth walk (or of its march, if it is apart) as the start of
+    /// the next tick's walk: the normal (b's frame), vertices that support it or nearly so, and the
+    /// features at the end.
     pub fn remember_depth(&mut self, pair: &LeafPair, normal: DVec3, hub: [u32; 2], facet: FeaturePair) {
         if let Some(place) = pair.place {
             let memory = &mut self.memories[place as usize];
@@ -240,16 +243,16 @@ impl Front {
         }
     }
 
-    /// Keeps the features of the pair's depth along a normal that both pieces own, where its walk
-    /// ended on another.
+    /// Stores the features of the pair's depth along a normal that both pieces own, if its walk
+    /// ended on another normal.
     pub fn remember_admissible(&mut self, pair: &LeafPair, admissible: Option<FeaturePair>) {
         if let Some(place) = pair.place {
             self.memories[place as usize].admissible = admissible;
         }
     }
 
-    /// The pair has no normal that both pieces own before the bodies have turned by `angle` (rad)
-    /// more, wherever they are.
+    /// Stores that the two pieces share no normal, at any position, until the bodies have turned by
+    /// `angle` (rad) more.
     pub(crate) fn remember_barren(&mut self, pair: &LeafPair, angle: f64) {
         if let Some(place) = pair.place {
             let barren_until = self.motion_bound.turned() + angle;
@@ -259,7 +262,7 @@ impl Front {
         }
     }
 
-    /// True if that is known of the pair, and still holds.
+    /// Returns true if the pair is stored as having no shared normal, and that still holds.
     pub(crate) fn is_barren(&self, pair: &LeafPair) -> bool {
         pair.memory.is_some_and(|memory| memory.barren_until >= self.motion_bound.turned())
     }
@@ -269,8 +272,8 @@ impl Front {
         self.fresh as usize - 2 * self.free.len() - 1
     }
 
-    /// Step 1: takes the motion since the last query off all clearances. A wider tolerance does the
-    /// same.
+    /// Step 1: subtracts the motion since the last query from all clearances. A larger tolerance
+    /// has the same effect.
     fn move_on(&mut self, query: &PlacedPair<'_>, counters: &mut TraversalCounters) {
         let moved = self.motion_bound.advance(query.pose_ba);
         let wider = query.tolerance - self.tolerance;
@@ -287,7 +290,7 @@ impl Front {
         }
     }
 
-    /// Only the pair of roots, and that due.
+    /// Only the pair of roots is in the tree, and it is due.
     fn restart(&mut self, query: &PlacedPair<'_>) {
         self.wakes.clear(self.fresh as usize);
         self.free.clear();
@@ -297,7 +300,7 @@ impl Front {
         self.first_block = 0;
         self.was_crowded = false;
         self.pairs[0] = Pair::of(query.a.hierarchy.root(), query.b.hierarchy.root(), NONE);
-        // A wake value of 0 is due whenever the sum is not.
+        // A wake value of 0 is due at any sum above 0.
         self.motion_bound.spend(0.0);
         self.wakes.set(0, 0);
         self.pace = 0.0;
@@ -305,7 +308,7 @@ impl Front {
         self.end_rests();
     }
 
-    /// False for a pair whose pieces are all thicker than the query's limit.
+    /// Returns false for a pair whose pieces are all thicker than the query's limit.
     #[inline]
     fn is_wanted(&self, query: &PlacedPair<'_>, place: u32) -> bool {
         let Pair { a, b, .. } = self.pairs[place as usize];
@@ -323,7 +326,7 @@ impl Front {
         self.wakes.set(place, self.motion_bound.due(distance - query.tolerance));
     }
 
-    /// Marches a pair from where it ended last, or cold.
+    /// Marches a pair from the end of its last march, or cold.
     fn march(
         &mut self,
         query: &PlacedPair<'_>,
@@ -341,7 +344,7 @@ impl Front {
             pair.known = true;
         }
         memory.features = answer.features;
-        // When two that are apart overlap again, their depth may be anywhere.
+        // If a pair that is apart overlaps again later, its depth may have any direction.
         if let Proximity::Disjoint(Closest { normal, features, distance, .. }) = answer.proximity
             && distance >= query.tolerance
         {

@@ -1,15 +1,15 @@
 //! Distance of two convex polytopes by Gilbert, Johnson and Keerthi's algorithm: the fallback of
-//! the march, and its judge.
+//! the march, and the reference in its tests.
 //!
 //! 1. A *corner* is a point of the CSO `A ⊖ B`: a support vertex of a minus one of b. Begin with
 //!    one corner, from the vertices of the features that the caller names.
 //! 2. Find the point `v` of the simplex of corners nearest to the origin, and keep only the corners
 //!    that carry it.
 //! 3. When `v` is the origin (within touching), or four corners enclose it, the polytopes overlap.
-//! 4. Otherwise add the corner farthest along `−v`. Its plane bounds the distance from below, `|v|`
-//!    from above; when the two agree, or nothing is gained any more, the nearest corners' vertices
-//!    are the answer.
-//! 5. Name the features from the vertices that carry the answer.
+//! 4. Otherwise add the corner farthest along `−v`. Its support plane gives a lower bound of the
+//!    distance, and `|v|` is an upper bound. When the two agree, or no step improves them, the
+//!    closest points follow from the vertices of the kept corners.
+//! 5. Determine the features from the vertices of these corners.
 //!
 //! Deviation from the textbook, for needles and slivers: the nearest sub-simplex is not chosen by
 //! signs of determinants but by comparing distances. Every candidate is a convex combination of
@@ -29,14 +29,14 @@ use crate::algebra::tolerance::{GJK_GAP, GJK_PLATEAU, GJK_STEPS};
 use crate::body::{Feature, FeaturePair, Polytope};
 use simplex::{Corner, Reduction, Simplex};
 
-/// The distance of a and b; all of the answer is in b's frame. `pose_ba` is the frame of a in b.
+/// Returns the distance of a and b, in b's frame. `pose_ba` places a's frame in b's.
 ///
-/// `start` names the features whose vertices make the first corner; any will do, the last answer's
-/// are best.
+/// `start` contains the features whose vertices make the first corner. Any features are valid;
+/// those of the last result are best.
 ///
 /// The stop reason is `Converged` when the two bounds of the distance agree within rounding.
-/// Otherwise it is `Stalled` or `Budget`: the points then are valid and the bodies proven apart,
-/// but perhaps not closest; a pair that stopped without being proven apart is reported as
+/// Otherwise it is `Stalled` or `Budget`: the points are then valid and the bodies proven apart,
+/// but the points may not be the closest. A pair that is not proven apart is reported as
 /// overlapping, never as disjoint.
 pub fn gjk(a: &Polytope, b: &Polytope, pose_ba: &Placement, start: FeaturePair) -> March {
     let Scale { size, noise, touching } = Scale::of(a, b, pose_ba);
@@ -66,8 +66,8 @@ pub fn gjk(a: &Polytope, b: &Polytope, pose_ba: &Placement, start: FeaturePair) 
         if let Reduction::Encloses(outward) = simplex.add(corner) {
             return overlapping(a, b, pose_ba, &simplex, -outward, steps, StopReason::Converged);
         }
-        // Close to the origin, a step may gain less than rounding and still turn the normal: allow
-        // a few of them.
+        // Close to the origin, a step may gain less than rounding and still turn the normal; allow
+        // a few such steps.
         let after = simplex.nearest().length();
         plateau = if after < length { 0 } else { plateau + 1 };
         if plateau > GJK_PLATEAU || after > length + noise {
@@ -116,8 +116,8 @@ fn overlapping(
     March { proximity: Proximity::Overlapping(Overlap { features, direction }), features, steps, stop }
 }
 
-/// The direction of an overlap noticed with the origin on the simplex: across it, or between the
-/// centroids.
+/// The direction of an overlap that is detected with the origin on the simplex: perpendicular to
+/// the simplex, or between the centroids.
 fn touching_direction(a: &Polytope, b: &Polytope, pose_ba: &Placement, simplex: &Simplex) -> DVec3 {
     let apart = centroid_line(a, b, pose_ba);
     if simplex.count != 3 {
@@ -133,7 +133,7 @@ pub(super) fn centroid_line(a: &Polytope, b: &Polytope, pose_ba: &Placement) -> 
     (pose_ba.point(a.centroid()) - b.centroid()).normalize_or(DVec3::X)
 }
 
-/// The least features that hold the vertices which carry the nearest point.
+/// The smallest features that contain the vertices of the nearest point.
 fn carriers(a: &Polytope, b: &Polytope, pose_ba: &Placement, simplex: &Simplex, normal: DVec3) -> FeaturePair {
     let corners = &simplex.corners[..simplex.count];
     FeaturePair {
@@ -142,7 +142,7 @@ fn carriers(a: &Polytope, b: &Polytope, pose_ba: &Placement, simplex: &Simplex, 
     }
 }
 
-/// The least feature whose closure holds the given vertices, preferring faces that look along
+/// The smallest feature whose closure contains the given vertices, preferring faces that look along
 /// `outward`.
 fn carrier(polytope: &Polytope, vertices: impl Iterator<Item = u32>, outward: DVec3) -> Feature {
     let mut distinct = [0; 4];
@@ -163,8 +163,8 @@ fn carrier(polytope: &Polytope, vertices: impl Iterator<Item = u32>, outward: DV
     {
         return Feature::Edge(spoke.edge);
     }
-    // Faces merged within rounding may be missed by one corner: then the face that holds most of
-    // them answers.
+    // One vertex may be missing from a face that was merged within rounding: then take the face
+    // that contains most of them.
     let mut best = (0, f64::NEG_INFINITY, ring.at(0).left);
     for spoke in ring {
         let face = polytope.face_vertices(spoke.left);

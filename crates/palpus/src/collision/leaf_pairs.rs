@@ -1,4 +1,4 @@
-//! The leaf pairs that a query found, as many as there is room for: of more, the deepest.
+//! The leaf pairs that a query found. If there are more than the capacity, the deepest are kept.
 //!
 //! 1. Pairs are kept in the order in which they are found.
 //! 2. When there is no room any more, each new pair replaces the least deep one if it is deeper;
@@ -65,12 +65,12 @@ impl LeafPairs {
         &self.pairs
     }
 
-    /// How many were left out.
+    /// Number of pairs that were left out.
     pub(super) fn dropped(&self) -> u32 {
         self.dropped
     }
 
-    /// Adds a pair, or leaves out the least deep of all.
+    /// Adds a pair; if there is no room, leaves out the least deep of all.
     #[inline]
     pub(super) fn push(&mut self, pair: LeafPair, placed: &PlacedPair<'_>) {
         if self.pairs.len() < self.capacity {

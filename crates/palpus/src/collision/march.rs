@@ -9,25 +9,26 @@
 //! 2. When a point violates a Voronoi plane of the other's feature, that feature grows across the
 //!    most violated plane (vertex → edge, edge → face). The distance of the closed features
 //!    strictly decreases.
-//! 3. When an edge would pair with a face, it is clipped to the prism over the face. It crosses the
-//!    face (the bodies overlap), or the derivative of its height names the end that is nearest: a
-//!    vertex over the face, or an edge along a side.
+//! 3. When an edge would pair with a face, it is clipped to the prism over the face. Either the
+//!    edge crosses the face (the bodies overlap), or the derivative of its height shows which end
+//!    is nearest: a vertex over the face, or an edge along a side.
 //! 4. A vertex below a face is a local minimum. Either the vertex is inside of the whole body (they
 //!    overlap), or some other face sees it from above and the march goes on there.
-//! 5. Otherwise the pair is closest. The answer is then checked: no vertex of either body may reach
-//!    farther along the normal than the closest points do, which one ring per body decides. When
-//!    one does, by little, a second walk looks below the rounding that the first one ignores.
+//! 5. Otherwise the pair is closest. The result is then checked: no vertex of either body may reach
+//!    farther along the normal than the closest points. It is enough to test one ring of vertices
+//!    per body. If a vertex reaches slightly farther, a second walk also follows gains that the
+//!    first one ignores as rounding.
 //!
 //! The next state depends on the state alone, so a repeated state means a cycle. A cycle, an
-//! exhausted budget or a failed proof falls back to GJK, which answers under the same contract, and
-//! the stop reason says so. An overlap is always witnessed: a vertex inside, an edge through a
+//! exhausted budget or a failed proof falls back to GJK, whose results satisfy the same conditions;
+//! the stop reason reports this. Every overlap has a witness: a vertex inside, an edge through a
 //! face, or features within touching distance.
 //!
 //! Deviations from V-Clip: features are closed and their closest points explicit, so that progress
 //! is a decrease of distance rather than a chain of region tests; growth needs a gain above
 //! rounding and shrinking does not, so that parallel features don't cycle; the scan of all faces at
 //! a local minimum is a climb over adjacent faces (a support query on the polar dual). Plates need
-//! no case of their own but one: below the front is above the back.
+//! only one special case: a point below the front is above the back.
 
 mod validate;
 
@@ -47,9 +48,9 @@ use crate::body::{Feature, FeaturePair, Polytope};
 
 /// Finds the closest points of a and b, in b's frame. `pose_ba` is the frame of a in b.
 ///
-/// `start` may be any features of the two; the last answer's make the query cheap. Bodies nearer
-/// than [`TOUCHING`](crate::algebra::tolerance::TOUCHING) times the sum of their radii count as
-/// overlapping.
+/// `start` may be any features of the two; those of the last result make the query fast. Bodies
+/// nearer than [`TOUCHING`](crate::algebra::tolerance::TOUCHING) times the sum of their radii count
+/// as overlapping.
 pub fn march(a: &Polytope, b: &Polytope, pose_ba: &Placement, start: FeaturePair) -> March {
     let answer = proven(a, b, pose_ba, start);
     debug_assert!(
@@ -87,9 +88,9 @@ fn proven(a: &Polytope, b: &Polytope, pose_ba: &Placement, start: FeaturePair) -
     second_look(&mut field, &scale, candidate, steps)
 }
 
-/// Something reaches past the closest points, by little: features of the two are parallel but for
-/// an angle that the dead zone of growth hides. Goes on without it, and believes what then is apart
-/// within the rounding of its direction.
+/// Called if a vertex reaches slightly past the closest points: two features are parallel except
+/// for an angle that the dead zone of growth hides. Continues without the dead zone, and accepts a
+/// result that is apart within the rounding of its direction.
 #[cold]
 fn second_look(field: &mut Field<'_>, scale: &Scale, first: Candidate, steps: u32) -> March {
     field.noise = 0.0;
@@ -133,7 +134,7 @@ enum Walk {
     Apart(Candidate),
     /// At a witness of overlap.
     Overlap(Overlap),
-    /// Nowhere, for that reason.
+    /// Without a result, for this reason.
     Lost(FeaturePair, StopReason),
 }
 
@@ -141,8 +142,8 @@ enum Walk {
 #[derive(Clone, Copy)]
 struct Candidate {
     closest: Closest,
-    /// How far the bodies reach past the closest points along the normal, in sum: the distance is
-    /// at most that much too long.
+    /// How far both bodies together reach past the closest points along the normal: the distance is
+    /// too long by at most this.
     excess: f64,
 }
 
@@ -167,7 +168,8 @@ impl Field<'_> {
             match self.step(pair) {
                 Step::Move(fa, fb) => {
                     pair = FeaturePair { a: fa, b: fb };
-                    // Brent's cycle finder: compare with a state remembered at powers of two.
+                    // Brent's cycle finder: compare with the state that was stored at the last
+                    // power of two.
                     if pair == seen {
                         let walk = self.best_of_cycle(pair).map_or(Walk::Lost(pair, StopReason::Stalled), Walk::Apart);
                         return (walk, steps);
@@ -218,9 +220,9 @@ impl Field<'_> {
         }
     }
 
-    /// The nearest of the pairs in the cycle through `pair`: parallel features may hand each other
-    /// a distance that differs only in rounding. None when no pair of the cycle has closest points
-    /// off its boundaries.
+    /// The nearest of the pairs in the cycle through `pair`: between parallel features, the walk
+    /// may cycle through distances that differ only in rounding. `None` if no pair of the cycle has
+    /// closest points off its boundaries.
     #[cold]
     fn best_of_cycle(&self, pair: FeaturePair) -> Option<Candidate> {
         let mut best: Option<Candidate> = None;
@@ -253,10 +255,11 @@ impl Field<'_> {
         best
     }
 
-    /// Returns the same points with the normal of a face that holds one of them, or with a normal
-    /// square to an edge that holds one, if less reaches beyond them along it.
+    /// Returns the same points with the normal of a face that contains one of them, or with a
+    /// normal perpendicular to an edge that contains one, if the bodies reach less far past the
+    /// points along this normal.
     ///
-    /// A vertex that overhangs the end of a parallel face or edge by the last digit tilts the line
+    /// A vertex that lies beyond the end of a parallel face or edge by mere rounding tilts the line
     /// between near points.
     #[cold]
     fn straightened(&self, candidate: Candidate) -> Candidate {
@@ -279,8 +282,8 @@ impl Field<'_> {
         best
     }
 
-    /// The closest points of a pair, with how far other vertices reach past them: one ring per body
-    /// shows it.
+    /// The closest points of a pair, and how far other vertices reach past them, from one ring of
+    /// vertices per body.
     #[inline]
     fn candidate(&self, pair: FeaturePair, points: &ClosestPoints) -> Candidate {
         let ClosestPoints { on_p, on_q, normal } = *points;
@@ -320,8 +323,8 @@ fn for_each_edge(polytope: &Polytope, feature: Feature, mut visit: impl FnMut(DV
     }
 }
 
-/// The feature itself when the polytope has it, otherwise its first vertex: a stale start is slow,
-/// not wrong.
+/// Returns the feature itself if the polytope has it, otherwise its first vertex: an outdated start
+/// is slow, not wrong.
 fn within(polytope: &Polytope, feature: Feature) -> Feature {
     let exists = match feature {
         Vertex(v) => (v as usize) < polytope.vertices().len(),

@@ -1,8 +1,8 @@
-//! How far two bodies can have moved against each other: a sum that only grows, in whole steps.
+//! Upper bound of the relative motion of two bodies: a sum that only grows, in whole steps.
 //!
-//! 1. From one tick to the next, no point of a body moves farther than the farthest corner of a box
-//!    that holds the body: the displacement field of a rigid motion is affine, and the norm of an
-//!    affine field is convex.
+//! 1. From one tick to the next, no point of a body moves farther than the corner that moves
+//!    farthest of a box around the body: the displacement field of a rigid motion is affine, and
+//!    the norm of an affine field is convex.
 //! 2. Distances between the bodies change by no more than that, whether a is seen from b or b from
 //!    a. The smaller of the two is added to the sum S.
 //! 3. A pair that is `D` apart while the sum is S₀ cannot be nearer than `t` before the sum exceeds
@@ -11,9 +11,8 @@
 //! The angles of rotation have a sum of their own, in radians.
 //!
 //! S counts whole *quanta*, a fixed small fraction of the bodies' size. A motion is rounded up to
-//! whole quanta and one more is added, a clearance is rounded down; so that the sum is exact
-//! however long it runs, and the added quantum outweighs the rounding of placed points a
-//! thousandfold.
+//! whole quanta, and one quantum is added; a clearance is rounded down. So the sum stays exact for
+//! any run time, and the added quantum is a thousand times the rounding of transformed points.
 
 use glam::{DMat3, DVec3};
 
@@ -55,8 +54,8 @@ impl MotionBound {
         self.sum = 0;
     }
 
-    /// Adds the motion since the last call and answers it in model units; none before the first
-    /// call, or when the sum is exhausted: then nothing that was known of distances holds any more.
+    /// Adds the motion since the last call and returns it in model units. `None` before the first
+    /// call, or if the sum has reached its limit: then stored distances are no longer valid.
     pub(super) fn advance(&mut self, pose_ba: &Placement) -> Option<f64> {
         let moved = self.motion_to(pose_ba);
         if let Some(last) = &self.last {
@@ -67,8 +66,8 @@ impl MotionBound {
         self.spend(moved + MOTION_NOISE * (self.size + pose_ba.translation.length())).then_some(moved)
     }
 
-    /// The sum of all turns so far, rad: by no more have the bodies turned against each other in
-    /// between.
+    /// The sum of all relative rotations so far, rad. The difference of two values bounds the
+    /// rotation in between.
     #[inline]
     pub(super) fn turned(&self) -> f64 {
         self.turned
@@ -83,8 +82,8 @@ impl MotionBound {
         Some(moved.min(displacement(&self.box_b, &last.inverse(), &pose_ba.inverse())))
     }
 
-    /// Adds a length (model units) that clearances have lost otherwise; false if the sum is
-    /// exhausted.
+    /// Adds another loss of all clearances (model units); returns false if the sum has reached its
+    /// limit.
     pub(super) fn spend(&mut self, length: f64) -> bool {
         let quanta = (length / self.quantum).ceil() + 1.0;
         if quanta.is_nan() || quanta >= EXHAUSTED as f64 || self.sum >= EXHAUSTED {
@@ -95,8 +94,8 @@ impl MotionBound {
         true
     }
 
-    /// The sum at which a pair has to be looked at that now has `clearance` (not negative, model
-    /// units) to spend.
+    /// The sum at which a pair must be measured again whose clearance is now `clearance` (not
+    /// negative, model units).
     #[inline]
     pub(super) fn due(&self, clearance: f64) -> u64 {
         // A cast saturates; the shift keeps the sum of two from overflowing.
@@ -109,7 +108,7 @@ impl MotionBound {
     }
 }
 
-/// Far above any journey, far below the end of the integers.
+/// Far above any real motion, and far below the largest integer.
 const EXHAUSTED: u64 = 1 << 61;
 
 /// The angle from one rotation to another, rad.

@@ -1,9 +1,10 @@
-//! Test bodies and the exhaustive distance oracle that the march and GJK are held against.
+//! Test bodies, and an exhaustive distance algorithm (the oracle) with which tests compare the
+//! march and GJK.
 //!
-//! The oracle's weakness: it compares every vertex with every polygon and every edge with every
-//! edge, so it shares with its subjects only the closed forms of `algebra::closest`. For edges
-//! parallel within 1e-8 their error is up to 1e-8 of their length, but then a vertex and a face
-//! give the answer too.
+//! The oracle compares every vertex with every polygon and every edge with every edge. It shares
+//! only the closed forms of `algebra::closest` with the tested algorithms. For edges parallel
+//! within 1e-8 their error is up to 1e-8 of their length, but then a vertex and a face give the
+//! answer too.
 
 use glam::{DMat3, DQuat, DVec3};
 

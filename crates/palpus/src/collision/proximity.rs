@@ -9,7 +9,7 @@ use crate::body::FeaturePair;
 pub enum Proximity {
     /// They are apart; the closest points.
     Disjoint(Closest),
-    /// They touch or overlap; where the search noticed.
+    /// They touch or overlap, with the place at which the search detected it.
     Overlapping(Overlap),
 }
 
@@ -32,7 +32,7 @@ pub struct Closest {
 /// Result of the distance search for an overlap: a start for the depth walk \[K02 §3.3.2\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Overlap {
-    /// The feature pair at which the overlap was noticed.
+    /// The feature pair at which the overlap was detected.
     pub features: FeaturePair,
     /// A direction, from b into a and in b's frame, along which the depth is likely small; need not
     /// be unit.
@@ -42,7 +42,7 @@ pub struct Overlap {
 /// How a search ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum StopReason {
-    /// It found its answer.
+    /// It found its result.
     Converged,
     /// It stopped making progress (a repeat or a cycle) and the fallback answered.
     Stalled,
@@ -50,7 +50,7 @@ pub enum StopReason {
     Budget,
 }
 
-/// The answer of a distance query and where to start the next one.
+/// The result of a distance query, and the start of the next one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct March {
     /// Apart or overlapping, in b's frame.
@@ -59,12 +59,12 @@ pub struct March {
     pub features: FeaturePair,
     /// Feature pairs visited, the fallback's iterations included.
     pub steps: u32,
-    /// `Converged` when the march answered; otherwise why the fallback did.
+    /// `Converged` if the result is the march's; otherwise the reason for the fallback.
     pub stop: StopReason,
 }
 
 impl March {
-    /// Zero for what overlaps.
+    /// The distance; zero for an overlap.
     pub(super) fn distance(&self) -> f64 {
         match self.proximity {
             Proximity::Disjoint(Closest { distance, .. }) => distance,

@@ -1,4 +1,4 @@
-//! The lengths against which the distance of a pair is judged, by the march and by GJK alike.
+//! Length limits of a pair, which the march and GJK both use for their decisions.
 
 use crate::algebra::Placement;
 use crate::algebra::tolerance::{COPLANAR, MARCH_DOUBT, MARCH_NOISE, MARCH_PROOF, TOUCHING};
@@ -22,7 +22,8 @@ impl Scale {
         Self { size, noise, touching: (TOUCHING * size).max(noise) }
     }
 
-    /// How far a vertex may reach past the closest points of an answer that needs no second look.
+    /// How far a vertex may reach past the closest points of a result that is accepted without a
+    /// second check.
     #[inline]
     pub(super) fn tight(&self, distance: f64) -> f64 {
         MARCH_PROOF * distance + self.noise

@@ -1,4 +1,4 @@
-//! Two bodies as the search for near pairs of their pieces sees them.
+//! The input of the search for near pairs of pieces: two bodies.
 
 use super::bounds::{box_gap, sphere_gap};
 use crate::algebra::Placement;
@@ -20,18 +20,18 @@ impl<'a> Side<'a> {
     }
 }
 
-/// Two bodies at a pose, and how near pairs of their pieces are looked for.
+/// Two bodies at a pose, and the limits of the search for near pairs of pieces.
 #[derive(Clone, Copy)]
 pub struct PlacedPair<'a> {
     /// The body that is placed.
     pub a: Side<'a>,
-    /// The body in whose frame answers are.
+    /// The body in whose frame the results are.
     pub b: Side<'a>,
     /// Places a's frame in b's.
     pub pose_ba: &'a Placement,
     /// Model units: pairs that overlap or are nearer are found.
     pub tolerance: f64,
-    /// Model units: only pairs one of whose pieces is thinner are looked at.
+    /// Model units: only pairs with a piece thinner than this are examined.
     pub(crate) thinner_than: f64,
 }
 
@@ -41,8 +41,8 @@ impl<'a> PlacedPair<'a> {
         Self { a, b, pose_ba, tolerance, thinner_than: f64::INFINITY }
     }
 
-    /// A lower bound of the distance of two nodes: by their spheres, and by their boxes where that
-    /// is not `enough`.
+    /// A lower bound of the distance of two nodes: by their spheres, and by their boxes if the
+    /// bound by spheres is not above `enough`.
     pub(super) fn bound(&self, nodes: [u32; 2], enough: f64) -> f64 {
         let (a, b) = (self.a.hierarchy.node(nodes[0]), self.b.hierarchy.node(nodes[1]));
         let gap = sphere_gap(&a.sphere, &b.sphere, self.pose_ba);

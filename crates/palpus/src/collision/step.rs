@@ -1,8 +1,8 @@
 //! One step of the march, by the kinds of the two features.
 //!
 //! Each kind of pair is written once, for a feature of p against one of q in q's frame, and used
-//! both ways round. Features are closed: a step first finds their closest points, then says where
-//! to go or that these are the answer.
+//! both ways round. Features are closed: a step first finds their closest points, then decides
+//! which pair is next, or that these points are the result.
 
 use glam::DVec3;
 
@@ -82,8 +82,8 @@ pub(super) fn vertex_vertex(view: &View<'_>, v: u32, w: u32) -> Step {
     Step::Apart(points)
 }
 
-/// The points of vertex `v` of p and the line of edge `e` of q, or the end beyond which the vertex
-/// lies.
+/// The closest points of vertex `v` of p and the line of edge `e` of q, or the end of the edge
+/// beyond which the vertex lies.
 #[inline]
 pub(super) fn vertex_over_edge(view: &View<'_>, v: u32, e: u32) -> Result<ClosestPoints, u32> {
     let on_p = view.p_in_q.point(view.p.vertex(v));
@@ -101,8 +101,8 @@ pub(super) fn vertex_over_edge(view: &View<'_>, v: u32, e: u32) -> Result<Closes
     Ok(ClosestPoints { on_p, on_q, normal: across(on_p - on_q, d) })
 }
 
-/// Unit along `r` made perpendicular to `d`: the rounding of two near points must not tilt a normal
-/// along an edge.
+/// Unit vector along `r`, made perpendicular to `d`, so that the rounding of two near points does
+/// not tilt a normal along an edge.
 #[inline]
 pub(super) fn across(r: DVec3, d: DVec3) -> DVec3 {
     (r - d * (r.dot(d) / d.length_squared())).normalize_or_zero()
@@ -220,7 +220,7 @@ pub(super) fn between_edges(view: &View<'_>, e: u32, g: u32) -> Result<ClosestPo
     let cross = dp.cross(dq);
     let lengths = dp.length_squared() * dq.length_squared();
     let normal = if cross.length_squared() * (view.reach * view.reach) > r.length_squared() * lengths {
-        // The sides tell the sign where the points are too near.
+        // If the points are too near, the sides of the bodies decide the sign.
         let sign = cross.dot(r);
         cross.normalize() * if sign == 0.0 { cross.dot(outward_of_edge(view.q, g)) } else { sign }.signum()
     } else {

@@ -5,9 +5,9 @@ use glam::DVec3;
 use crate::algebra::Placement;
 use crate::body::Polytope;
 
-/// Returns the gap between the supports of two pieces along `normal` (unit, from b into a, in b's
-/// frame), negative by how far they overlap along it, model units; and the supports, vertices of a
-/// and of b. Never above the distance of the pieces.
+/// Returns the gap between the support planes of two pieces along `normal` (unit, from b into a, in
+/// b's frame), in model units, and the support vertices of a and of b. The gap is negative if the
+/// pieces overlap along the normal, and never larger than their distance.
 ///
 /// Climbs begin at the vertices `hub`. `pose_ba` places a's frame in b's.
 #[inline]

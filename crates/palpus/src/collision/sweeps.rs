@@ -311,7 +311,7 @@ fn marching_from_the_last_features_equals_starting_anew() {
     assert!(tally.fallback_count() * 1000 <= tally.queries, "{:?}, seed {SEED:#x}", tally.fallbacks);
 }
 
-/// The hulls of many points that the menagerie is too quick for.
+/// Hulls of many points, which the other tests leave out because they are slow.
 fn large_hulls(random: &mut Random) -> Vec<(&'static str, Polytope)> {
     let sizes = [200, 500];
     ["hull of 200", "hull of 500"].into_iter().zip(sizes.map(|n| random_hull(random, n))).collect()

@@ -1,7 +1,7 @@
 //! How thin the pieces of a body are, and the thinnest below each node of its hierarchy.
 //!
-//! The thickness of a piece is the least width along its faces' normals: a little more than its
-//! true least width where that lies between two edges. A flat piece has none.
+//! The thickness of a piece is the least width along its faces' normals. It is slightly more than
+//! the true least width if the latter lies between two edges. A flat piece has thickness 0.
 
 use super::Side;
 use crate::body::{NodeKind, Polytope};

@@ -79,8 +79,8 @@ pub(super) fn beyond_edge(polytope: &Polytope, e: u32, toward: DVec3, noise: f64
 /// over the face.
 ///
 /// For a convex polygon, the side that is violated most carries the point of the closed face
-/// nearest to `x`. Nothing is over a rim, which has no width: one of its two sides answers always,
-/// and their ends bound it.
+/// nearest to `x`. A rim has no width, so nothing is over it: the result is always one of its two
+/// sides.
 #[inline]
 pub(super) fn beyond_face(polytope: &Polytope, f: u32, x: DVec3) -> Option<usize> {
     let corners = polytope.face_vertices(f);
@@ -123,8 +123,8 @@ pub(super) struct Cover {
 /// The face maximises the gauge `normal · (x − c) / height of the face over c`. That is a support
 /// query on the polar dual polytope, whose vertices are the faces and whose edges are the edges: a
 /// climb over adjacent faces ends at the global maximum. The point is inside exactly when the gauge
-/// is at most 1. An inside point then gets the nearest face that a climb by height reaches, as the
-/// better guess of a way out. Not for plates.
+/// is at most 1. For an inside point, a second climb by height then leads to a nearer face,
+/// which is a better estimate of the depth direction. Not for plates.
 pub(super) fn lowest_cover(polytope: &Polytope, from: u32, x: DVec3) -> Cover {
     let centre = polytope.centroid();
     let gauge = |f: u32| {

@@ -1,15 +1,16 @@
-//! When each sleeping pair has to be looked at: a board of wake values, searched block by block.
+//! The wake values of all sleeping pairs, which decide when each is measured again; searched block
+//! by block.
 //!
 //! A pair's wake value is the motion bound's sum up to which it may sleep. The board keeps one
 //! value for each place and the least value of each block of places. A tick reads one number for
 //! each block and opens only the blocks in which a pair is due. Setting and clearing a value touch
 //! two numbers, so that pairs come and go at no cost.
 //!
-//! A heap would hand out the due pairs in order, which is not needed, and would have to be repaired
+//! A heap would return the due pairs in order, which is not needed, and would have to be updated
 //! along a path for each of them. A wheel of buckets moves many entries at once when it turns over,
 //! which a loop at 1 kHz feels.
 
-/// Places that share a least value.
+/// Number of places in a block.
 pub(super) const BLOCK: usize = 32;
 
 /// Never due.
@@ -24,13 +25,13 @@ pub(super) struct WakeBoard {
 }
 
 impl WakeBoard {
-    /// A silent board of `places`.
+    /// A board of `places` places that are never due.
     pub(super) fn new(places: usize) -> Self {
         let blocks = places.div_ceil(BLOCK);
         Self { values: vec![NEVER; blocks * BLOCK], least: vec![NEVER; blocks] }
     }
 
-    /// Silences the first `places` places.
+    /// Makes the first `places` places never due.
     pub(super) fn clear(&mut self, places: usize) {
         let blocks = places.div_ceil(BLOCK);
         self.values[..blocks * BLOCK].fill(NEVER);
@@ -43,12 +44,12 @@ impl WakeBoard {
         self.values[place as usize]
     }
 
-    /// True if the place's block cannot be passed over when the place is due.
+    /// Returns true if the place's block is opened when the place is due.
     pub(super) fn is_known(&self, place: u32) -> bool {
         self.least[place as usize / BLOCK] <= self.get(place)
     }
 
-    /// Sets it; [`NEVER`] silences the place.
+    /// Sets the wake value of a place; with [`NEVER`] it is never due.
     #[inline]
     pub(super) fn set(&mut self, place: u32, value: u64) {
         self.values[place as usize] = value;
@@ -63,7 +64,7 @@ impl WakeBoard {
     }
 
     /// Writes the places of a block whose values are less than `sum` to `due`, corrects the block's
-    /// least value, and answers how many there are.
+    /// least value, and returns how many there are.
     pub(super) fn open(&mut self, block: usize, sum: u64, due: &mut [u32; BLOCK]) -> usize {
         let begin = block * BLOCK;
         let (mut count, mut least) = (0, NEVER);

@@ -1,6 +1,6 @@
 //! Warm starts: the searches of a pair of nodes begin where they ended in the last query.
 //!
-//! It may be cleared at any time: it decides where searches start, not what they find.
+//! Warm starts may be cleared at any time: they affect where searches start, not what they find.
 
 use glam::DVec3;
 
@@ -12,7 +12,7 @@ pub struct WarmStart {
     /// The last closest features: where the march starts.
     pub features: FeaturePair,
     /// The normal of the last depth or of the last closest points: unit, from b into a, in b's
-    /// frame; zero without one. Without a `facet` it only has separated the two.
+    /// frame; zero without one. Without a `facet`, this normal only separated the two.
     pub normal: DVec3,
     /// Vertices of a and b that support that normal.
     pub hub: [u32; 2],

@@ -1,10 +1,10 @@
-//! Contacts at many poses, with the workers that the caller lends.
+//! Contacts at many poses, computed by workers that the caller provides.
 //!
 //! 1. The poses are cut into runs of a fixed length.
-//! 2. Each run is answered by one worker, in order, and begins without memory of any other run.
+//! 2. One worker computes each run, in order. A run starts without cached data of other runs.
 //!
-//! So the answers are the same to the bit for any number of workers, and most poses still profit
-//! from the one before, if the poses are those of a motion.
+//! So the results are bit-identical for any number of workers. If the poses are those of a motion,
+//! most of them still profit from the cached data of the pose before.
 
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -13,21 +13,21 @@ use super::{ContactQuery, QuerySettings};
 use crate::algebra::{Workers, map_in_order};
 use crate::body::Body;
 
-/// Two bodies whose contacts are asked for at many poses.
+/// Two bodies whose contacts are queried at many poses.
 #[derive(Debug)]
 pub struct ContactBatch {
     a: Arc<Body>,
     b: Arc<Body>,
     settings: QuerySettings,
-    /// Queries that no worker uses at present: their memory is obtained once for each worker.
+    /// Queries that no worker uses at present. Memory is allocated once for each worker.
     spare: Mutex<Vec<ContactQuery>>,
 }
 
 impl ContactBatch {
-    /// Poses that one worker answers one after the other.
+    /// Number of consecutive poses that one worker computes.
     pub const RUN: usize = 128;
 
-    /// Returns a batch without any memory yet: each worker obtains its own.
+    /// Returns a batch without any query memory; each worker allocates its own later.
     pub fn new(a: Arc<Body>, b: Arc<Body>, settings: QuerySettings) -> Self {
         Self { a, b, settings, spare: Mutex::default() }
     }
@@ -35,8 +35,8 @@ impl ContactBatch {
     /// Calls `answer` for each run of the poses numbered `numbers`, and returns its answers in
     /// order.
     ///
-    /// Runs end at multiples of [`Self::RUN`], so ranges that begin there give the answers that one
-    /// range over all of them gives. `progress` is called with the fraction done.
+    /// Runs end at multiples of [`Self::RUN`]. So several ranges that begin at such multiples give
+    /// the same results as one range over all poses. `progress` is called with the fraction done.
     ///
     /// ```
     /// use std::sync::Arc;
@@ -76,7 +76,7 @@ impl ContactBatch {
         map_in_order(workers, runs, 1, of_run, progress)
     }
 
-    /// A query that no other worker uses.
+    /// Takes a query that no other worker uses.
     fn take(&self) -> ContactQuery {
         let spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner).pop();
         spare.unwrap_or_else(|| ContactQuery::new(self.a.clone(), self.b.clone(), self.settings))

@@ -1,37 +1,38 @@
 //! Checks of depths against the surfaces of the bodies, and a replacement for a depth that fails.
 //!
-//! A piece is not the solid that it is part of. A probe that has come in through the near wall of a
-//! thin part overlaps pieces of the far wall from behind, whose own way out leads through the whole
-//! part; a large piece may bridge a hollow, and report its own long way out where another piece's
-//! surface is near. In a hand that is a kick.
+//! The depth of a piece can differ from that of the solid. A probe that has entered through the
+//! near wall of a thin part overlaps pieces of the far wall from behind, and the depth direction of
+//! these leads through the whole part. A large piece may bridge a hollow and report a large depth
+//! where the surface of another piece is near. The hand would feel such depths as a kick.
 //!
-//! A depth D along n says that one body's witness point lies D inside the other. The depth is
+//! A depth D along n means that one body's witness point lies D inside the other body. The depth is
 //! accepted only if
 //!
-//! 1. a's point lies inside b, and no surface of b is nearer than nearly D, or
-//! 2. b's point lies inside a, and no surface of a is nearer than nearly D.
+//! 1. a's point lies inside b, and no surface of b is clearly nearer to it than D, or
+//! 2. b's point lies inside a, and no surface of a is clearly nearer to it than D.
 //!
-//! If the depth is the least of its two pieces along any direction, surfaces of the piece itself
-//! are no objection: the way out through one that is nearer to the point is longer for the other
-//! piece as a whole. A peg in a wall that its middle has passed is still pushed out to the
-//! side that it came from. (For a depth that was moved to an admissible normal this does not hold:
-//! the nearer surface may not have been tried.)
+//! If the depth is the least of its two pieces over all directions, surfaces of the piece itself do
+//! not count. Such a surface may be nearer to the point, but to leave through it is longer for the
+//! other piece as a whole. So a peg whose middle has passed a wall is still pushed back to the side
+//! from which it came. (This does not hold for a depth that was moved to an admissible normal: the
+//! nearer surface may not have been tried.)
 //!
-//! Depths along the pieces' first choice of a direction are checked only when they are larger than
-//! the contact tolerance. A smaller one is within the skin that contacts have anyway, and the check
-//! costs a search for the nearest surface.
+//! Depths along the pieces' direction of least depth are checked only if they are larger than the
+//! contact tolerance. The check costs a search for the nearest surface, and smaller depths are
+//! within the tolerance of contacts anyway.
 //!
-//! A body that is not closed has no inside. There it is enough that no part of its surface is
-//! nearer than nearly D. Otherwise only b's point inside a could confirm a corner of a closed a
-//! below an open b, and that point is as near to the sides of the corner as they are steep.
+//! A body that is not closed has no inside. For such a body it is enough that no part of its
+//! surface is clearly nearer than D. Without this rule, for a corner of a closed a below an open b,
+//! only b's point inside a could confirm the depth, and this point is too near to the sides of a
+//! steep corner.
 //!
-//! Bodies that overlap must not be let go of. When no depth is accepted, the shallowest is
-//! *corrected*: its witness point is inside the solid, and the nearest surface is the way out from
-//! there. And when no pieces overlap at all, since the probe is between pieces, the witness of the
-//! last overlap is looked up in the same way ([`LastOverlap`]): if it still is inside, the bodies
-//! still overlap, by at least that much.
+//! Bodies that overlap must always have a contact. If no depth is accepted, the shallowest is
+//! *corrected*: its witness point is inside the solid, so the contact goes from there to the
+//! nearest surface. If no pieces overlap because the probe is between pieces, the witness point of
+//! the last overlap is checked in the same way ([`LastOverlap`]). If it is still inside, the bodies
+//! still overlap, by at least its distance to the surface.
 //!
-//! Deviation from \[K02\], which moves a depth to original features without asking.
+//! Deviation: \[K02\] moves a depth to original features without such a check.
 
 use glam::DVec3;
 
@@ -42,15 +43,16 @@ use crate::algebra::tolerance::{BELIEVED_EDGE_SHARE, BELIEVED_SHARE, TOUCHING};
 use crate::algebra::{Placement, closest_on_segment, closest_on_triangle};
 use crate::body::{Body, Feature, FeaturePair, Polytope};
 
-/// True if the contact's depth is one that a solid can have there.
+/// Returns true if the contact's depth agrees with the surfaces of the solids.
 pub(super) fn is_believed(asked: &Asked<'_>, contact: &Contact) -> bool {
     has_depth(asked, contact, BELIEVED_SHARE * -contact.separation, false)
 }
 
-/// The same of a contact along the least depth of its pieces: where it is deeper than the
-/// tolerance, and one of the bodies has several pieces.
+/// The same check for a contact along the least depth of its pieces. It is needed only if the
+/// contact is deeper than the tolerance and one of the bodies has several pieces.
 ///
-/// The point of an edge that lies D beyond another edge is nearer than that to the faces at either.
+/// If a point of an edge lies D beyond another edge, its distance to the faces at either edge is
+/// smaller than D.
 pub(super) fn is_believed_beyond(asked: &Asked<'_>, contact: &Contact) -> bool {
     let Asked { a, b, tolerance, .. } = *asked;
     let depth = -contact.separation;
@@ -62,8 +64,8 @@ pub(super) fn is_believed_beyond(asked: &Asked<'_>, contact: &Contact) -> bool {
     has_depth(asked, contact, share * depth, true)
 }
 
-/// True if one of the contact's points is inside the other body, and `depth` from its surface or
-/// farther; `but_of_piece`: from its surface but that of the contact's piece.
+/// Returns true if one of the contact's points is inside the other body, and at least `depth` away
+/// from its surface. With `but_of_piece`, the surface of the contact's own piece does not count.
 fn has_depth(asked: &Asked<'_>, contact: &Contact, depth: f64, but_of_piece: bool) -> bool {
     let Asked { a, b, place, .. } = asked;
     let [own_a, own_b] = [(a, contact.piece_a), (b, contact.piece_b)]
@@ -102,15 +104,15 @@ fn on_feature(piece: &Polytope, feature: Feature, point: DVec3) -> DVec3 {
     }
 }
 
-/// True if `point` (in the body's frame) is inside the body, if it has an inside, and `depth` or
-/// farther from all of its triangles but those of `own`.
+/// Returns true if `point` (in the body's frame) is at least `depth` away from all triangles of the
+/// body except those of `own`, and, if the body is closed, inside it.
 fn lies_within(body: &Body, own: &[u32], point: DVec3, depth: f64) -> bool {
     let denies = |triangle: u32| own.binary_search(&triangle).is_err();
     body.tree().nearest_among(point, depth, denies).is_none() && (!body.mesh().is_closed() || body.tree().inside(point))
 }
 
-/// The same contact as the solids themselves have it: the deeper of its witness points, out to the
-/// nearest surface. As it is if neither point is inside the other body.
+/// Returns the contact corrected to the solids: from the deeper of its witness points to the
+/// nearest surface. Returns it unchanged if neither point is inside the other body.
 pub(super) fn corrected(asked: &Asked<'_>, contact: &Contact) -> Contact {
     let Asked { a, b, place, .. } = asked;
     let [point_a, point_b] = on_features(asked, contact);
@@ -128,12 +130,12 @@ pub(super) fn corrected(asked: &Asked<'_>, contact: &Contact) -> Contact {
     }
 }
 
-/// From a point inside a closed body to its nearest surface.
+/// The way from a point inside a closed body to the nearest surface.
 fn way_out(body: &Body, point: DVec3) -> Option<DVec3> {
     if !body.mesh().is_closed() || !body.tree().inside(point) {
         return None;
     }
-    // A way as short as rounding has no direction.
+    // A way that is as short as the rounding has no direction.
     let least = TOUCHING * body.mesh().bounding_diagonal();
     body.tree().nearest(point).map(|near| near.point - point).filter(|out| out.length() > least)
 }
@@ -159,7 +161,7 @@ pub(super) struct LastOverlap {
 }
 
 impl LastOverlap {
-    /// Forgets it.
+    /// Drops the stored overlap.
     pub(super) fn clear(&mut self) {
         *self = Self::default();
     }
@@ -177,7 +179,8 @@ impl LastOverlap {
         self.depth = deepest.map_or(0.0, |contact| -contact.separation);
     }
 
-    /// The contact that its witness points are now, if one of them still is inside the other body.
+    /// The contact from its witness points at the present pose, if one of them is still inside the
+    /// other body.
     pub(super) fn still(&self, asked: &Asked<'_>) -> Option<Contact> {
         let Asked { a, b, place, .. } = asked;
         let memory = self.contact?;

@@ -25,8 +25,8 @@ pub struct Contact {
     /// d of \[K02\]: distance when apart, minus the depth when overlapping, in model units (metres
     /// in a scene).
     pub separation: f64,
-    /// Tangent of the angle of tilt up to which the other corners of the contact's patch are
-    /// contacts too ([`crate::depth::Patch`]); 0 where no patches are looked for.
+    /// Tangent of the tilt angle of the contact's patch ([`crate::depth::Patch`]): for tilts up to
+    /// this angle, the other corners of the patch are contacts too. 0 if patches are not computed.
     pub slope: f64,
 }
 
@@ -48,8 +48,8 @@ impl Contact {
     }
 }
 
-/// The points on a and on b of a contact of this middle: half the separation from it, along the
-/// normal and against it.
+/// The points on a and on b of a contact with this midpoint: half the separation away from it,
+/// along the normal and against it.
 #[inline]
 pub(super) fn points_about(midpoint: DVec3, normal: DVec3, separation: f64) -> [DVec3; 2] {
     [midpoint + normal * (0.5 * separation), midpoint - normal * (0.5 * separation)]

@@ -6,42 +6,43 @@ use crate::collision::TraversalCounters;
 /// Counters of a query: its cost and its events.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct QueryCounters {
-    /// The descent, and the search for the nearest pair when one was asked for.
+    /// Counters of the descent, and of the search for the nearest pair if that was requested.
     pub traversal: TraversalCounters,
     /// Depth walks.
     pub walks: u32,
     /// Moves of all walks.
     pub walk_steps: u32,
-    /// Walks that ended for another reason than having converged.
+    /// Walks that ended without convergence.
     pub walk_stops: u32,
-    /// Depths that are not proven globally least: all of them unless the query was made to prove.
+    /// Depths that are not proven globally least: all of them, unless the query's settings ask for
+    /// proofs.
     pub unproven: u32,
-    /// Depths whose direction is not the unconstrained one, since not both pieces own that on their
-    /// meshes.
+    /// Depths that were moved to another normal, since the normal of the least depth is not on the
+    /// meshes of both pieces.
     pub moved: u32,
-    /// Moved depths that the solids' own surfaces deny, left out.
+    /// Moved depths that were left out, since they contradict the surfaces of the solids.
     pub disbelieved: u32,
-    /// Contacts of a witness point with the nearest surface, made when no depth of the pieces was
-    /// accepted; 0 or 1.
+    /// Contacts from a witness point to the nearest surface, for queries in which no depth of the
+    /// pieces was accepted; 0 or 1.
     pub stood_in: u32,
     /// Overlaps without an admissible depth, left out: the two pieces share no surface normal.
     pub inadmissible: u32,
-    /// Searches for an admissible depth that did not look at all edge pairs.
+    /// Searches for an admissible depth that stopped before all edge pairs were examined.
     pub admissible_stops: u32,
-    /// Closest points that are not of the surface, or do not face the way that it does, which are
-    /// no contact.
+    /// Pairs of closest points that are not contacts: a point is not on the mesh's surface, or the
+    /// surface there does not face along the normal.
     pub virtual_closest: u32,
-    /// Contacts that were carried from the last tick along their normals, since the quota was
+    /// Contacts that were extrapolated from the last tick along their normals, since the quota was
     /// spent.
     pub held: u32,
-    /// Overlapping pairs that were not answered at all, since the quota was spent and nothing was
-    /// known of them.
+    /// Overlapping pairs without any contact, since the quota was spent and nothing was cached for
+    /// them.
     pub unseen: u32,
-    /// Sub-steps into which a fast tick's motion was cut; 0 when it was taken whole.
+    /// Sub-steps into which a fast tick's motion was divided; 0 if it was not divided.
     pub sub_steps: u32,
-    /// Contacts that are held on the side from which they came, since they had been jumped over.
+    /// Contacts that are held on the side from which they came, since their pair has tunnelled.
     pub kept_side: u32,
-    /// Patches that were looked for.
+    /// Patches that were computed.
     pub patches: u32,
     /// Contacts that are further corners of a patch.
     pub corners: u32,

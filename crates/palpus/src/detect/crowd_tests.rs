@@ -17,8 +17,8 @@ const CELL: f64 = 1e-3;
 const HEIGHT: f64 = 1e-4;
 const TOLERANCE: f64 = 1e-5;
 
-/// A board with waves in both directions; `up`: on its upper side, else on its lower one, so that
-/// one fits on the other.
+/// A board with waves in both directions, on its upper side if `up`, else on its lower side, so
+/// that the two boards fit onto each other.
 fn board(up: bool) -> Arc<Body> {
     let mut soup = PolygonSoup::new();
     let place = |k: usize| (k as f64 - 0.5 * CELLS as f64) * CELL;
@@ -61,7 +61,7 @@ fn board(up: bool) -> Arc<Body> {
     Arc::new(Body::build(mesh, &BodySettings::default(), &mut |_| ()).unwrap())
 }
 
-/// The boards 10 µm in each other, sliding by at most 5 µm a tick, and turning a little.
+/// The boards overlap by 10 µm, slide by at most 5 µm per tick, and turn a little.
 fn pose(tick: u32) -> Pose {
     let phase = f64::from(tick) * 0.05;
     let slide = DVec3::new(1e-4 * phase.sin(), 5e-5 * (0.7 * phase).sin(), -1e-5);

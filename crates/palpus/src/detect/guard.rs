@@ -1,27 +1,26 @@
-//! The guard against tunnelling: a contact is not jumped over when a tick's motion is as large as a
-//! part is thin.
+//! The guard against tunnelling: keeps a contact if a tick's motion is as large as the thickness of
+//! a part.
 //!
-//! 1. A tick in which no point moves farther than a share of the tolerance is taken as it is. A
-//!    faster one is cut into *sub-steps* of about that length. At each, contacts of thin pieces are
-//!    looked for: those thinner than a few times the tick's motion. So every such contact is met
-//!    within the tolerance on the side from which it is entered, and its depth is walked from
-//!    there. A body that enters a thicker piece in one tick is still near the side from which it
-//!    came; only the tip of an edge can be cut.
-//! 2. In fast ticks each contact is *traced*: where its two points go from one pose to the next. A
-//!    point of a that goes through b's piece, or leaves it by a face that looks away from the side
-//!    it came from, has tunnelled; so has one of b in a's piece. So has a pair that overlaps before
-//!    or after a sub-step and whose normal turns over in it.
-//! 3. Such a pair is put on the list of *sides*. As long as it is there, it is a contact along the
-//!    normal of the side that it came from, whatever its march says: its separation is the gap
-//!    between the two supports along that normal.
-//! 4. A side is dropped when the pair is apart along it, when its point is no longer below the
-//!    piece (it has slid off the edge), when the query finds a contact on the same side again, and
-//!    when it has been pushed a fixed number of tolerances deeper than where it tunnelled. A tool
-//!    pushed on that far goes through.
+//! 1. A tick in which no point moves farther than a share of the tolerance is not divided. A faster
+//!    tick is divided into *sub-steps* of about that length. Each sub-step finds the contacts of
+//!    thin pieces, which are thinner than a few times the tick's motion. So every such contact is
+//!    found within the tolerance on the side of entry, and its depth walk starts there. A body that
+//!    enters a thicker piece in one tick is still near the side from which it came; only the tip of
+//!    an edge can be passed.
+//! 2. In fast ticks, the two points of each contact are *traced* from one pose to the next. A point
+//!    of a has tunnelled if it goes through b's piece, or leaves it through a face that looks away
+//!    from the side of entry; likewise a point of b in a's piece. A pair has also tunnelled if it
+//!    overlaps before or after a sub-step and its normal turns over in the sub-step.
+//! 3. Such a pair is put on the list of *sides*. While it is on the list, it is a contact along the
+//!    normal of the side from which it came, whatever the march returns. Its separation is the gap
+//!    between the two support planes along that normal.
+//! 4. A side is dropped if the pair is apart along its normal, if its point is no longer below the
+//!    piece (it has slid off the edge), or if the query finds a contact on the same side again. It
+//!    is also dropped if the pair is a fixed number of tolerances deeper than where it tunnelled; a
+//!    tool that is pushed that far goes through.
 //!
-//! A direct rendering has no proxy that could stay behind on the surface. This gives it the one
-//! thing of a proxy that matters for thin parts, the memory of a side, for the pairs that need it
-//! only.
+//! Direct rendering has no proxy that could stay on the surface. The guard adds the property of a
+//! proxy that matters for thin parts, the memory of a side, only for the pairs that need it.
 
 use glam::{DQuat, DVec3, DVec4};
 
@@ -33,7 +32,8 @@ use crate::algebra::{Placement, Pose};
 use crate::body::Polytope;
 use crate::collision::support_gap;
 
-/// Into how many parts a tick's motion is cut: 1 for slow ones, and for leaps, which are no motion.
+/// Number of parts into which a tick's motion is divided: 1 if it is slow, and 1 if it is a jump,
+/// which is too fast to divide.
 pub(super) fn sub_steps(travel: f64, tolerance: f64) -> u32 {
     let parts = (travel / (GUARD_STEP * tolerance)).ceil();
     if parts <= f64::from(GUARD_SUB_STEPS) { (parts as u32).max(1) } else { 1 }
@@ -50,7 +50,7 @@ pub(super) fn between(from: &Pose, to: &Pose, fraction: f64) -> Pose {
 #[derive(Clone, Debug)]
 pub(super) struct Guard {
     sides: Vec<KeptSide>,
-    /// The contacts at the pose before, in fast ticks.
+    /// The contacts at the previous pose, in fast ticks.
     before: Vec<Contact>,
     /// The most contacts of a query.
     capacity: usize,
@@ -68,12 +68,12 @@ struct KeptSide {
     by_a: bool,
     /// Vertices near the supports along the normal.
     hub: [u32; 2],
-    /// Depth at which it is let go; not known before its depth is measured first.
+    /// Depth at which the side is dropped; unknown until its depth is first measured.
     deepest: Option<f64>,
 }
 
 impl Guard {
-    /// Pairs that can be held at a time; of more, the later ones tunnel.
+    /// Most pairs that can be held at a time; if there are more, the later ones tunnel.
     const SIDES: usize = 64;
 
     /// An empty list, with memory for `capacity` contacts.
@@ -82,14 +82,14 @@ impl Guard {
         Self { sides, before, capacity, pose: Placement::IDENTITY }
     }
 
-    /// Lets all go.
+    /// Drops all sides.
     pub(super) fn clear(&mut self) {
         self.sides.clear();
         self.before.clear();
     }
 
-    /// Lists the pairs among `contacts`, those at the pose `from`, whose points tunnel on the way
-    /// to the pose asked about.
+    /// Lists the pairs among `contacts` whose points tunnel on the way from the pose `from` to the
+    /// queried pose.
     pub(super) fn trace<'c>(
         &mut self,
         asked: &Asked<'_>,
@@ -111,7 +111,7 @@ impl Guard {
         }
     }
 
-    /// Lists the pairs that are among the `contacts` at the next pose with a normal turned over.
+    /// Lists the pairs whose normal has turned over in the `contacts` at the next pose.
     pub(super) fn compare(&mut self, contacts: &[Contact]) {
         let mut next = 0;
         for k in 0..self.before.len() {
@@ -139,7 +139,7 @@ impl Guard {
             return;
         }
         self.sides.push(KeptSide {
-            // One point for the whole side.
+            // One traced point represents the whole side.
             contact: PairMemory::of(&Contact { slope: 0.0, ..*contact }, &self.pose),
             normal: contact.normal,
             by_a,
@@ -148,8 +148,8 @@ impl Guard {
         });
     }
 
-    /// Adds to `contacts` those that are held on their sides, in place of what was found of their
-    /// pairs; how many.
+    /// Adds to `contacts` those that are held on their sides, in place of the contacts found for
+    /// these pairs. Returns how many it added.
     pub(super) fn hold(&mut self, asked: &Asked<'_>, contacts: &mut Vec<Contact>) -> u32 {
         let mut held = 0;
         self.sides.retain_mut(|side| {
@@ -181,7 +181,7 @@ impl KeptSide {
         (separation, self.hub) = support_gap(piece_a, piece_b, place, normal, self.hub);
         let deepest = *self.deepest.get_or_insert(GUARD_HOLD * tolerance - separation);
         let point_a = place.point(self.contact.point_a);
-        // The way out crosses the piece that was tunnelled through.
+        // The way back crosses the piece that was tunnelled through.
         let below = if self.by_a {
             through(piece_b, point_a, point_a + normal * deepest).is_some()
         } else {
@@ -200,13 +200,14 @@ impl KeptSide {
     }
 }
 
-/// True if the way of a point leaves the polytope by a face that looks away from `outward`, the
-/// side from which it came.
+/// Returns true if the path of a point leaves the polytope through a face that looks away from
+/// `outward`, the side from which the point came.
 fn leaves_behind(polytope: &Polytope, from: DVec3, to: DVec3, outward: DVec3) -> bool {
     through(polytope, from, to).is_some_and(|face| polytope.plane(face).normal.dot(outward) < 0.0)
 }
 
-/// The face by which the segment leaves the polytope, if it meets it and ends outside.
+/// The face through which the segment leaves the polytope, if the segment meets the polytope and
+/// ends outside of it.
 fn through(polytope: &Polytope, from: DVec3, to: DVec3) -> Option<u32> {
     let (mut enters, mut leaves) = (0.0f64, (1.0f64, None));
     for face in 0..polytope.face_count() as u32 {
@@ -217,7 +218,7 @@ fn through(polytope: &Polytope, from: DVec3, to: DVec3) -> Option<u32> {
         }
         if begin <= 0.0 && end > 0.0 {
             let at = begin / (begin - end);
-            // A plate's front and back are one plane: the one behind is left last.
+            // Front and back of a plate lie in one plane: the back is left last.
             if at <= leaves.0 {
                 leaves = (at, Some(face));
             }
@@ -225,7 +226,7 @@ fn through(polytope: &Polytope, from: DVec3, to: DVec3) -> Option<u32> {
             enters = enters.max(begin / (begin - end));
         }
     }
-    // Through a plate it enters where it leaves.
+    // In a plate, the segment enters and leaves at the same point.
     if enters <= leaves.0 + COPLANAR { leaves.1 } else { None }
 }
 
@@ -320,7 +321,8 @@ mod tests {
 
     #[test]
     fn what_is_thick_is_taken_whole() {
-        // 3 mm a tick: the thin wall is met on the way, the thick one and a thick probe at its end.
+        // 3 mm per tick: the thin wall is found in a sub-step, the thick wall and a thick probe at
+        // the tick's end.
         let probe = cuboid(DVec3::splat(0.02));
         for (half, cut) in [(1e-4, true), (0.02, false)] {
             let wall = cuboid(DVec3::new(0.05, 0.05, half));

@@ -1,7 +1,7 @@
 //! The contacts of the last query by pair, for pairs that this query does not measure again.
 //!
 //! A contact, or each corner of a patch, is kept as a [`PairMemory`] and extrapolated to the next
-//! pose. Each comes from an earlier contact of the same pair, so extrapolation invents none.
+//! pose. So extrapolation never adds a contact that was not found before.
 
 use super::Contact;
 use super::memory::PairMemory;
@@ -23,7 +23,7 @@ pub(super) struct HeldContacts {
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     pieces: [u32; 2],
-    /// In which it was kept.
+    /// The tick in which it was kept.
     tick: u64,
     /// Its contacts among those of that tick.
     first: u32,
@@ -45,13 +45,13 @@ impl HeldContacts {
         self.now.clear();
     }
 
-    /// Forgets everything.
+    /// Drops all contacts.
     pub(super) fn clear(&mut self) {
         self.tick += 2;
     }
 
-    /// Keeps which contacts the pair of pieces at `place` has; of more than there is room for, the
-    /// first.
+    /// Stores the contacts of the pair of pieces at `place`; if there is not enough room, the first
+    /// ones.
     pub(super) fn keep(&mut self, place: u32, pieces: [u32; 2], contacts: &[Contact], pose_ba: &Placement) {
         let Some(entry) = self.entries.get_mut(place as usize) else { return };
         let contacts = &contacts[..contacts.len().min(self.capacity - self.now.len())];
@@ -59,16 +59,16 @@ impl HeldContacts {
         self.now.extend(contacts.iter().map(|contact| PairMemory::of(contact, pose_ba)));
     }
 
-    /// The contacts that were kept of the pair in the last tick; `None` if nothing is known of it.
+    /// The contacts of the pair that were kept in the last tick; `None` if the pair is not stored.
     pub(super) fn known(&self, place: u32, pieces: [u32; 2]) -> Option<&[PairMemory]> {
         let entry = self.entries.get(place as usize)?;
         let is_known = entry.tick + 1 == self.tick && entry.pieces == pieces;
         is_known.then(|| &self.last[entry.first as usize..(entry.first + entry.count) as usize])
     }
 
-    /// Adds to `found` the contacts nearer than `tolerance` that were kept of the pair in the last
-    /// tick, at this tick's pose, until `found` has `most` of them, and keeps them in this tick as
-    /// well. Returns how many it added; `None` if nothing is known of the pair.
+    /// Extrapolates the pair's contacts of the last tick to this tick's pose, and adds those nearer
+    /// than `tolerance` to `found`, until `found` has `most` contacts. Keeps them in this tick as
+    /// well. Returns how many it added; `None` if the pair is not stored.
     pub(super) fn carry(
         &mut self,
         place: u32,

@@ -1,5 +1,5 @@
-//! Contacts of the pairs that a query did not measure: its quota of work left them out, or they are
-//! at rest.
+//! Contacts of the pairs that a query did not measure, because its work quota was spent or because
+//! the pairs are at rest.
 
 use glam::DVec3;
 
@@ -10,8 +10,8 @@ use crate::algebra::tolerance::{CROWD_ALL, CROWD_FROM, REST_ERROR, REST_FIRST, R
 use crate::collision::{LeafPair, Proximity, support_gap};
 
 impl PairSearch {
-    /// The quota was spent before leaf pair `first`: it and those after it are answered from the
-    /// last tick.
+    /// The quota was spent before leaf pair `first`: this pair and the later ones get their
+    /// contacts from the last tick.
     #[cold]
     pub(super) fn hold_the_rest(&mut self, asked: &Asked<'_>, first: usize, counters: &mut QueryCounters) {
         // Pairs that woke just now come first and are not part of the rotation; the rotation goes
@@ -56,8 +56,8 @@ impl PairSearch {
         }
     }
 
-    /// Answers a pair from the last tick, and leaves room for one contact of each of the pairs
-    /// `left`; returns how many contacts it has, `None` if nothing is known of it.
+    /// Adds a pair's contacts from the last tick, and leaves room for one contact of each of the
+    /// pairs `left`. Returns how many contacts the pair has; `None` if the pair is not stored.
     fn hold(&mut self, asked: &Asked<'_>, place: u32, pieces: [u32; 2], left: usize) -> Option<u32> {
         let most = self.capacity - left;
         let held = self.held.carry(place, pieces, &asked.place, asked.tolerance, most, &mut self.contacts);
@@ -65,7 +65,7 @@ impl PairSearch {
         held
     }
 
-    /// Notes how crowded the contacts are: in the next query, pairs rest accordingly.
+    /// Measures how many pairs are in contact; this decides how long pairs rest in the next query.
     pub(super) fn count_crowd(&mut self) {
         if self.holding {
             self.crowd = ((f64::from(self.touching) - CROWD_FROM) / (CROWD_ALL - CROWD_FROM)).clamp(0.0, 1.0);
@@ -73,12 +73,11 @@ impl PairSearch {
         }
     }
 
-    /// Says for how long the answer of a pair is good that has just been found: the contacts from
-    /// `known` on. Carried along from its last answer, it would have been `foretold` as its least
-    /// separation.
+    /// Sets for how long a pair's new result (the contacts from index `known` on) may be kept.
+    /// `foretold` is the least separation that was extrapolated from the pair's last result.
     ///
-    /// The length of the rests steers itself: a pair that is found where it was foretold rests
-    /// longer next time, another shorter.
+    /// The length of the rests adapts: if the extrapolation was accurate, the pair rests longer
+    /// next time, otherwise shorter.
     pub(super) fn rest(&mut self, asked: &Asked<'_>, leaf: &LeafPair, known: usize, foretold: Option<f64>) {
         let found = least_separation(self.contacts[known..].iter().map(|contact| contact.separation));
         if found == f64::INFINITY {
@@ -99,15 +98,15 @@ impl PairSearch {
         self.front.rest(leaf, length.min(most));
     }
 
-    /// The least separation of the pair's contacts in the last tick, moved along to this one; of
-    /// none, infinite. `None` if nothing is known of it.
+    /// The least separation of the pair's contacts of the last tick, extrapolated to this tick;
+    /// infinite if it had no contacts. `None` if the pair is not stored.
     pub(super) fn foretell(&self, asked: &Asked<'_>, leaf: &LeafPair) -> Option<f64> {
         let held = self.held.known(leaf.place?, [leaf.piece_a, leaf.piece_b])?;
         Some(least_separation(held.iter().map(|memory| memory.extrapolate(&asked.place).separation)))
     }
 
-    /// A pair of which the last tick knew nothing: the march's answer if it is apart, otherwise
-    /// only how deep it is at most.
+    /// A pair that is not stored: its result is the march's if the pair is apart, otherwise only an
+    /// upper bound of its depth.
     fn answer_unheld(&mut self, asked: &Asked<'_>, leaf: &LeafPair, left: usize, counters: &mut QueryCounters) {
         let Proximity::Overlapping(overlap) = leaf.proximity else {
             let known = self.contacts.len();

@@ -1,9 +1,9 @@
 //! Memory of one contact, and its extrapolation to a later pose.
 //!
-//! The two points go with their bodies, each in its own frame, and the normal with the body whose
-//! face it is (else with b). Extrapolated, the separation is the distance of the two points along
-//! the normal. A distance changes as its witness points move apart along its normal, and so does a
-//! depth: the separation is right to first order in the motion.
+//! Each of the two points moves with its body, and the normal moves with the body whose face it
+//! belongs to (otherwise with b). The extrapolated separation is the distance of the two points
+//! along the normal. Distances and depths both change by the relative motion of the witness points
+//! along the normal. So the separation is correct to first order in the motion.
 
 use glam::DVec3;
 
@@ -22,14 +22,14 @@ pub(super) struct PairMemory {
     pub(super) point_a: DVec3,
     /// In b's frame.
     pub(super) point_b: DVec3,
-    /// Unit, from b into a; in the frame with which it turns.
+    /// Unit, from b into a; in the frame of the body with which it turns.
     normal: DVec3,
     turns_with_a: bool,
     slope: f64,
 }
 
 impl PairMemory {
-    /// Remembers `contact`, found at the pose `pose_ba`.
+    /// Stores `contact`, found at the pose `pose_ba`.
     pub(super) fn of(contact: &Contact, pose_ba: &Placement) -> Self {
         let turns_with_a = matches!(contact.features.a, Feature::Face(_));
         Self {
@@ -51,7 +51,7 @@ impl PairMemory {
         self.contact(point_a.midpoint(self.point_b), normal, separation)
     }
 
-    /// The contact with these places, as far as they are known.
+    /// A contact with this midpoint, normal and separation, and the stored pieces and features.
     pub(super) fn contact(&self, midpoint: DVec3, normal: DVec3, separation: f64) -> Contact {
         let [point_a, point_b] = points_about(midpoint, normal, separation);
         let [piece_a, piece_b] = self.pieces;
@@ -86,8 +86,8 @@ mod tests {
                 let same = memory.extrapolate(&pose.placement());
                 assert!((same.separation - separation).abs() < 1e-12, "seed {SEED:#x}: {same:?}");
                 assert!(same.point_a.distance(point_a) < 1e-12 && same.normal.distance(normal) < 1e-12);
-                // A turn about the contact changes its separation in second order only; a shift by
-                // its part along the normal.
+                // A rotation about the contact changes its separation only to second order; a
+                // translation changes it by its component along the normal.
                 let step = 1e-5;
                 let turn = DQuat::from_scaled_axis(random.direction() * step);
                 let shift = random.direction() * step;

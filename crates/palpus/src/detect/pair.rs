@@ -16,8 +16,8 @@ pub(super) enum Found {
     Nothing,
     /// A contact along the direction of least distance or depth.
     Admissible(Contact),
-    /// A contact along another direction, the least of those that the pieces own; and the same
-    /// contact with its points on its features, for the check of its depth.
+    /// A contact along another direction, the least depth among the directions that the pieces own;
+    /// and the same contact with its points on its features, for the check of its depth.
     Moved(Contact, Contact),
     /// An overlap without a normal that both pieces own.
     Inadmissible,
@@ -30,7 +30,7 @@ impl PairSearch {
             Proximity::Disjoint(closest) => closest,
             Proximity::Overlapping(overlap) => return self.at_depth(asked, leaf, &overlap, counters),
         };
-        // Should they overlap in the next tick, they do so along this normal.
+        // If they overlap in the next tick, the walk starts from this normal.
         let Closest { normal, features, .. } = closest;
         let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
         let hub = [features.a.some_vertex(piece_a), features.b.some_vertex(piece_b)];
@@ -51,7 +51,7 @@ impl PairSearch {
         let place = &asked.place;
         let memory = leaf.memory.filter(|memory| memory.facet.is_some());
         let walked = self.walk(asked, leaf, overlap, memory);
-        // The walk goes on from where it ended, whatever is admissible.
+        // The next walk starts where this one ended, even if that normal is not admissible.
         self.front.remember_depth(leaf, walked.normal, [walked.hub.a, walked.hub.b], walked.antipodal.features());
         counters.walks += 1;
         counters.walk_steps += walked.steps;
@@ -66,7 +66,7 @@ impl PairSearch {
             self.front.remember_admissible(leaf, moved);
         }
         let Some(real) = real else {
-            // The angle costs about as much as the walk that it saves, so it is not asked for at a
+            // The angle costs about as much as the walk that it saves, so it is not computed at a
             // pose without history.
             if leaf.memory.is_some_and(|memory| memory.facet.is_some() || memory.barren_until.is_finite()) {
                 let angle = barren_angle(&normals_a, &normals_b, place);
@@ -87,7 +87,7 @@ impl PairSearch {
         }
     }
 
-    /// The depth walk, proven if that was asked for.
+    /// The depth walk, with a proof if the settings ask for one.
     fn walk(&mut self, asked: &Asked<'_>, leaf: &LeafPair, overlap: &Overlap, memory: Option<WarmStart>) -> Depth {
         let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
         let witness = Seed::Witness { direction: overlap.direction };
@@ -113,10 +113,10 @@ impl PairSearch {
         half_admissible_depth(&normals_a, &normals_b, place, hub, &mut self.scratch).map(|half| at(leaf, &half))
     }
 
-    /// Adds the other corners of the contact that a leaf pair has added to those `known`, and keeps
-    /// them for when the quota is spent. Each of the leaf pairs `left` keeps room for one contact:
-    /// the list of leaf pairs holds the deepest, so none of them may be dropped for the corners of
-    /// another.
+    /// Adds the other corners of a leaf pair's new contact, which follows the `known` first
+    /// contacts. Stores them for ticks in which the quota is spent. Leaves room for one contact of
+    /// each of the leaf pairs `left`: the list of leaf pairs holds the deepest, so none of them may
+    /// be dropped for the corners of another.
     pub(super) fn keep(
         &mut self,
         asked: &Asked<'_>,
@@ -141,8 +141,8 @@ impl PairSearch {
 }
 
 impl PairSearch {
-    /// Replaces `contact`, the last one, by the corners of its patch, if at most `room` corners
-    /// result.
+    /// Replaces the last contact, `contact`, by the corners of its patch if there are at most
+    /// `room` corners.
     fn spread(&mut self, asked: &Asked<'_>, contact: &Contact, slope: f64, room: usize, counters: &mut QueryCounters) {
         let Contact { features, point_a, point_b, normal, .. } = *contact;
         let (piece_a, piece_b) = asked.pieces(contact.piece_a, contact.piece_b);
@@ -190,8 +190,8 @@ fn at(leaf: &LeafPair, real: &AdmissibleDepth) -> Contact {
     }
 }
 
-/// True if the closest points lie on the surfaces of both meshes and their direction is one that
-/// both own there: else they are a contact of another pair of pieces, or of none.
+/// Returns true if the closest points lie on the surfaces of both meshes and both pieces own their
+/// direction there. Otherwise they belong to another pair of pieces, or are no contact.
 fn is_surface(asked: &Asked<'_>, leaf: &LeafPair, closest: &Closest) -> bool {
     let Asked { a, b, place, .. } = asked;
     let Closest { point_a, point_b, normal, features, .. } = *closest;

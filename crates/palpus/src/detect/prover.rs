@@ -1,4 +1,4 @@
-//! Proofs of depths, and what they remember.
+//! Proofs of depths, and their cached data.
 
 use crate::algebra::Placement;
 use crate::body::Polytope;
@@ -9,12 +9,13 @@ use crate::depth::{CertificateMemory, Depth, ProofScratch, Seed, WalkScratch, de
 #[derive(Clone, Debug)]
 pub(super) struct Prover {
     scratch: ProofScratch,
-    /// Pieces of a and b; pairs that share a place take turns, and then begin anew each time.
+    /// Pieces of a and b. Pairs that share a place replace each other, so that each starts without
+    /// cached data.
     places: Vec<([u32; 2], CertificateMemory)>,
 }
 
 impl Prover {
-    /// Pairs remembered: those of a handful of touching pieces, at about 8 kB each.
+    /// Number of cached pairs: enough for a handful of touching pieces, at about 8 kB each.
     const PLACES: usize = 64;
 
     pub(super) fn new() -> Self {

@@ -10,19 +10,19 @@ use crate::body::Body;
 /// Selects whether depths are proven.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Proof {
-    /// The walk alone: the depth is locally least, as \[K02 §3.3\] has it. What a servo loop uses.
+    /// The walk alone: the depth is a local minimum, as in \[K02 §3.3\]. Servo loops use this.
     #[default]
     None,
     /// The depth of every overlapping pair of pieces is proven globally least.
     Prove,
 }
 
-/// Settings of a [`ContactQuery`], which obtains its memory for them.
+/// Settings of a [`ContactQuery`]. The query allocates its memory for these settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QuerySettings {
     /// Contacts are nearer than this, model units; 0 finds overlaps only.
     pub tolerance: f64,
-    /// The most contacts of one query, at least one; of more, the deepest are kept.
+    /// The most contacts of one query, at least one. If there are more, the deepest are kept.
     pub capacity: usize,
     /// Selects whether depths are proven globally least.
     pub proof: Proof,
@@ -30,10 +30,11 @@ pub struct QuerySettings {
     /// and below a right angle); `None`: one exact contact for each pair of pieces. See
     /// [`Patch`](crate::depth::Patch).
     pub patch_angle: Option<f64>,
-    /// Guards against tunnelling: a fast body does not jump over a thin part between two queries.
+    /// If true, the query guards against tunnelling: a fast body does not pass a thin part between
+    /// two queries.
     pub guard: bool,
-    /// Keeps contacts from query to query, for pairs that a quota of work leaves out: see
-    /// [`ContactQuery::run_within`].
+    /// If true, the query keeps contacts from query to query, for pairs that a work quota leaves
+    /// out: see [`ContactQuery::run_within`].
     pub holding: bool,
 }
 
@@ -45,11 +46,11 @@ impl Default for QuerySettings {
     }
 }
 
-/// The contacts of a body a with a body b: both bodies, what is looked for, the memory that it
-/// takes, and what is remembered from query to query.
+/// Finds the contacts of a body a with a body b. It contains both bodies, the settings, working
+/// memory, and data cached from query to query.
 ///
 /// Queries at poses near the last one are fast, but any pose may follow any other. Only
-/// [`Self::new`] obtains memory.
+/// [`Self::new`] allocates memory.
 ///
 /// ```
 /// use glam::DVec3;
@@ -88,28 +89,28 @@ impl ContactQuery {
         self.found()
     }
 
-    /// Finds the contacts as [`Self::contacts`] does, times its stages by `clock`, and returns what
-    /// it cost.
+    /// Finds the contacts as [`Self::contacts`] does, measures its stages with `clock`, and returns
+    /// the cost.
     pub fn run(&mut self, pose_ba: &Pose, clock: &impl Clock) -> &QueryCounters {
         self.run_within(pose_ba, &Work::unlimited().all(), clock)
     }
 
-    /// The same with at most about `quota` of work: pairs that were not reached are answered from
-    /// the last query and come first in the next.
+    /// Like [`Self::run`], with at most about `quota` of work. Pairs that were not reached get
+    /// their contacts from the last query, and come first in the next query.
     ///
-    /// A contact of the last query is *held*, if the settings ask for holding: extrapolated along
-    /// with the bodies, its separation measured anew along its normal, which is right to first
-    /// order in the motion. Pairs that were not in contact may be nearer by now than the tolerance,
-    /// but not nearer than [`Self::unseen_separation`]. No contact is made of the hulls of whole
-    /// parts: that of a cup is full, and a spoon in it would be thrown out.
+    /// If the settings ask for it, contacts of the last query are *held*: they are extrapolated
+    /// with the bodies, and their separation is computed along their normals, which is correct to
+    /// first order in the motion. Pairs that were not in contact may now be nearer than the
+    /// tolerance, but not nearer than [`Self::unseen_separation`]. Hulls of whole parts never make
+    /// contacts: the hull of a cup is solid, and a spoon in the cup would be pushed out.
     pub fn run_within(&mut self, pose_ba: &Pose, quota: &Quota<'_>, clock: &impl Clock) -> &QueryCounters {
         let asked = Asked::new(&self.a, &self.b, pose_ba, self.settings.tolerance);
         self.counters = self.search.run(&asked, quota, clock);
         &self.counters
     }
 
-    /// Runs the query, and returns the nearest pair of points of the two bodies, whatever the
-    /// distance; when bodies overlap, the deepest contact. `None` if a body has no pieces.
+    /// Runs the query, and returns the nearest pair of points of the two bodies at any distance. If
+    /// the bodies overlap, returns the deepest contact. `None` if a body has no pieces.
     pub fn nearest(&mut self, pose_ba: &Pose) -> Option<Contact> {
         self.run(pose_ba, &NoClock);
         let asked = Asked::new(&self.a, &self.b, pose_ba, self.settings.tolerance);
@@ -126,8 +127,8 @@ impl ContactQuery {
         &self.counters
     }
 
-    /// Pairs that the last query skipped since its quota was spent are at least this far apart,
-    /// model units. Infinite if it skipped none; minus infinite if it had just begun.
+    /// Lower bound of the separation (model units) of all pairs that the last query skipped because
+    /// its quota was spent. Infinite if it skipped none; minus infinity if it had just begun.
     ///
     /// Pairs with extrapolated contacts do not count as skipped; nor do pairs whose closest points
     /// were on virtual features at their last visit.
@@ -141,12 +142,12 @@ impl ContactQuery {
         self.search.unlooked_separation()
     }
 
-    /// The body whose poses are asked for.
+    /// The body a, whose pose each query gets.
     pub fn a(&self) -> &Arc<Body> {
         &self.a
     }
 
-    /// The body in whose frame contacts are.
+    /// The body b, in whose frame the contacts are.
     pub fn b(&self) -> &Arc<Body> {
         &self.b
     }
@@ -174,7 +175,7 @@ impl ContactQuery {
         self.search.came_from(pose_ba);
     }
 
-    /// Forgets the past: the next query is as the first was.
+    /// Drops all cached data: the next query runs like the first one.
     pub fn clear(&mut self) {
         self.search.clear();
     }

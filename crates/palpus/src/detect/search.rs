@@ -1,30 +1,30 @@
 //! All contacts of two bodies within the tolerance \[K02 §3.4, §4.1\].
 //!
-//! 1. The sleeping front over both hierarchies ([`Front`]) answers the leaf pairs within tolerance.
+//! 1. The front over both hierarchies ([`Front`]) returns the leaf pairs within the tolerance.
 //! 2. A pair of pieces that is apart is a contact at its closest points. It is left out if these
-//!    are not on the surface, or if one of the meshes does not have their direction there
-//!    ([`Body::owns`]). The far side of a thin wall, seen from within the wall, cannot be touched;
-//!    and beyond the end of an edge's arc the neighbouring piece is nearer.
+//!    are not on the surface, or if their direction is not a normal of both meshes there
+//!    ([`Body::owns`]). For example, the far side of a thin wall cannot be touched from within the
+//!    wall; and beyond the end of an edge's Gauss arc the neighbouring piece is nearer.
 //! 3. A pair that overlaps is a contact at its penetration depth, walked from the pair's last
-//!    normal, the witness of the march and the line of centroids. Where the walk ends on a normal
-//!    that one of the meshes does not have, the depth is the least along a normal that both pieces
-//!    own ([`admissible_depth`](crate::depth::admissible_depth)); it is left out if the check of
-//!    `belief` rejects it. A pair without such a normal is no contact. When nothing else is left of
-//!    an overlap, the shallowest of these stays.
+//!    normal, the witness of the march and the line of centroids. If the walk ends on a normal that
+//!    one of the meshes does not have, the depth is the least along a normal that both pieces own
+//!    ([`admissible_depth`](crate::depth::admissible_depth)). The contact is left out if the check
+//!    of `belief` rejects this depth. A pair without such a normal is no contact. If an overlap has
+//!    no other contact, the shallowest rejected one stays.
 //!
-//! Asked to ([`Proof::Prove`]), the query proves each depth globally least for its pair of pieces,
-//! or replaces it by a better one that it proves, before virtual features are looked at. A
-//! depth that was moved to a normal of the meshes afterwards is therefore not the least of the
-//! pair, but the least is known.
+//! With [`Proof::Prove`], the query proves that each depth is the global minimum for its pair of
+//! pieces, or replaces it by a proven one. This happens before virtual features are considered. A
+//! depth that is later moved to a normal of the meshes is therefore not the least of the pair, but
+//! the least is known.
 //!
-//! When the pose has jumped since the last query, the cached normal of a pair is only one guess
-//! among others: the walk then starts cold, from several seeds, and keeps the best end.
+//! If the pose has jumped since the last query, the walk starts cold, from several seeds, and keeps
+//! the best result. The cached normal of a pair is then only one of the seeds.
 //!
 //! A pair of pieces is one contact, at its exact witness points, or on request the corners of its
-//! *patch* ([`Patch`]): as many contacts as it takes to say where flush features touch.
+//! *patch* ([`Patch`]): as many contacts as are needed to describe where flush features touch.
 //!
-//! Contacts come in the order in which they began; after a jump, in that of the descent. The same
-//! history gives the same order.
+//! Contacts are in the order in which they began; after a jump, in the order of the descent. The
+//! same history gives the same order.
 
 use super::belief::{LastOverlap, corrected, is_believed, is_believed_beyond};
 use super::guard::Guard;
@@ -38,7 +38,7 @@ use crate::body::{Body, OwnNormals, Polytope};
 use crate::collision::{Front, LeafPair, LeafPairs, PlacedPair, Proximity, Side};
 use crate::depth::{AdmissibleScratch, Patch, WalkScratch};
 
-/// Working memory of the queries between two bodies, and what they remember from query to query.
+/// Working memory of the queries between two bodies, and data cached from query to query.
 #[derive(Clone, Debug)]
 pub(super) struct PairSearch {
     pub(super) front: Front,
@@ -61,7 +61,7 @@ pub(super) struct PairSearch {
     pub(super) holding: bool,
     /// Pairs with contacts in the query that is under way.
     pub(super) touching: u32,
-    /// How crowded the contacts of the last query were, 0 to 1.
+    /// How many pairs were in contact in the last query, as a value from 0 (few) to 1 (many).
     pub(super) crowd: f64,
     /// The leaf pair with which the next query begins, if the quota was spent.
     pub(super) resume: Option<u32>,
@@ -141,8 +141,8 @@ impl PairSearch {
         counters
     }
 
-    /// Finds the contacts of the leaf pairs, as far as the quota goes; returns the shallowest of
-    /// the rejected ones.
+    /// Finds the contacts of the leaf pairs until the quota is spent; returns the shallowest of the
+    /// rejected contacts.
     fn answer_leaves(&mut self, asked: &Asked<'_>, quota: &Quota<'_>, counters: &mut QueryCounters) -> Option<Contact> {
         self.contacts.clear();
         self.inadmissible.clear();
@@ -184,7 +184,8 @@ impl PairSearch {
         doubtful
     }
 
-    /// Bodies that overlap must not be let go of, however doubtful the way out.
+    /// Adds a contact if bodies overlap and no contact was accepted, even if its direction is
+    /// doubtful.
     fn hold_overlap(&mut self, asked: &Asked<'_>, mut doubtful: Option<Contact>, counters: &mut QueryCounters) {
         if self.contacts.iter().any(|contact| contact.separation <= 0.0) {
             return;
@@ -200,8 +201,8 @@ impl PairSearch {
             None if counters.traversal.postponed == 0 => self.last_overlap.still(asked),
             None => None,
         };
-        // Within the memory made at construction: full of contacts that are apart, the bodies are
-        // held by those.
+        // Nothing is added beyond the memory that was allocated at construction. If it is full of
+        // contacts that are apart, these hold the bodies.
         let room = self.capacity - self.contacts.len();
         counters.stood_in += u32::from(stands_in.is_some() && room > 0);
         self.contacts.extend(stands_in.into_iter().take(room));
@@ -222,8 +223,8 @@ impl PairSearch {
         &self.contacts
     }
 
-    /// The nearest pair of points, whatever the distance, or the deepest contact. `asked` is what
-    /// the last [`Self::run`] was asked.
+    /// The nearest pair of points at any distance, or the deepest contact. `asked` is the input of
+    /// the last [`Self::run`].
     pub(super) fn nearest(&mut self, asked: &Asked<'_>, counters: &mut QueryCounters) -> Option<Contact> {
         let least = |x: &&Contact, y: &&Contact| x.separation.total_cmp(&y.separation);
         let contact = self.contacts.iter().min_by(least).copied();
@@ -239,7 +240,7 @@ impl PairSearch {
                 Found::Nothing => None,
             },
         };
-        // Equally near: the contact, whose features are original.
+        // If both are equally near, take the contact, whose features are original.
         match (contact, nearest) {
             (Some(c), Some(n)) if c.separation <= n.separation => Some(c),
             (c, n) => n.or(c),
@@ -258,7 +259,7 @@ impl PairSearch {
         self.last_pose = Some(*pose_ba);
     }
 
-    /// Forgets the past.
+    /// Drops all cached data.
     pub(super) fn clear(&mut self) {
         self.front.clear();
         self.contacts.clear();
@@ -288,7 +289,7 @@ pub(super) struct Asked<'q> {
 }
 
 impl<'q> Asked<'q> {
-    /// Asks for contacts nearer than `tolerance` at a pose.
+    /// Input for contacts nearer than `tolerance` at a pose.
     pub(super) fn new(a: &'q Body, b: &'q Body, pose_ba: &Pose, tolerance: f64) -> Self {
         Self { a, b, pose_ba: *pose_ba, place: pose_ba.placement(), tolerance }
     }
@@ -303,12 +304,12 @@ impl<'q> Asked<'q> {
         [self.a.own_normals(leaf.piece_a), self.b.own_normals(leaf.piece_b)]
     }
 
-    /// The same as the front sees it.
+    /// The same input, for the front.
     pub(super) fn placed(&self) -> PlacedPair<'_> {
         PlacedPair::new(side(self.a), side(self.b), &self.place, self.tolerance)
     }
 
-    /// The same at another pose.
+    /// The same input at another pose.
     pub(super) fn at(self, pose_ba: &Pose) -> Self {
         Self { pose_ba: *pose_ba, place: pose_ba.placement(), ..self }
     }

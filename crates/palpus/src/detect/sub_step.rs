@@ -1,4 +1,4 @@
-//! Fast ticks, cut into parts for the guard against tunnelling, and what is jumped.
+//! Sub-steps of fast ticks for the guard against tunnelling.
 
 use super::guard::{between, sub_steps};
 use super::pair::Found;
@@ -9,12 +9,12 @@ use crate::algebra::tolerance::{GUARD_THICK, WORK_ANSWER};
 use crate::collision::PlacedPair;
 
 impl PairSearch {
-    /// Queries the intermediate poses of a fast tick, so that no thin part is jumped over; the
-    /// quota may end this early. Returns the thickness below which a part is thin in this tick, if
-    /// the tick is fast and any part is thin.
+    /// Queries the intermediate poses of a fast tick, so that no thin part is passed without a
+    /// contact; the quota may end this early. Returns the thickness below which a part is thin in
+    /// this tick, if the tick is fast and any part is thin.
     ///
-    /// Only pairs one of whose pieces is thin are looked at on the way; the others have the whole
-    /// tick to go.
+    /// The intermediate queries examine only pairs with a thin piece; for other pairs, the query at
+    /// the tick's end is enough.
     pub(super) fn sub_steps(
         &mut self,
         asked: &Asked<'_>,
@@ -54,8 +54,8 @@ impl PairSearch {
         Some(thin)
     }
 
-    /// Notes the pose, and which of the last contacts of pieces thinner than `thin` tunnel on the
-    /// way to it.
+    /// Stores the pose, and lists the last contacts of pieces thinner than `thin` that tunnel on
+    /// the way to it.
     pub(super) fn move_to(&mut self, asked: &Asked<'_>, thin: Option<f64>) {
         let last = self.last_pose.replace(asked.pose_ba);
         if let (Some(last), Some(guard), Some(thin)) = (last, &mut self.guard, thin) {

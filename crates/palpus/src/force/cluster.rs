@@ -1,29 +1,30 @@
 //! Clusters of contacts: exact single linkage of midpoints, cut where normals oppose each other
 //! \[K02 §4.2\].
 //!
-//! 1. *Admit* contacts that are finite and nearer than the tolerance. Of more than fit, the deepest
-//!    stay; the rest are counted.
-//! 2. *Order* them by value (pieces first), so that permuting the input changes no bit of any later
-//!    sum.
-//! 3. *Link* every two whose midpoints are nearer than the radius δ (eq. 2, strictly nearer): a
-//!    group is a connected component of that relation, exactly. A grid of cells of diagonal δ only
-//!    saves work: midpoints in one cell are linked through its first, and a cell is held against
-//!    all cells that a distance below δ can reach. The corners of one patch are one contact of two
-//!    pieces: each is linked as if it were in the patch's middle.
-//! 4. *Cut* a group whose normals do not fit into one cone of opening `split_angle`: its deepest
-//!    contact leads a first cone and takes every member within half the opening of it; of the rest,
-//!    the one whose normal is farthest from all leaders leads the next, and so on. (Farthest, so
-//!    that the cones around a peg come out opposite each other.)
-//! 5. *Link again* inside each cone, since a group may have held two parts together only by
+//! 1. *Admit* contacts that are finite and nearer than the tolerance. If there are more than the
+//!    capacity, the deepest stay and the others are only counted.
+//! 2. *Order* them by value (pieces first), so that a permutation of the input changes no bit of a
+//!    later sum.
+//! 3. *Link* every two contacts whose midpoints are nearer than the radius δ (eq. 2, strictly
+//!    nearer). A group is exactly a connected component of that relation. A grid of cells of
+//!    diagonal δ only saves work: midpoints in one cell are linked through its first, and a cell is
+//!    compared with all cells within a distance below δ. The corners of one patch belong to one
+//!    contact of two pieces, so each is linked as if it were in the patch's middle.
+//! 4. *Cut* a group whose normals do not fit into one cone of opening `split_angle`: the normal of
+//!    its deepest contact is the axis of the first cone, which takes every member within half the
+//!    opening of that normal. Of the remaining members, the one whose normal is farthest from all
+//!    axes gives the next cone, and so on. (The farthest, so that the cones around a peg are
+//!    opposite each other.)
+//! 5. *Link again* inside each cone, since two parts of a group may have been connected only by
 //!    contacts of another cone.
 //!
-//! Deviations. The paper fills an octree whose cells *are* the clusters; two contacts a hair apart
-//! on either side of a cell's wall then stay apart, against eq. 2. The cut (4, 5) is ours: eq. 3
-//! has no answer in a slot narrower than δ, or around a peg, where a chain of neighbours joins
-//! opposed normals that cancel. After the cut any two normals of a cluster differ by at most
-//! `split_angle`, and all by at most half of it from one direction, so that their weighted sum is
-//! at least `cos(split_angle / 2)` of the weights. With `split_angle: None` it is the paper's eq. 2
-//! alone.
+//! Deviations. The paper fills an octree whose cells *are* the clusters; there, two very close
+//! contacts on either side of a cell's wall are in different clusters, which contradicts eq. 2. The
+//! cut (steps 4 and 5) is ours: eq. 3 has no solution in a slot narrower than δ, or around a peg,
+//! where a chain of neighbours joins opposed normals that cancel. After the cut, two normals of a
+//! cluster differ by at most `split_angle`, and each differs from the cone's axis by at most half
+//! of it. So the length of their weighted sum is at least `cos(split_angle / 2)` of the sum of the
+//! weights. `split_angle: None` gives the paper's eq. 2 alone.
 //!
 //! All memory is obtained by [`Linkage::new`].
 
@@ -49,15 +50,16 @@ pub struct LinkageSettings {
     /// rad, at most π: opening of the cone that must hold the normals of a cluster; `None` never
     /// cuts.
     pub split_angle: Option<f64>,
-    /// The most contacts that are clustered. Of more, half are the deepest. The other half are the
-    /// deepest with clearly different normals: they stop the tool when it is thrown back.
+    /// The most contacts that are clustered. If there are more, one half are the deepest of all,
+    /// and the other half are the deepest with clearly different normals. These stop the tool when
+    /// it is thrown back.
     pub most: usize,
 }
 
 /// Counts of one run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LinkageCounters {
-    /// Contacts that found a cluster.
+    /// Contacts that are in a cluster.
     pub admitted: u32,
     /// Contacts left out because there were more than the capacity, or than
     /// [`LinkageSettings::most`].
@@ -86,7 +88,7 @@ pub struct Linkage {
     order: Vec<u32>,
     points: Vec<DVec3>,
     normals: Vec<DVec3>,
-    /// The corners of the patch whose middle is looked for.
+    /// The corners of the patch whose middle is being computed.
     corners: Vec<Tilted>,
     tilts: TiltShares,
     /// Per rank: contacts of different labels are never linked.
@@ -106,10 +108,10 @@ pub struct Linkage {
     to_leader: Vec<f64>,
 }
 
-/// Cosine of 60°: contacts that push along directions farther apart push elsewhere.
+/// Cosine of 60°: contacts whose directions differ by more have clearly different normals.
 const ELSEWHERE: f64 = 0.5;
 
-/// Puts the `count` deepest of `order` first, in no order.
+/// Moves the `count` deepest of `order` to the front, unsorted.
 fn deepest_first(order: &mut [u32], count: usize, contacts: &[Contact]) {
     if count < order.len() {
         order.select_nth_unstable_by(count, |&i, &j| {
@@ -142,8 +144,8 @@ impl Linkage {
         }
     }
 
-    /// Clusters `contacts`. `direction` says in which direction an admitted contact pushes a
-    /// (unit): its normal, or the shaded stand-in for it.
+    /// Clusters `contacts`. `direction` returns the unit direction in which an admitted contact
+    /// pushes a: its normal, or the shaded normal.
     pub fn run(
         &mut self,
         contacts: &[Contact],
@@ -197,8 +199,8 @@ impl Linkage {
         &self.directions
     }
 
-    /// Step 1. Keeps at most twice the capacity, and of these the deepest when full, so that the
-    /// work stays linear.
+    /// Step 1. Collects at most twice the capacity; when full, it keeps the deepest half, so that
+    /// the work stays linear.
     fn admit(&mut self, contacts: &[Contact], settings: &LinkageSettings) -> LinkageCounters {
         let mut counters = LinkageCounters::default();
         self.order.clear();
@@ -225,7 +227,7 @@ impl Linkage {
         self.order.truncate(self.capacity);
     }
 
-    /// Leaves `most` of the contacts.
+    /// Reduces the contacts to `most`.
     fn seat(&mut self, contacts: &[Contact], most: usize) {
         if self.order.len() <= most {
             return;
@@ -264,7 +266,7 @@ impl Linkage {
         self.to_leader.resize(self.order.len(), 0.0);
     }
 
-    /// Puts the corners of each patch in its middle. The canonical order has them side by side.
+    /// Moves the corners of each patch to its middle. In the canonical order they are adjacent.
     fn draw_together(&mut self, contacts: &[Contact]) {
         let mut first = 0;
         for patch in self.order.chunk_by(|&i, &j| contacts[i as usize].shares_patch(&contacts[j as usize])) {

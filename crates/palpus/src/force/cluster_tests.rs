@@ -1,5 +1,5 @@
-//! Clusters against quadratic single linkage, which shares no step with the grid but the comparison
-//! itself.
+//! Compares clusters with a quadratic single linkage, which shares only the distance comparison
+//! with the grid.
 
 use glam::DVec3;
 
@@ -14,8 +14,8 @@ const PAPER: LinkageSettings =
     LinkageSettings { tolerance: TOLERANCE, radius: RADIUS, split_angle: None, most: usize::MAX };
 const CUT: LinkageSettings = LinkageSettings { split_angle: Some(2.269), ..PAPER };
 
-/// Components of eq. 2 by repeated relabelling: every contact within the tolerance gets the least
-/// index that it reaches.
+/// Components of eq. 2 by repeated relabelling: every contact within the tolerance gets the
+/// smallest index in its component.
 fn quadratic(contacts: &[Contact], radius: f64) -> Vec<Vec<u32>> {
     let mut label: Vec<usize> = (0..contacts.len()).collect();
     loop {
@@ -215,7 +215,7 @@ fn the_walls_of_a_slot_and_the_two_sides_of_a_ring_are_apart() {
     assert_eq!(linkage.len(), 4);
     let sum = |k: usize| linkage.directions()[linkage.range(k)].iter().sum::<DVec3>().normalize();
     assert!((0..4).map(sum).sum::<DVec3>().length() < 1e-12, "a centred peg feels nothing");
-    // The corner of a box, three walls at right angles, stays one.
+    // The corner of a box (three walls at right angles) stays one cluster.
     let corner: Vec<_> =
         [DVec3::X, DVec3::Y, DVec3::Z].iter().map(|&n| contact((0, 0), DVec3::ZERO, n, -1e-4)).collect();
     assert_eq!(run(&corner, &CUT).len(), 1);
@@ -244,7 +244,8 @@ fn what_does_not_fit_is_counted_and_the_deepest_stay() {
 fn of_too_many_the_deepest_stay_and_those_that_push_elsewhere() {
     let mut random = Random::new(SEED ^ 9);
     let settings = LinkageSettings { radius: 0.0, most: 40, ..PAPER };
-    // A hundred press on a floor; thirty face the ceiling, farther away than any of these.
+    // A hundred contacts press on a floor; thirty contacts at the ceiling are farther away than any
+    // of them.
     let contacts: Vec<Contact> = (0..130)
         .map(|k| {
             let (normal, near) = if k < 100 { (DVec3::Z, 0.0) } else { (DVec3::NEG_Z, 5e-4) };

@@ -1,44 +1,47 @@
-//! Smooth clustering: how much of its own force a contact keeps among those that push the same way.
+//! Smooth clustering: how much of its own force a contact keeps if others push the same way.
 //!
 //! Single linkage ([`super::Linkage`]) gives a cluster the force of its deepest member. When two
-//! clusters meet, one of their forces is gone from one tick to the next, and a hand feels a tick;
-//! and how many clusters there are depends on how far the mesh's pieces happen to lie apart. Here
-//! there is no cluster and no event. Every contact pushes along its own direction, and those that
-//! push the same way have together the force of the deepest of them,
+//! clusters merge, one of their forces disappears from one tick to the next, and a hand feels that.
+//! Also, the number of clusters depends on the distances of the mesh's pieces, which are arbitrary.
+//! Here there are no clusters that can merge. Every contact pushes along its own direction, and the
+//! contacts that push the same way together have the force of the deepest of them,
 //!
-//! F = Σᵢ k αᵢ wᵢ · (maxⱼ κᵢⱼ wⱼ / Σⱼ κᵢⱼ αⱼ wⱼ) · nᵢ, with w the engagements (t − d, or with a
-//! tool its skin less d, where positive), κᵢⱼ = (nᵢ·nⱼ)²₊, and α the tilt shares ([`TiltShares`]),
-//! 1 for a contact that is no corner of a patch.
+//! F = Σᵢ k αᵢ wᵢ · (maxⱼ κᵢⱼ wⱼ / Σⱼ κᵢⱼ αⱼ wⱼ) · nᵢ, where w are the engagements (t − d, or the
+//! contact offset of a tool less d; 0 if negative), κᵢⱼ = (nᵢ·nⱼ)²₊, and α the tilt shares
+//! ([`TiltShares`]), 1 for a contact that is no corner of a patch.
 //!
-//! * κᵢᵢ = 1: a contact alone keeps all of its force. k contacts with one direction push as one:
-//!   what eq. 3–5 of \[K02\] say of a cluster, force, direction and point, holds of them exactly.
-//! * κ is 0 for directions at a right angle or more: the walls of a groove and of a slot push as if
-//!   each were alone.
+//! * κᵢᵢ = 1: a single contact keeps all of its force. Several contacts with one direction push
+//!   like one: their force, direction and point are exactly those that eq. 3–5 of \[K02\] give for
+//!   a cluster.
+//! * κ is 0 for directions at a right angle or more: each wall of a groove or of a slot pushes as
+//!   if it were alone.
 //! * Every term is continuous in every position, direction and engagement, and a contact that
 //!   enters at w = 0 changes nothing.
-//! * Contacts of which every two have κ ≥ c push together with at most the deepest one's force over
-//!   c: each sum over j is at least c Σ αw, no maximum exceeds the deepest w, and Σ αw max w/(c Σ
-//!   αw) = max w / c.
-//! * So a surface is as stiff however many pieces and triangles it is made of, and wherever they
-//!   end: two bodies that approach along n resist with k for each independent direction, whatever
-//!   lies between them. (Shallower contacts still shift the point of action, and so resist a tilt.)
+//! * If κ ≥ c for every two of some contacts, their total force is at most the deepest contact's
+//!   force divided by c. For each sum over j is at least c Σ αw, no maximum exceeds the deepest w,
+//!   and Σ αw max w/(c Σ αw) = max w / c.
+//! * So the stiffness of a surface does not depend on the number of its pieces and triangles, nor
+//!   on where they end. Two bodies that approach along n resist with stiffness k for each
+//!   independent direction. (Shallower contacts still shift the point of action, and so resist a
+//!   tilt.)
 //!
-//! **Why not by distance as well**, as a cluster of linkage reaches to δ and the kernel of an
-//! earlier version did? Contacts stand for pieces of a convex decomposition: one for a whole flat
-//! side, dozens for the same side if it is rough. With a kernel that ends at a distance, contacts
-//! farther apart than this distance each add a stiffness. A ring of 50 pieces on a table was 48
-//! times as stiff as a disc, with four times the triangles 58 times, and no device is stable at 58
-//! times. `palpus-scenes/tests/area.rs` measures the force of one motion with one, four and sixteen
-//! times the triangles.
+//! **Why κ ignores the distance of contacts.** A cluster of single linkage ends at δ, and an
+//! earlier version had a kernel with such a limit. But contacts represent pieces of a convex
+//! decomposition: one for a whole flat side, dozens for the same side if it is rough. With a kernel
+//! of limited range, contacts farther apart than the range each add a stiffness. A ring of 50
+//! pieces on a table was 48 times as stiff as a disc, and 58 times with four times the triangles.
+//! No device is stable at 58 times its stiffness. `palpus-scenes/tests/area.rs` measures the force
+//! of the same motion with one, four and sixteen times the triangles.
 //!
-//! **Not a gradient.** A potential whose forces do not pull, to which a contact at w = 0 adds
-//! nothing, and that takes two equal contacts for one, is ½ k (max w)²: E(w, 0) = E(w, w) leaves
-//! nothing for a second contact to add on the way. Its force acts at the deepest contact and jumps
-//! to the next. Continuity is paid for with a field that can do work around a loop.
+//! **Not a gradient.** Suppose that a potential never pulls, that a contact at w = 0 adds nothing
+//! to it, and that two equal contacts count as one. Then E(w, 0) = E(w, w), so a second contact can
+//! never add energy, and the potential is ½ k (max w)². Its force acts at the deepest contact and
+//! jumps when another becomes the deepest. The forces used here are continuous instead, but they
+//! can do work around a closed loop.
 //!
-//! 1. *Tilt*: the tilt share of each.
-//! 2. *Share*: every contact looks at every other. Where none of its direction pushes yet, as if
-//!    the nearest did.
+//! 1. *Tilt*: compute the tilt share of each contact.
+//! 2. *Share*: compare every contact with every other. Where no contact of its direction pushes
+//!    yet, the shares are computed as if the nearest contact did.
 //!
 //! The contacts come in canonical order, so that sums do not depend on how the query found them.
 //! All memory is obtained by [`LoadSharing::new`].
@@ -46,11 +49,11 @@
 use glam::DVec3;
 
 use super::tilt::{TiltShares, Tilted};
-/// Shares of the last run, and the memory to find them.
+/// Shares of the last run, and the memory to compute them.
 #[derive(Clone, Debug)]
 pub struct LoadSharing {
     tilts: TiltShares,
-    /// The contacts as others see them: first those that push.
+    /// The properties of the contacts for the shares of others; contacts that push come first.
     seen: Vec<Seen>,
     /// How many push.
     pushing: usize,
@@ -77,9 +80,10 @@ impl LoadSharing {
         }
     }
 
-    /// The share of its own force that each contact keeps; 0 for those that others of their surface
-    /// surround. Contacts that do not push yet get the share that they will have when they do,
-    /// together with all that are no more than `ahead` (m) farther than the nearest.
+    /// The share of its own force that each contact keeps; 0 for contacts that are surrounded by
+    /// others of their surface. A contact that does not push yet gets the share that it will have
+    /// when it pushes, together with all contacts that are at most `ahead` (m) farther than the
+    /// nearest.
     ///
     /// They stand in [`Self::shares`] until the next run.
     pub fn run(&mut self, contacts: &[Tilted], ahead: f64) -> &[f64] {
@@ -93,9 +97,9 @@ impl LoadSharing {
         &self.shares
     }
 
-    /// The load of each contact of the last run, in the unit of `bears`, which gives the load that
-    /// a contact of this engagement and separation (m) would have alone. Contacts that push the
-    /// same way have together the largest of these loads.
+    /// The load of each contact of the last run, in the unit of `bears`. `bears` returns the load
+    /// that a contact of this engagement and separation (m) would have alone. Contacts that push
+    /// the same way together have the largest of these loads.
     pub fn loads<'a>(
         &'a self,
         contacts: &'a [Tilted],
@@ -132,7 +136,7 @@ impl LoadSharing {
     fn share(&self, one: &Tilted, ahead: f64) -> f64 {
         let (most, sum) = felt(one, &self.seen[..self.pushing], |other| other.engagement);
         if most > 0.0 {
-            // A contact bears at most the load of all together; one without load keeps its own.
+            // A contact has at most the total load; a contact without load keeps its own.
             return if sum > 0.0 { most / sum } else { 1.0 };
         }
         let alike = self.seen.iter().filter(|other| one.direction.dot(other.direction) > 0.0);
@@ -144,7 +148,7 @@ impl LoadSharing {
 
 /// The greatest κ w and the sum of κ α w of `others`.
 fn felt(one: &Tilted, others: &[Seen], engagement: impl Fn(&Seen) -> f64) -> (f64, f64) {
-    // Four at a time, which is how a processor likes it: the order of the sum is always the same.
+    // Four at a time, for SIMD; the order of the sum is always the same.
     let (mut sums, mut most) = ([0.0; 4], [0.0; 4]);
     for four in others.chunks(4) {
         for (k, other) in four.iter().enumerate() {
@@ -228,8 +232,8 @@ mod tests {
             let before = push(&contacts);
             for engagement in [1e-12, 1e-9, 1e-7] {
                 contacts.push(single(random.direction(), engagement));
-                // It takes from each neighbour at most κ of its own engagement, and there are
-                // twenty of them.
+                // The contact reduces each neighbour by at most κ times its own engagement, and
+                // there are twenty neighbours.
                 assert!((push(&contacts) - before).length() <= 21.0 * engagement, "seed {SEED:#x}, round {round}");
                 contacts.pop();
             }
@@ -251,8 +255,8 @@ mod tests {
                     single(direction, c.engagement + random.between(-motion, motion))
                 })
                 .collect();
-            // Each share of w·max/Σ has a slope of at most 3 by each engagement, and of 6 w by each
-            // direction.
+            // The slope of each term w·max/Σ is at most 3 with respect to an engagement, and at
+            // most 6 w with respect to a direction.
             let most = 12.0 * (3.0 * 12.0 * motion + 7.0 * 12.0 * turn * 2e-3);
             assert!((push(&moved) - push(&contacts)).length() <= most, "seed {SEED:#x}, round {round}");
         }

@@ -1,12 +1,12 @@
 //! Penalty force and torque \[K02 §4.3, eq. 6–9\].
 //!
 //! 1. The normal force of a cluster: its engagement times the stiffness, plus damping.
-//! 2. Its wrench on each body about that body's centre of mass, summed.
+//! 2. The sum of the clusters' wrenches on each body, about that body's centre of mass.
 //!
-//! Deviations. The paper's eq. 6 has no stiffness: its unit of force is a metre; k in N/m is
-//! written out here. Damping is ours: it opposes the speed of approach at the midpoint, but never
-//! with more than the elastic force. The total is then between 0 and 2 k w: a contact never pulls,
-//! and one that begins or ends (w = 0) does so without a jump.
+//! Deviations. The paper's eq. 6 has no stiffness, so that its force is in metres; here the
+//! stiffness k (N/m) is explicit. Damping is ours: it opposes the speed of approach at the
+//! midpoint, and is never larger than the elastic force. The total is therefore between 0 and 2 k
+//! w: a contact never pulls, and its force does not jump when it begins or ends (w = 0).
 
 use glam::DVec3;
 
@@ -40,9 +40,9 @@ pub struct NetWrench {
     pub on_b: Wrench,
 }
 
-/// The size of the cluster's normal force, N, never negative; `separating_speed` is that of a from
-/// b at the midpoint along the normal, m/s. The cluster has this `share` of stiffness and damping:
-/// 1 if no other pushes the same way.
+/// The magnitude of the cluster's normal force, N, never negative. `separating_speed` (m/s) is the
+/// speed of a away from b, at the midpoint and along the normal. The cluster gets this `share` of
+/// stiffness and damping: 1 if no other cluster pushes the same way.
 pub fn normal_force(cluster: &Cluster, share: f64, separating_speed: f64, settings: &PenaltySettings) -> f64 {
     let elastic = settings.stiffness * (share * cluster.engagement);
     elastic + (-settings.damping * share * separating_speed).clamp(-elastic, elastic)
@@ -89,7 +89,7 @@ mod tests {
             net.add(random.point(5.0), random.point(0.1), &centers);
         }
         assert_eq!(net.on_a.force, -net.on_b.force);
-        // About one and the same point, the torques are opposite too.
+        // About the same point, the torques are opposite too.
         let on_b = net.on_b.about(centers.a - centers.b);
         assert!((net.on_a.torque + on_b.torque).length() < 1e-12, "seed {SEED:#x}");
     }

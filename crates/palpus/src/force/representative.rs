@@ -1,10 +1,10 @@
 //! One contact for each cluster \[K02 §4.2, eq. 3–5\].
 //!
-//! The weights are t − d with t the tolerance of the query, so that deeper contacts count more; of
-//! the corners of a patch, times their tilt shares, so that all of them together count as one.
-//! Normals that cancel leave eq. 3 without an answer; the deepest member's direction then stands
-//! in, and a flag reports it. Clusters cut by normals ([`super::LinkageSettings::split_angle`])
-//! cannot cancel.
+//! The weights are t − d, where t is the tolerance of the query, so that deeper contacts count
+//! more. The weights of a patch's corners are multiplied by their tilt shares, so that all corners
+//! together count as one contact. If the normals cancel, eq. 3 has no solution; the deepest
+//! member's direction is used then, and a flag reports it. Clusters cut by normals
+//! ([`super::LinkageSettings::split_angle`]) cannot cancel.
 
 use glam::DVec3;
 
@@ -21,18 +21,18 @@ pub struct Cluster {
     pub normal: DVec3,
     /// d (eq. 5): the separation of the deepest member, m.
     pub separation: f64,
-    /// t − d, m, with t the separation from which contacts push: the tolerance, or the skin of a
-    /// coupling. 0 beyond it.
+    /// t − d, m, where t is the separation below which contacts push: the tolerance, or the contact
+    /// offset of a coupling. 0 if negative.
     pub engagement: f64,
     /// Sum of the members' weights, m.
     pub weight: f64,
     /// Index of the deepest member among the contacts.
     pub deepest: u32,
-    /// Begin of the cluster's members in the list of all members.
+    /// Index of the cluster's first member in the list of all members.
     pub first_member: u32,
     /// How many members it has.
     pub member_count: u32,
-    /// Eq. 3 had no answer: `normal` is the deepest member's.
+    /// Eq. 3 had no solution: `normal` is the deepest member's.
     pub cancelled: bool,
 }
 
@@ -53,7 +53,7 @@ enum ClusterFault {
     /// cluster's.
     #[error("the separation is not that of the deepest member")]
     Separation,
-    /// The midpoint is outside the box about those of the members.
+    /// The midpoint is outside the bounding box of the members' midpoints.
     #[error("the midpoint is not between those of the members")]
     Midpoint,
 }
@@ -81,11 +81,11 @@ impl Cluster {
     }
 }
 
-/// The representative of the contacts that `members` names: indices into `contacts`, at least one;
-/// parallel to `members` are their force `directions` and positive `weights` (m). Contacts push
-/// from a separation of `offset` (m) on.
+/// The representative of the contacts with the indices `members` (at least one). Parallel to
+/// `members` are the force `directions` and the positive `weights` (m). Contacts push below a
+/// separation of `offset` (m).
 ///
-/// The sums run in the order of `members`. `first_member` is stored as it is given.
+/// The sums run in the order of `members`. `first_member` is stored unchanged.
 pub fn represent(
     contacts: &[Contact],
     members: &[u32],
@@ -96,8 +96,8 @@ pub fn represent(
 ) -> Cluster {
     debug_assert!(!members.is_empty() && members.len() == directions.len());
     let separation = |k: usize| contacts[members[k] as usize].separation;
-    // Midpoints are summed relative to one of them: a small cluster far from the origin keeps its
-    // digits.
+    // Midpoints are summed relative to one of them, so that a small cluster far from the origin
+    // keeps its precision.
     let origin = contacts[members[0] as usize].midpoint();
     let mut weight = 0.0;
     let mut weighted_normal = DVec3::ZERO;
@@ -128,8 +128,8 @@ pub fn represent(
         member_count: members.len() as u32,
         cancelled,
     };
-    // Beyond these, at absurd tolerances, products with the weights overflow or lose their digits,
-    // and nothing is promised.
+    // Outside this range, at absurd tolerances, products with the weights overflow or lose
+    // precision, and nothing is checked.
     let [least, most] = SANE_WEIGHTS;
     let is_sane = (least..most).contains(&weight);
     debug_assert!(
@@ -208,7 +208,7 @@ mod tests {
         assert!((cluster.midpoint - DVec3::X * 1e-3).length() < 1e-16);
         assert!((cluster.normal - DVec3::new(3.0, 1.0, 0.0).normalize()).length() < 1e-12);
         assert!((cluster.weight - 4e-4).abs() < 1e-18);
-        // A contact that is only just one counts for nothing.
+        // A contact at the tolerance has no weight.
         let entering = contact((2, 0), DVec3::splat(1.0), -DVec3::Z, T * (1.0 - 1e-15));
         let more = of(&[contacts[0], contacts[1], entering]);
         assert!((more.midpoint - cluster.midpoint).length() < 1e-11);

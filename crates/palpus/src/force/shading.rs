@@ -6,24 +6,25 @@
 //! interpolated between the corners of the triangles under its two points; its depth, and so its
 //! size, stay those of the true contact.
 //!
-//! 1. On each body, the smooth outward normal at the witness point, and how fast it turns there
-//!    (`curvature`). A body whose feature is a crease has none: it takes the other body's, as far
-//!    as that is a direction between its faces ([`super::SmoothBody::confine`]).
-//! 2. *Combine* b's normal with the opposite of a's. On spheres of radius r, the centres are apart
-//!    by r_b n_b − r_a n_a: so each side weighs as its radius, 1 / curvature. A flat side decides
-//!    alone, two equally round ones have equal say. Whatever the features, this moves continuously
-//!    with the witness points as long as each surface is smooth there.
-//! 3. *Trust* a side as far as it agrees with the true normal: wholly within half of `most_turn`,
-//!    less and less beyond, and not at all from `most_turn` on; the rest of the weight goes to the
-//!    true normal. (A deep contact may rest on a rim of a piece, where the surface has quite
-//!    another direction.) The result is then within `most_turn` of the true normal.
+//! 1. On each body, find the smooth outward normal at the witness point, and how fast it turns
+//!    there (`curvature`). A body whose feature is a crease has no smooth normal: it uses the other
+//!    body's, limited to the directions between its own faces ([`super::SmoothBody::confine`]).
+//! 2. *Combine* b's normal with the opposite of a's. For spheres of radius r, the vector between
+//!    the centres is r_b n_b − r_a n_a. So the weight of each side is its radius, 1 / curvature. A
+//!    flat side decides alone, and two equally curved sides have equal weights. On all features,
+//!    the result changes continuously with the witness points as long as each surface is smooth
+//!    there.
+//! 3. *Weight* a side by how well it agrees with the true normal: fully within half of `most_turn`,
+//!    less and less beyond, and with 0 from `most_turn` on. The rest of the weight goes to the true
+//!    normal. (A deep contact may lie on a rim of a piece, where the surface has a very different
+//!    direction.) So the result is within `most_turn` of the true normal.
 //!
-//! Deviation: the paper says "Gouraud" and no more; \[MS96\] has a point against one surface. The
-//! rule for two surfaces is ours.
+//! Deviation: the paper says "Gouraud" and no more; \[MS96\] treats a point against one surface.
+//! The rule for two surfaces is ours.
 
 use glam::DVec3;
 
-/// Which normals may stand in for the true one.
+/// Which normals may replace the true one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -43,8 +44,8 @@ pub struct SmoothNormal {
     pub curvature: f64,
 }
 
-/// The direction of the force on a, unit: the stand-in for the contact normal `normal` (unit, from
-/// b into a).
+/// The direction of the force on a (unit), which replaces the contact normal `normal` (unit, from b
+/// into a).
 pub fn shade(normal: DVec3, side_a: Option<SmoothNormal>, side_b: Option<SmoothNormal>, most_turn: f64) -> DVec3 {
     let (share_a, share_b) = match (&side_a, &side_b) {
         (None, None) => return normal,
@@ -91,7 +92,7 @@ mod tests {
 
     #[test]
     fn two_spheres_push_along_the_line_of_their_centres() {
-        // Wherever between them the faceted surfaces happen to meet.
+        // For any point between them at which the faceted surfaces may meet.
         let mut random = Random::new(SEED);
         for round in 0..200 {
             let (r_a, r_b) = (random.between(0.01, 0.1), random.between(0.01, 0.1));

@@ -2,8 +2,9 @@
 //!
 //! Computed once per body: the triangles of the mesh that really lie in each face of each piece,
 //! and the normal at each vertex. (A face may also list triangles that only touch it, and a virtual
-//! face some that lie in it by a part. A contact is on neither, and its point may be as near to one
-//! as to another.)
+//! face may list triangles that lie in it only in part. A contact is on neither kind. Such
+//! triangles must be left out, since a contact point may be as near to one of them as to the right
+//! triangle.)
 
 use glam::DVec3;
 
@@ -23,7 +24,7 @@ pub struct SmoothBody {
     vertices: Vec<Option<SmoothNormal>>,
 }
 
-/// Begin of a piece's faces and vertices among those of all pieces.
+/// Index of a piece's first face and first vertex among those of all pieces.
 #[derive(Clone, Copy, Debug)]
 struct First {
     face: u32,
@@ -31,7 +32,7 @@ struct First {
 }
 
 impl SmoothBody {
-    /// The smooth surface of `body`, whose edges that bend by more than `crease_angle` (rad) stay
+    /// Returns the smooth surface of `body`. Edges that bend by more than `crease_angle` (rad) stay
     /// sharp.
     pub fn new(body: &Body, crease_angle: f64) -> Self {
         let normals = ShadingNormals::new(body.mesh(), body.half_edges(), crease_angle);
@@ -48,9 +49,8 @@ impl SmoothBody {
         answer
     }
 
-    /// The surface at `point` (in the body's frame), where a contact rests on `feature` of piece
-    /// `piece`; `None` on a crease, and where the feature lies on no triangle of the mesh, or on
-    /// too many.
+    /// The surface at `point` (in the body's frame), for a contact on `feature` of piece `piece`.
+    /// `None` on a crease, and if the feature lies on no triangle of the mesh or on too many.
     pub fn at(&self, body: &Body, piece: u32, feature: Feature, point: DVec3) -> Option<SmoothNormal> {
         let first = self.pieces[piece as usize];
         let on = |face: u32| self.on_face(first, face).iter().copied();
@@ -64,12 +64,13 @@ impl SmoothBody {
         }
     }
 
-    /// The unit `direction` as far as the crease allows on which a contact with the true outward
-    /// `normal` rests, in the body's frame; for features where [`Self::at`] answers nothing.
+    /// The unit `direction`, limited to the directions that a crease allows, for a contact with the
+    /// true outward `normal` on the crease; in the body's frame. For features where [`Self::at`]
+    /// returns `None`.
     ///
-    /// A crease takes the directions between those of its faces. Where the true normal leaves them,
-    /// the contact goes over to a face, which has one direction: so the turn is at most the angle
-    /// from there to the nearest bound of the crease.
+    /// A crease takes the directions between those of its faces. When the true normal leaves this
+    /// range, the contact moves to a face, which has only one direction. So the turn is at most the
+    /// angle from the true normal to the nearest bound of the range.
     pub fn confine(body: &Body, piece: u32, feature: Feature, normal: DVec3, direction: DVec3) -> DVec3 {
         let polytope = &body.polytopes()[piece as usize];
         match feature {

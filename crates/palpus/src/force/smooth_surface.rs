@@ -1,18 +1,18 @@
-//! The smooth surface that a mesh stands for: its normal, and how fast that turns, at any point of
-//! the mesh.
+//! The smooth surface that a mesh approximates: its normal, and how fast the normal turns, at any
+//! point of the mesh.
 //!
 //! Once per mesh:
-//! 1. every triangle's curvature: the fastest that the normals of its corners turn along one of its
-//!    sides;
+//! 1. every triangle's curvature: the largest turn of the corner normals per length along one of
+//!    its sides;
 //! 2. every corner's: the mean over the corners of its vertex that share its normal, so that it is
 //!    the same on both sides of a smooth edge;
 //! 3. the creases: sides of triangles across which corner normals differ, or where the mesh ends,
 //!    and their vertices.
 //!
 //! Per point:
-//! 4. the triangle, of those on which the feature lies, that is nearest to the point;
-//! 5. nothing, if the vertex or edge is a crease; else normal and curvature interpolated between
-//!    its corners.
+//! 4. find the nearest triangle to the point, among those on which the feature lies;
+//! 5. return `None` if the vertex or edge is a crease; else interpolate normal and curvature
+//!    between the triangle's corners.
 
 use glam::DVec3;
 
@@ -30,8 +30,8 @@ pub(super) struct SmoothSurface {
 }
 
 impl SmoothSurface {
-    /// The smooth surface of `mesh`, whose triangle `t` has the unit normal `normal(t, k)` at its
-    /// corner `k`: corners of one vertex have the same normal wherever the surface is smooth
+    /// Returns the smooth surface of `mesh`. Triangle `t` has the unit normal `normal(t, k)` at its
+    /// corner `k`. Corners of one vertex have the same normal wherever the surface is smooth
     /// between them.
     pub(super) fn new(mesh: &Mesh, half_edges: &HalfEdges, normal: impl Fn(u32, usize) -> DVec3) -> Self {
         let triangles = mesh.triangles().len() as u32;
@@ -71,7 +71,7 @@ impl SmoothSurface {
         let creases = self.creases[t as usize];
         let creased = match feature {
             Feature::Face(_) => false,
-            // The side opposite to the corner with the least say: side k runs from corner k to
+            // The side opposite the corner with the smallest weight: side k runs from corner k to
             // corner k + 1.
             Feature::Edge(_) => creases & (1 << ((extreme(shares.map(|s| -s)) + 1) % 3)) != 0,
             Feature::Vertex(_) => creases & (8 << extreme(shares)) != 0,
@@ -120,8 +120,8 @@ impl SmoothSurface {
             }
         }
         for corners in at_vertex {
-            // A vertex is on a crease when either side that leaves it, in any of its triangles, is
-            // one.
+            // A vertex is on a crease if one of the two sides at it, in any of its triangles, is a
+            // crease.
             let creased = corners.iter().any(|&(t, k)| self.creases[t as usize] & (1 << k | 1 << ((k + 2) % 3)) != 0);
             for &(t, k) in corners {
                 self.creases[t as usize] |= u8::from(creased) << (3 + k);
@@ -144,7 +144,7 @@ fn corners_of_vertices(mesh: &Mesh) -> Vec<Vec<(u32, usize)>> {
     answer
 }
 
-/// Index of the largest; the first of several.
+/// Index of the largest value; the first one if several are equal.
 fn extreme(values: [f64; 3]) -> usize {
     let best = usize::from(values[1] > values[0]);
     if values[2] > values[best] { 2 } else { best }
@@ -156,7 +156,7 @@ fn barycentric(point: DVec3, [p, q, r]: [DVec3; 3]) -> [f64; 3] {
     let area = |from: DVec3, to: DVec3| (from - point).cross(to - point).dot(normal).max(0.0);
     let shares = [area(q, r), area(r, p), area(p, q)];
     let sum: f64 = shares.iter().sum();
-    // A triangle too thin to say: its corners share alike.
+    // The triangle is too thin: its corners get equal weights.
     if sum > 0.0 { shares.map(|share| share / sum) } else { [1.0 / 3.0; 3] }
 }
 

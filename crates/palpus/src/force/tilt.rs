@@ -1,35 +1,38 @@
 //! Tilt shares: how much each contact counts in the patch that it belongs to.
 //!
 //! Imagine the bodies pressed together and tilted a little, in any direction and by any slope up to
-//! r. For each tilt they would stand on one contact: the one that is lowest then. The *tilt share*
-//! αᵢ of contact i is the share of tilts, by area of the disc of slopes, for which that is i:
+//! r. For each tilt they would rest on one contact, the lowest one. The *tilt share* αᵢ of contact
+//! i is the share of all tilts (by area in the disc of slopes) for which i is the lowest contact:
 //!
 //! cellᵢ = { s, |s| ≤ r : s·(xⱼ − xᵢ) ≤ dⱼ − dᵢ + eᵢⱼ for all j },  αᵢ = |cellᵢ| / (π r²),
 //!
 //! where j runs over the corners of i's own patch and of the patches that share i's corner with it.
-//! x are the places across i's direction, d the separations, and e the allowance described below.
-//! Without it the cells are a power diagram, and the shares the Monge–Ampère measure of the lower
-//! hull of the contacts. So:
+//! x are the positions perpendicular to i's direction, d the separations, and e the allowance
+//! described below. Without the allowance, the cells are a power diagram, and the shares are the
+//! Monge–Ampère measure of the lower hull of the contacts. So:
 //!
-//! * The corners of a flush polygon count by their exterior angle, and their mean is its Steiner
-//!   point: the middle of a stretch or of a rectangle.
-//! * A corner that patches of neighbouring pieces share counts once, and for nothing inside the
-//!   surface that they make up or on the line between two corners: where a flat surface is cut into
-//!   pieces, its rim bears the load.
-//! * Patches that do not meet know nothing of each other: each foot of a table has corners of its
-//!   own.
+//! * The shares of a flush polygon's corners are proportional to their exterior angles, and the
+//!   weighted mean of the corners is the polygon's Steiner point: the middle of a line segment or
+//!   of a rectangle.
+//! * A corner that patches of neighbouring pieces share counts once. Its share is 0 if it lies
+//!   inside the surface that the patches form together, or on the line between two corners. So if a
+//!   flat surface is cut into pieces, its rim bears the load.
+//! * Patches without a common corner do not affect each other: each foot of a table has its own
+//!   corners.
 //! * A contact without a patch counts fully.
-//! * No frame and no order enter.
+//! * The result does not depend on a frame or on the order of the contacts.
 //!
-//! **Continuity.** Each bound of a cell is continuous in both contacts, so the areas are. A
-//! corner that splits in two splits its cell; one that appears on the line between two has an empty
-//! cell. So sums over places are continuous even where the number of contacts changes.
+//! **Continuity.** Each bound of a cell is continuous in both contacts, so the areas are. A corner
+//! that splits in two splits its cell, and a corner that appears on the line between two others has
+//! an empty cell. So sums over all contacts are continuous even where the number of contacts
+//! changes.
 //!
-//! **The allowance.** e = |x| (|nᵢ × nⱼ| + r (1 − wⱼ/wᵢ)³₊): contacts with different directions are
-//! different surfaces, and a contact without load takes no share from one with load. Without the
-//! second part the top of a slightly crowned face would lose its load to corners in the air. The
-//! cube leaves contacts with similar loads alone: the tool's step uses the shares of the last tick,
-//! and shares that depended strongly on loads would oscillate.
+//! **The allowance.** e = |x| (|nᵢ × nⱼ| + r (1 − wⱼ/wᵢ)³₊): contacts with different directions
+//! belong to different surfaces (first term), and a contact without load takes no share from one
+//! with load (second term). Without the second term, the top of a slightly crowned face would lose
+//! its load to corners in the air. The cube makes the term small for contacts with similar loads:
+//! the tool's step uses the shares of the last tick, and shares that depended strongly on loads
+//! would oscillate.
 
 use std::f64::consts::PI;
 
@@ -47,9 +50,10 @@ pub struct Tilted {
     pub direction: DVec3,
     /// m, negative where the bodies overlap.
     pub separation: f64,
-    /// w, m: 0 for one that does not push yet.
+    /// w, m: 0 for a contact that does not push yet.
     pub engagement: f64,
-    /// r, tangent: contacts within tilts of this slope are known; 0 for a contact without a patch.
+    /// r, tangent of the tilt angle: the patch contains all contacts within tilts of this slope. 0
+    /// for a contact without a patch.
     pub slope: f64,
     /// The pieces of a and b: contacts of the same two are corners of one patch.
     pub pieces: [u32; 2],
@@ -74,7 +78,7 @@ impl Tilted {
 /// Corners of one patch stand side by side in the set.
 #[derive(Clone, Debug)]
 pub struct TiltShares {
-    /// By their first coordinate: those at one place stand near each other.
+    /// Sorted by their first coordinate, so that contacts at one place are near each other.
     sorted: Vec<u32>,
     /// Begin and end of the patch of each contact.
     patches: Vec<[u32; 2]>,
@@ -87,7 +91,7 @@ pub struct TiltShares {
 struct Cell {
     /// The corners before and after the last cut.
     corners: [[DVec2; Self::MOST]; 2],
-    /// Which of the two is now.
+    /// Which of the two is the current one.
     now: usize,
     count: usize,
 }
@@ -96,13 +100,13 @@ struct Cell {
 enum Bound {
     /// Nothing.
     None,
-    /// Takes all of it.
+    /// Removes all of the cell.
     All,
-    /// Leaves the part where `normal · s ≤ offset`.
+    /// Keeps the part where `normal · s ≤ offset`.
     Half { normal: DVec2, offset: f64 },
 }
 
-/// Patches that may meet at a corner; of more, some.
+/// Most patches that are considered at one corner; others there are ignored.
 const MEET: usize = 8;
 
 /// The patches that meet at a corner.
@@ -155,8 +159,8 @@ impl TiltShares {
         self.sorted.sort_unstable_by(|i, j| first(i).total_cmp(&first(j)).then(i.cmp(j)));
     }
 
-    /// The patches that have a corner where the `k`-th sorted contact is; `None` if the corner of
-    /// one of them stands for it, being deeper, or as deep and the first.
+    /// The patches that have a corner at the place of the `k`-th sorted contact. `None` if another
+    /// contact represents this place: a deeper one, or an earlier one of equal depth.
     fn met(&self, k: usize, contacts: &[Tilted]) -> Option<Met> {
         let i = self.sorted[k] as usize;
         let one = &contacts[i];
@@ -239,7 +243,7 @@ fn bound(one: &Tilted, other: &Tilted, [x, y]: [DVec3; 2]) -> Bound {
 }
 
 impl Cell {
-    /// Corners that a cell may have; a cut beyond is left out.
+    /// Most corners of a cell; a cut that would exceed it is skipped.
     const MOST: usize = 32;
 
     const EMPTY: Self = Self { corners: [[DVec2::ZERO; Self::MOST]; 2], now: 0, count: 0 };
@@ -282,9 +286,9 @@ impl Cell {
         (self.count, self.now) = (count, 1 - self.now);
     }
 
-    /// The area within the unit disc, over that of the disc: triangles from the origin to where
-    /// sides run in the disc, and sectors from where one side leaves it to where the next enters
-    /// it.
+    /// The cell's area within the unit disc, over the area of the disc. It is the sum of triangles,
+    /// from the origin to the parts of sides within the disc, and of sectors, from where one side
+    /// leaves the disc to where the next one enters it.
     fn share(&self) -> f64 {
         let corners = &self.corners[self.now][..self.count];
         let mut twice = 0.0;
@@ -338,13 +342,13 @@ fn within_disc(p: DVec2, q: DVec2) -> Option<[DVec2; 2]> {
     (leaves > 0.0 && enters < 1.0).then(|| [at(enters), at(leaves)])
 }
 
-/// Share of the disc's radius: a line that is in the disc for less than twice this cuts nothing
-/// off.
+/// Share of the disc's radius: a line whose part in the disc is shorter than twice this cuts
+/// nothing off.
 const GRAZE: f64 = 1e-7;
 
-/// Twice the area of the disc between two directions, counterclockwise from `p` to `q`. Where they
-/// are nearly one, rounding does not say which comes first; it is not all of the disc, since
-/// whatever was cut off is at least as wide as [`GRAZE`].
+/// Twice the area of the disc between two directions, counterclockwise from `p` to `q`. If the
+/// directions are nearly equal, rounding hides their order. Then the area is 0 and not all of the
+/// disc, since a part that is cut off is at least as wide as [`GRAZE`].
 fn sector(p: DVec2, q: DVec2) -> f64 {
     if p == q {
         return 0.0;

@@ -1,16 +1,16 @@
-//! The anchor: where the coupling is tied to the device. It slips when a hand presses harder than
-//! the device can push back.
+//! The anchor: the point at which the coupling is attached to the device. It slips when a hand
+//! presses harder than the device can push back.
 //!
-//! A spring that has levelled off stretches on under a hand that is stronger than the device, and
-//! the hand would feel the full force on all of its way back. So the coupling is tied to the device
-//! by a clutch:
+//! If a hand is stronger than the device, a spring at its force limit stretches further, and the
+//! hand would feel the full force on all of its way back. So the coupling is attached to the device
+//! by a slip clutch:
 //!
-//! 1. *Slip*: a stretch beyond that of the force which is there, and [`COUPLING_SLIP`], shifts the
-//!    anchor. The force has levelled off by then, so nothing jumps, and the hand has paid for the
-//!    way.
-//! 2. *Return*: in free air, where the coupling is slack, the anchor goes back to the grip, by at
-//!    most [`COUPLING_RETURN`] of the device's own motion: a hand that is still sees its tool
-//!    still, and a tool is never moved into contact by its anchor alone.
+//! 1. *Slip*: if the spring stretches beyond the stretch of its force limit plus [`COUPLING_SLIP`],
+//!    the anchor moves. The force is at its limit then, so it does not jump, and the hand does the
+//!    work.
+//! 2. *Return*: in free air, where the coupling is slack, the anchor moves back to the grip by at
+//!    most [`COUPLING_RETURN`] of the device's own motion. So the tool is at rest while the hand is
+//!    at rest, and the anchor alone never moves the tool into contact.
 //!
 //! Rotation likewise, and also where no torque limit levels the spring off: it slips before half a
 //! turn, at which the shortest way back would be the other way round. Neither does work on the hand: a slip takes energy, and a return moves
@@ -33,8 +33,8 @@ impl Anchor {
     /// At the grip.
     pub(super) const AT_GRIP: Self = Self { slip: DVec3::ZERO, turn: DQuat::IDENTITY };
 
-    /// Returns the coupling's stretch for a device `ahead` (m) of the tool; its spring levels off
-    /// at `levelled` (m). Slips.
+    /// Moves the anchor if it slips, and returns the coupling's stretch for a device that is
+    /// `ahead` (m) of the tool. The spring reaches its force limit at a stretch of `levelled` (m).
     pub(super) fn stretch(&mut self, ahead: DVec3, levelled: f64) -> DVec3 {
         let stretch = ahead + self.slip;
         let share = share_kept(stretch.length(), levelled + COUPLING_SLIP);
@@ -42,8 +42,8 @@ impl Anchor {
         stretch * share
     }
 
-    /// Returns the coupling's turn (rad) from the tool's rotation to the device's; its spring
-    /// levels off at `levelled`. Slips.
+    /// Moves the anchor if it slips, and returns the coupling's rotation (rad) from the tool to the
+    /// device. The spring reaches its torque limit at a rotation of `levelled` (rad).
     pub(super) fn turn(&mut self, tool: DQuat, device: DQuat, levelled: f64) -> DVec3 {
         let turn = rotation_between(tool, self.turn * device);
         let share = share_kept(turn.length(), (levelled + COUPLING_SLIP_TURN).min(COUPLING_MOST_TURN));
@@ -53,7 +53,7 @@ impl Anchor {
         turn * share
     }
 
-    /// Goes back to the grip while the device moves with `twist` for `h` seconds.
+    /// Moves the anchor back to the grip while the device moves with `twist` for `h` seconds.
     pub(super) fn come_back(&mut self, twist: &Twist, h: f64) {
         let left =
             |away: f64, rate: f64| if away > 0.0 { (1.0 - COUPLING_RETURN * rate * h / away).max(0.0) } else { 0.0 };

@@ -13,7 +13,7 @@ const SHADING: ShadingSettings = ShadingSettings { crease_angle: 0.6, most_turn:
 const FRICTION: FrictionSettings =
     FrictionSettings { static_coefficient: 0.5, dynamic_coefficient: 0.3, tangential_stiffness: 1000.0 };
 
-/// A drum that wanders over the rim of another, in and out of contact.
+/// A drum that moves over the rim of another one, in and out of contact.
 fn wander(steps: usize) -> Vec<ProbeState> {
     let mut random = Random::new(SEED);
     let mut pose = Pose::new(DQuat::from_rotation_x(0.4), DVec3::new(0.036, 0.01, 0.0));
@@ -102,7 +102,7 @@ fn a_coupling_begins_where_the_device_is_and_ends_there() {
         assert!(wrench.force.distance(expected.force) < 1e-6, "{wrench:?} {expected:?}");
         last = tool;
     }
-    // Changed while it is there, it goes on from where it is.
+    // A coupling that changes while it is in use continues from the tool's present pose.
     let soft = VirtualCoupling { stiffness: 100.0, ..coupling() };
     turned.set_settings(&Settings { coupling: Some(soft), ..direct }).unwrap();
     let (tool, _) = felt(turned.step(&at(60e-4, -1e-3), DT, &NoClock));

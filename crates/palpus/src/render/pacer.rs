@@ -1,15 +1,15 @@
 //! How much work a step may do so that it keeps to its time.
 //!
-//! The engine counts work and knows no clock ([`crate::algebra::Work`]). A pacer looks at what each
-//! step took and says how much the next may do:
+//! The engine counts work and has no clock ([`crate::algebra::Work`]). A pacer measures the time of
+//! each step and computes how much work the next may do:
 //!
-//! 1. *Price*: what a unit of work costs, ns. It follows a step that was dearer within a few steps,
-//!    and one that was cheaper slowly, so that one quick step promises nothing.
-//! 2. *Rest*: what a step takes besides its query, followed in the same way.
-//! 3. *Allowance*: (target − rest) / price, and never so little that a query does not get on.
+//! 1. *Price*: the time of a unit of work, ns. The estimate rises within a few steps and falls
+//!    slowly, so that one quick step hardly changes it.
+//! 2. *Rest*: the time of a step without its query, estimated in the same way.
+//! 3. *Allowance*: (target − rest) / price, but at least so much that a query makes progress.
 //!
-//! The answers depend on measured times, so a recording must keep them. A run with the same answers
-//! is the same to the bit.
+//! The allowances depend on measured times, so a recording must store them. A run with the same
+//! allowances is bit-identical.
 
 use super::{Settings, Tick};
 use crate::algebra::tolerance::{
@@ -28,12 +28,12 @@ pub struct Pacer {
 }
 
 impl Pacer {
-    /// For the steps of a loop of `rate_hz`: what `settings` say, or a share of the period.
+    /// A pacer for a loop of `rate_hz`. The target is that of `settings`, or a share of the period.
     pub fn of(settings: &Settings, rate_hz: f64) -> Self {
         Self::new(settings.time_budget.unwrap_or((PACE_SHARE * 1e9 / rate_hz) as u64))
     }
 
-    /// For steps of at most about `target_ns`.
+    /// A pacer for steps of at most about `target_ns`.
     pub fn new(target_ns: u64) -> Self {
         Self { target: target_ns as f64, price: PACE_FIRST_PRICE, rest: 0.0 }
     }
@@ -47,7 +47,7 @@ impl Pacer {
     pub fn learn(&mut self, tick: &Tick) {
         let query = (tick.times.query + tick.times.depth) as f64;
         let rest = tick.times.total as f64 - query;
-        // Little work says more of the clock than of the work.
+        // With little work, the measured time depends more on the clock than on the work.
         if tick.work >= PACE_TELLING {
             self.price = followed(self.price, query / tick.work as f64);
         }
@@ -106,7 +106,7 @@ mod tests {
             pacer.learn(&step(5_000, 400_000, 5_000_000));
         }
         assert_eq!(pacer.allowance(), PACE_LEAST_WORK);
-        // Nothing but an idle clock: the price stays.
+        // The clock does not advance: the price stays.
         let idle = Pacer::new(600_000);
         let mut learned = idle;
         (0..1000).for_each(|_| learned.learn(&step(1, 40_000, 0)));

@@ -1,8 +1,8 @@
 //! How far a body that an implicit step moves may go in one step.
 //!
-//! Contacts are looked ahead for by need: as far as the body may go in the next step, which is
-//! twice the way of the last one and at least two skins. No step goes farther, so no step jumps
-//! over what was not looked at.
+//! The query looks ahead only as far as the body may move in the next step: twice the motion of the
+//! last step, and at least two contact offsets. No step moves farther, so no step passes anything
+//! that was not examined.
 
 use crate::algebra::Twist;
 use crate::algebra::tolerance::{REACH_CREEP, REACH_FADE, REACH_GROWTH, REACH_LEAST, TOOL_FASTEST};
@@ -16,7 +16,8 @@ pub(super) struct Reach {
     skin: f64,
     /// m: no point of the body moves farther in the next step.
     most: f64,
-    /// m: the body may move so far before it meets anything that this tick's query did not look at.
+    /// m: the body may move this far before it can meet anything that this tick's query did not
+    /// examine.
     clear: f64,
 }
 
@@ -27,7 +28,7 @@ impl Reach {
         Self { radius, skin, most: REACH_LEAST * skin, clear: f64::INFINITY }
     }
 
-    /// The same with contacts that push from another `skin` on.
+    /// The same with another contact offset `skin`.
     pub(super) fn set_skin(&mut self, skin: f64) {
         self.skin = skin;
         self.most = self.most.max(REACH_LEAST * skin);
@@ -38,7 +39,7 @@ impl Reach {
         self.most
     }
 
-    /// A tick begins, in which everything is looked at until something is said.
+    /// Starts a tick, in which everything counts as examined until [`Self::see`] is called.
     pub(super) fn begin(&mut self) {
         self.clear = f64::INFINITY;
     }
@@ -48,14 +49,14 @@ impl Reach {
         self.clear = self.clear.min(clear.max(0.0));
     }
 
-    /// Something touches: the body may creep on, whatever was not looked at.
+    /// Something touches: the body may move on slowly, even if something was not examined.
     pub(super) fn touch(&mut self) {
         self.clear = self.clear.max(REACH_CREEP * self.skin);
     }
 
     /// The share of a step of `h` seconds with `twist`, at most 1, that keeps the body within its
     /// reach and away from regions that no query covered. The body then meets only contacts that
-    /// were looked for.
+    /// the query has found.
     pub(super) fn share(&self, twist: &Twist, h: f64) -> f64 {
         let (travel, most) = (self.travel(twist, h), self.most.min(self.clear));
         if travel > most { most / travel } else { 1.0 }

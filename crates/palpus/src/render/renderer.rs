@@ -5,13 +5,13 @@
 //! 1. *Query*: all contacts of the two bodies within the tolerance; and in the same pass
 //! 2. *depth*: how deep those that overlap do.
 //! 3. *Force*: clusters, penalty, shading, friction; the wrenches on both bodies.
-//! 4. *Couple*: what of it the device is to feel. Direct rendering, the paper's: the wrench itself,
-//!    about the grip. With a virtual coupling, contacts were looked for where the *tool* is; it
-//!    moves on under them and the coupling, and the device feels the coupling.
-//! 5. *Saturate*: within the device's limits.
+//! 4. *Couple*: compute what the device feels. In direct rendering, as in the paper, this is the
+//!    wrench itself, about the grip. With a virtual coupling, the query uses the pose of the
+//!    *tool*; contacts and coupling then move the tool, and the device feels the coupling.
+//! 5. *Saturate*: limit the wrench to the device's limits.
 //!
-//! With an allowance of work ([`Renderer::allow`]), pairs that the query did not reach keep their
-//! contacts, extrapolated to the new pose.
+//! With a work limit ([`Renderer::allow`]), pairs that the query did not reach keep their contacts,
+//! extrapolated to the new pose.
 
 use std::sync::Arc;
 
@@ -30,7 +30,7 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// A renderer of its own memory; fails if a setting cannot be.
+    /// Returns a renderer with its memory. Fails if a setting is invalid.
     pub fn new(a: Arc<Body>, b: Arc<Body>, settings: Settings) -> Result<Self, SettingsError> {
         let mut world = World::new(settings)?;
         world.add(Object::fixed(b.clone(), Pose::IDENTITY))?;
@@ -38,8 +38,8 @@ impl Renderer {
         Ok(Self { world, tool, probe: a, environment: b })
     }
 
-    /// The same, able to take up shading at this crease angle (rad) later on, by
-    /// [`Self::set_settings`]. Makes no difference where shading is on from the start.
+    /// Like [`Self::new`], but [`Self::set_settings`] can later turn on shading at this crease
+    /// angle (rad). It makes no difference if shading is on from the start.
     #[must_use]
     pub fn with_surfaces(mut self, crease_angle: f64) -> Self {
         self.world.prepare_shading(self.tool, crease_angle);
@@ -48,25 +48,24 @@ impl Renderer {
 
     /// Goes on with other settings from the next step on: see [`World::set_tool_settings`].
     ///
-    /// # Errors
-    /// With the setting that cannot be; all are then as they were.
+    /// # Errors Fails if a setting is invalid; all settings are then unchanged.
     pub fn set_settings(&mut self, settings: &Settings) -> Result<(), SettingsError> {
         self.world.set_tool_settings(self.tool, settings)
     }
 
-    /// One turn of the loop: what the probe's state feels like. `dt` is the time since the last
-    /// step, s.
+    /// One step of the loop: computes the wrench for the probe's state. `dt` is the time since the
+    /// last step, s.
     pub fn step(&mut self, probe: &ProbeState, dt: f64, clock: &impl Clock) -> &Tick {
         self.world.step(std::slice::from_ref(probe), dt, clock);
         self.tick()
     }
 
-    /// The device can give no more than `available` from now on: see [`World::set_available`].
+    /// Limits the force to what the device can give at present: see [`World::set_available`].
     pub fn set_available(&mut self, available: &Limits) {
         self.world.set_available(self.tool, available);
     }
 
-    /// The queries of the next steps may do about so much work: see [`World::allow`].
+    /// Limits the work of the queries of the next steps: see [`World::allow`].
     pub fn allow(&mut self, work: Option<u64>) {
         self.world.allow(work);
     }
@@ -96,7 +95,7 @@ impl Renderer {
         self.world.crease_angle(self.tool)
     }
 
-    /// Forgets the past: after a jump of the probe, the next step is as the first was.
+    /// Drops all state, for use after a jump of the probe: the next step runs like the first one.
     pub fn clear(&mut self) {
         self.world.clear();
     }

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::algebra::Wrench;
 use crate::algebra::tolerance::SATURATION_ROUNDING;
 
-/// The most that the device may be asked for; infinite for no limit.
+/// The largest force and torque that may be commanded; infinite for no limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -17,7 +17,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// Whatever is asked for.
+    /// No limits.
     pub const UNLIMITED: Self = Self { force: f64::INFINITY, torque: f64::INFINITY };
 }
 
@@ -26,18 +26,18 @@ impl Limits {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Saturation {
-    /// Force and torque each keep their direction and lose only size: the paper's rule.
+    /// Force and torque are scaled separately and keep their directions: the paper's rule.
     #[default]
     Separate,
-    /// One factor for both, so that the wrench keeps its line of action; where the torque is weak,
-    /// the force gets weak too.
+    /// One factor for both, so that the wrench keeps its line of action. If the torque limit is
+    /// small, the force becomes small too.
     Joint,
     /// For devices that sense six degrees of freedom and drive three: the force alone, about the
-    /// grip. The torque stands in the tick to be seen, and is not felt.
+    /// grip. The tick contains the torque for display, but it is not felt.
     UnderActuated,
 }
 
-/// A wrench within the limits, and what it took.
+/// A wrench within the limits, and what was changed for that.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Saturated {
     /// About the same point as the one that was given.
@@ -46,7 +46,7 @@ pub struct Saturated {
     pub force_cut: bool,
     /// The torque was shortened.
     pub torque_cut: bool,
-    /// The wrench held a number that was not finite, and was replaced by none at all.
+    /// The wrench contained a number that was not finite, and was replaced by zero.
     pub non_finite: bool,
 }
 
@@ -64,9 +64,9 @@ pub fn saturate(wrench: Wrench, limits: &Limits, policy: Saturation) -> Saturate
         Saturation::Joint => {
             let (force_share, torque_share) = (share(wrench.force, limits.force), share(wrench.torque, limits.torque));
             let share = force_share.min(torque_share);
-            // One of the two is at its limit, and both count as cut by it.
+            // One of the two is at its limit, and both count as shortened.
             let cut = share < 1.0;
-            // Shortened once more, for a share that is too small a number to be exact.
+            // Shortened once more, in case the factor is so small that it is inexact.
             let within = |v: DVec3, limit| shorten(v * share, limit).0;
             let wrench =
                 Wrench { torque: within(wrench.torque, limits.torque), force: within(wrench.force, limits.force) };

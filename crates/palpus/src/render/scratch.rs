@@ -28,7 +28,7 @@ impl Scratch {
         }
     }
 
-    /// Forgets the past: the next tick begins without friction.
+    /// Drops the friction state: the next tick begins without friction.
     pub fn clear(&mut self) {
         self.friction.clear();
     }

@@ -6,28 +6,29 @@ use super::{Limits, Material, Saturation, VirtualCoupling};
 use crate::algebra::tolerance::{CROWD_MOST, TOOL_SINKS};
 use crate::force::{FrictionSettings, LinkageSettings, PenaltySettings, ShadingSettings};
 
-/// Everything that can be chosen about rendering; checked before it is taken up, by
-/// [`Settings::validate`].
+/// All settings of rendering; [`Settings::validate`] checks them before they are used.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Settings {
-    /// t of \[K02\], m: contacts are looked for up to this separation, and push from it on. With a
-    /// coupling they push from its skin on, and are looked for as far beyond as the tool can move
-    /// in the next step.
+    /// t of \[K02\], m: the query finds contacts below this separation, and they push below it.
+    /// With a coupling, contacts push below the coupling's contact offset
+    /// ([`VirtualCoupling::skin`]), and the query looks ahead as far as the tool can move in the
+    /// next step.
     pub contact_tolerance: f64,
     /// δ of \[K02\], m: contacts nearer than this share one force. 0: every contact has its own.
     pub cluster_radius: f64,
     /// How contacts nearer than δ share their force.
     ///
-    /// With serde, linkage where nothing is said: there was nothing else in the recordings that say
-    /// nothing.
+    /// With serde, a missing value means linkage: recordings without this field were made when
+    /// nothing else existed.
     #[cfg_attr(feature = "serde", serde(default = "Clustering::linkage"))]
     pub clustering: Clustering,
     /// rad: opening of the cone that holds the normals of a cluster, 60° to 170°; `None`: no cut,
     /// as in the paper.
     pub split_angle: Option<f64>,
-    /// k, N/m, of each cluster. With a coupling, how stiff a contact feels in a row with it.
+    /// k, N/m, of each cluster. With a coupling, the stiffness that a contact has in series with
+    /// it.
     pub stiffness: f64,
     /// Damping of the normal motion of each cluster, N·s/m; 0 for none.
     pub damping: f64,
@@ -40,12 +41,12 @@ pub struct Settings {
     pub shading: Option<ShadingSettings>,
     /// Stick–slip friction, if any.
     pub friction: Option<FrictionSettings>,
-    /// How impacts ring in the hand; `None`: not at all.
+    /// Vibration of impacts; `None`: no vibration.
     pub material: Option<Material>,
     /// Coupling between tool and device. `None`: direct rendering, as in the paper; the probe
     /// is where the device is.
     pub coupling: Option<VirtualCoupling>,
-    /// The most that the device may be asked for.
+    /// The largest force and torque that may be commanded.
     pub limits: Limits,
     /// How the limits are kept.
     pub saturation: Saturation,
@@ -53,10 +54,10 @@ pub struct Settings {
     /// ([`super::ProbeState::of_grip`]), its torque and the linear part of its twist are all taken
     /// at this point. By default the origin of the probe's frame.
     pub grip_a: DVec3,
-    /// The most contacts that one tick can hold; of more, the deepest are kept.
+    /// The most contacts of one tick. If there are more, the deepest are kept.
     pub capacity: usize,
     /// Time that a step should take, ns; `None`: a share of the loop's period. The engine ignores
-    /// it. The loop passes it to a [`super::Pacer`], which says how much work each step may do.
+    /// it. The loop passes it to a [`super::Pacer`], which computes how much work each step may do.
     pub time_budget: Option<u64>,
 }
 
@@ -93,11 +94,12 @@ pub enum Clustering {
     /// Exact single linkage, each cluster with the force of its deepest member: the paper's. The
     /// force jumps when clusters meet or part.
     Linkage,
-    /// Every contact pushes on its own, with a share of the load of all contacts that push the same
-    /// way, however far apart they are. Continuous, and as stiff for any mesh of a surface
-    /// ([`crate::force::LoadSharing`]).
+    /// Every contact pushes along its own direction, with a share of the load of all contacts that
+    /// push the same way, at any distance. The force is continuous, and its stiffness does not
+    /// depend on how a surface is meshed ([`crate::force::LoadSharing`]).
     ///
-    /// The default, since it measures better wherever the two differ (`docs/feel.md`).
+    /// This is the default, since it gives better measurements wherever the two differ
+    /// (`docs/feel.md`).
     #[default]
     Smooth,
 }
@@ -109,7 +111,7 @@ impl Clustering {
     }
 }
 
-/// A setting that cannot be.
+/// An invalid setting.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("setting `{field}` is {value}, but must be {rule}")]
 pub struct SettingsError {
@@ -121,16 +123,16 @@ pub struct SettingsError {
     pub rule: &'static str,
 }
 
-/// The most contacts that a renderer may be asked to hold: memory for them is obtained at once.
+/// Upper limit of the contact capacity: memory for all contacts is allocated at the start.
 const MOST_CONTACTS: usize = 1 << 20;
 
-/// Nanoseconds: less is a unit mistaken, not a wish.
+/// ns: a smaller value is a mistaken unit.
 const LEAST_BUDGET: u64 = 1000;
 
 impl Settings {
     /// Settings for a tool on a device of these limits, whose loop turns every `period` seconds,
-    /// with contacts of this tolerance (m): coupled, and as stiff as the device can display. A
-    /// scene that names only two meshes gets these.
+    /// with contacts of this tolerance (m): with a coupling, and as stiff as the device can
+    /// display. A scene that contains only two meshes gets these settings.
     ///
     /// A good tolerance is a hundredth of the smaller body.
     #[must_use]
@@ -144,8 +146,8 @@ impl Settings {
         Self { contact_tolerance, stiffness, coupling, limits, saturation, ..default }
     }
 
-    /// The same with friction of these coefficients, which holds what sticks as hard as contacts
-    /// push.
+    /// The same settings with friction of these coefficients; a sticking contact is as stiff as a
+    /// pressing one.
     #[must_use]
     pub fn with_friction(self, static_coefficient: f64, dynamic_coefficient: f64) -> Self {
         let tangential_stiffness = self.stiffness;
@@ -154,8 +156,9 @@ impl Settings {
     }
 
     /// Returns the settings for contacts in the implicit step. With a coupling, contacts are at
-    /// least so stiff that the largest force sinks half the skin, sideways too; the coupling is
-    /// softened by the difference ([`VirtualCoupling::softened`]).
+    /// least so stiff that the tool sinks half the contact offset under the largest force, in
+    /// tangential directions too. The coupling is softened to compensate
+    /// ([`VirtualCoupling::softened`]).
     pub(super) fn held(&self) -> Self {
         let hard = self.coupling.map_or(0.0, |coupling| self.limits.force / (TOOL_SINKS * coupling.skin));
         if !(hard.is_finite() && hard > self.stiffness) {
@@ -169,7 +172,7 @@ impl Settings {
         held
     }
 
-    /// Says which setting cannot be, if one can't.
+    /// Fails with the first invalid setting.
     pub fn validate(&self) -> Result<(), SettingsError> {
         positive("contact_tolerance", self.contact_tolerance)?;
         not_negative("cluster_radius", self.cluster_radius)?;
@@ -221,13 +224,13 @@ impl Settings {
     pub fn linkage(&self) -> LinkageSettings {
         let (radius, most) = match self.clustering {
             Clustering::Linkage => (self.cluster_radius, usize::MAX),
-            // Nothing is linked: every contact stands for itself.
+            // Nothing is linked: every contact is a cluster of its own.
             Clustering::Smooth => (0.0, CROWD_MOST),
         };
         LinkageSettings { tolerance: self.contact_tolerance, radius, split_angle: self.split_angle, most }
     }
 
-    /// m: contacts push from this separation on.
+    /// m: contacts push below this separation.
     pub fn skin(&self) -> f64 {
         self.coupling.map_or(self.contact_tolerance, |coupling| coupling.skin)
     }

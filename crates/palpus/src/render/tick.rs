@@ -60,13 +60,13 @@ pub struct StageTimes {
 pub struct ToolCounters {
     /// Times that the system was solved.
     pub rounds: u32,
-    /// Clusters that let go within the step.
+    /// Clusters that stopped pressing within the step.
     pub released: u32,
     /// 1 if the last round still changed something.
     pub unsettled: u32,
-    /// 1 if the step was cut, so that nothing moves beyond what was looked ahead for.
+    /// 1 if the step was shortened, so that nothing moves beyond the look-ahead distance.
     pub bounded: u32,
-    /// 1 if the system had no finite solution; the tool was put to where the device is.
+    /// 1 if the system had no finite solution; the tool was then moved to the device's pose.
     pub reset: u32,
 }
 
@@ -77,9 +77,9 @@ pub struct Counters {
     pub query: QueryCounters,
     /// Contacts admitted and left out, groups cut.
     pub linkage: LinkageCounters,
-    /// Sliding, inherited, fresh adhesions.
+    /// Friction contacts: sliding, continued from a predecessor, and new.
     pub friction: FrictionCounters,
-    /// Clusters whose normals cancelled, so that their deepest member's stood in.
+    /// Clusters whose normals cancelled, so that the deepest member's normal was used.
     pub cancelled_normals: u32,
     /// Rounds, releases and resets of the tool.
     pub tool: ToolCounters,
@@ -89,8 +89,8 @@ pub struct Counters {
     pub saturated_torque: u32,
     /// 1 if the computed wrench was not finite, and none was commanded.
     pub non_finite_wrench: u32,
-    /// 1 if the probe's pose was no pose (nothing was queried), or its twist not finite (taken as
-    /// rest).
+    /// 1 if the probe's pose was invalid (nothing was queried), or its twist was not finite
+    /// (treated as rest).
     pub bad_state: u32,
 }
 
@@ -101,7 +101,7 @@ pub struct Tick {
     pub index: u64,
     /// The step's length as given, s.
     pub dt: f64,
-    /// As given; a twist that was not finite stands here as rest.
+    /// As given, except that a twist that was not finite is replaced by rest.
     pub probe: ProbeState,
     /// The pose of the query: a placed in b's frame. The tool's pose with a coupling, else the
     /// probe's.
@@ -110,17 +110,16 @@ pub struct Tick {
     pub commanded: Wrench,
     /// The same before the limits.
     pub computed: Wrench,
-    /// N: the part of it by which impacts ring ([`super::Material`]).
+    /// N: the part of the force that is the vibration of impacts ([`super::Material`]).
     pub transient: DVec3,
     /// All contacts nearer than the tolerance.
     pub contacts: Vec<Contact>,
     /// Units of work ([`crate::algebra::Work`]) that the query did.
     pub work: u64,
-    /// How much it was allowed; `None`: as much as there is.
+    /// The work limit of the query; `None` if it was unlimited.
     pub work_allowed: Option<u64>,
-    /// m: whatever the step did not look at since it did all the work that it was allowed
-    /// ([`super::Renderer::allow`]) is at least this far apart. Infinite when it looked at
-    /// everything.
+    /// m: lower bound of the separation of everything that the step did not examine because its
+    /// work limit ([`super::Renderer::allow`]) was reached. Infinite if it examined everything.
     pub unseen_separation: f64,
     /// Clusters, their forces, and the wrenches on both bodies.
     pub forces: Forces,
@@ -129,13 +128,13 @@ pub struct Tick {
     pub contacts_between: u32,
     /// Wrench from other tools, about this tool's centre of mass; part of [`Forces::net`].
     pub from_other: Wrench,
-    /// J: what they gave this one in this step, by moving it at the grip and by turning it. With a
-    /// coupling at the step's end, else since the last.
+    /// J: work of other tools on this one, by translation at the grip and by rotation. With a
+    /// coupling, during this step; otherwise since the last step.
     pub work_from_other: [f64; 2],
     /// Wrench from driven and free objects, about the tool's centre of mass; part of
     /// [`Forces::net`].
     pub from_objects: Wrench,
-    /// J: what they gave it in this step; as [`Self::work_from_other`].
+    /// J: work of these objects on the tool, defined like [`Self::work_from_other`].
     pub work_from_objects: [f64; 2],
     /// Times of the stages.
     pub times: StageTimes,
@@ -183,8 +182,8 @@ pub struct TickSummary {
 }
 
 impl TickSummary {
-    /// Share of the contacts that were carried from the step before, since the work allowed did not
-    /// suffice.
+    /// Share of the contacts that were extrapolated from the step before, because the work limit
+    /// was reached.
     pub fn carried(&self) -> f64 {
         if self.contacts > 0 { f64::from(self.counters.query.held) / f64::from(self.contacts) } else { 0.0 }
     }
@@ -221,8 +220,8 @@ impl Tick {
         self.forces.clusters.iter().map(|cluster| cluster.separation).fold(f64::INFINITY, f64::min)
     }
 
-    /// True if the work allowed did not suffice: some contacts are carried from the last step, or
-    /// something was not looked at.
+    /// True if the work limit was reached: some contacts are extrapolated from the last step, or
+    /// something was not examined.
     pub fn is_late(&self) -> bool {
         self.counters.query.traversal.postponed > 0
     }
@@ -254,7 +253,7 @@ impl Tick {
     pub(super) fn begin(&mut self, index: u64, probe: &ProbeState, dt: f64) {
         self.index = index;
         self.dt = dt;
-        // A quaternion from a device of single precision would stretch what it turns.
+        // A single-precision quaternion from a device would scale what it rotates.
         let pose_ba = if probe.pose_ba.is_valid() { probe.pose_ba.unstretched() } else { probe.pose_ba };
         self.probe = ProbeState { pose_ba, ..*probe };
         self.tool_ba = pose_ba;

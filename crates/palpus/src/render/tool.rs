@@ -5,30 +5,32 @@
 //! over h seconds with one Newton iteration. Every force is linearised in the velocity V′ that the
 //! tool has at the end of the step:
 //!
-//! 1. *Inertia*: M (V′ − V) / h, with M from nothing at the contact tolerance to the whole tool at
-//!    the skin. A tool in free air has no mass: each step of the device's encoders would throw it,
-//!    and the hand would feel that. Mass that comes in is at rest and mass that goes takes its
-//!    momentum along, so that neither brings energy.
+//! 1. *Inertia*: M (V′ − V) / h, where M grows from zero at the contact tolerance to the tool's
+//!    mass at the contact offset. A tool in free air has no mass; with a mass, each step of the
+//!    device's encoders would throw it, and the hand would feel that. Mass that is added starts at
+//!    rest, and mass that is removed takes its momentum along, so that neither adds energy.
 //! 2. *Coupling*: k (e − h v′) + b (v_d − v′) at the grip, the same for rotation, with e from the
 //!    tool's grip to the device's.
-//! 3. *Contacts*: k w − (h k + b) n·v′ along each cluster's normal, with b in proportion to k. One
-//!    that would pull has let go and is left out, and one that does not push yet is in when the
-//!    tool comes near enough; which ones press is found by solving again, a bounded number of
-//!    times.
-//! 4. *Friction*: −c (z + h v′) in the tangent plane and −c R² (φ + h ω′) about the normal, with c
-//!    the contact's k_t while it sticks, and so small that both together are μ F_n when it slides.
-//!    The same rounds find c; those that swing are relaxed (`world/relax.rs`).
-//! 5. *Solve* the 6 × 6 system, move the tool, but no point of it farther than contacts were looked
-//!    ahead for: that is at least two skins, and twice the way of the last step. So nothing can be
-//!    jumped over, at any speed. Where the query's work is bounded and nothing is near, it does not
-//!    come nearer than the skin to what was not looked at, and waits for it; among contacts it goes
-//!    on slowly, since a force that holds it back there is one that no contact makes. The
-//!    coupling's force in V′, reversed, is what the device feels.
+//! 3. *Contacts*: k w − (h k + b) n·v′ along each cluster's normal, with b in proportion to k. A
+//!    contact that would pull is left out; a contact that does not push yet is included if the tool
+//!    comes near enough. The set of pressing contacts is found by solving again, a bounded number
+//!    of times.
+//! 4. *Friction*: −c (z + h v′) in the tangent plane and −c R² (φ + h ω′) about the normal, where c
+//!    is the contact's k_t while it sticks. When it slides, c is smaller, so that force and torque
+//!    together reach μ F_n. The same rounds find c; rounds that oscillate are relaxed
+//!    (`world/relax.rs`).
+//! 5. *Solve* the 6 × 6 system and move the tool, but no point of it farther than the look-ahead
+//!    distance of contacts. That distance is at least two contact offsets, and twice the motion of
+//!    the last step, so that the tool cannot pass anything at any speed. If the query's work is
+//!    limited and nothing is near, the tool does not come nearer than the contact offset to
+//!    unexamined surface, and waits for its examination. In contact it moves on slowly, since a
+//!    force that stopped it there would come from no contact. The device feels the coupling's force
+//!    at V′, reversed.
 //!
 //! All matrices that are added are positive semi-definite, the coupling's is definite: the step has
-//! a solution at any stiffness, mass 0 included, and no gain of it grows. The spring's force levels
-//! off at what the device can give as of now, so that a hand that presses harder than the device
-//! can answer does not press the tool into the wall.
+//! a solution at any stiffness, even with mass 0, and errors do not grow. The spring's force is
+//! limited to what the device can give at present. So a hand that presses harder than the device
+//! can does not press the tool into the wall.
 //!
 //! Deviations from OL06: the derivatives of normals and lever arms are left out (they can make the
 //! matrix indefinite, and are small over a tick), and so is the gyroscopic torque (at the speeds of
@@ -47,7 +49,7 @@ use crate::body::Body;
 pub(super) struct Tool {
     coupling: VirtualCoupling,
     limits: Limits,
-    /// The device's current limits, where they are below the nominal ones.
+    /// The device's present limits, if they are below the nominal ones.
     available: Limits,
     /// The grip, in a's frame.
     grip_a: DVec3,
@@ -59,7 +61,7 @@ pub(super) struct Tool {
     pose_ba: Option<Pose>,
     /// Its linear part is that of the centre of mass.
     twist: Twist,
-    /// How far it may move.
+    /// How far the tool may move in a step.
     pub(super) reach: Reach,
     anchor: Anchor,
     /// The coupling's spring and damper in the current step.
@@ -84,7 +86,7 @@ struct Bond {
 }
 
 impl Tool {
-    /// A tool that will begin where the device is first seen.
+    /// A tool that starts at the device's first pose.
     pub(super) fn new(probe: &Body, coupling: VirtualCoupling, settings: &Settings) -> Self {
         let mut tool = Self {
             coupling,
@@ -103,8 +105,8 @@ impl Tool {
         tool
     }
 
-    /// Goes on with another coupling and other settings of the same capacity, where it is and as it
-    /// moves.
+    /// Changes the coupling and the settings (of the same capacity); keeps the tool's pose and
+    /// velocity.
     pub(super) fn set(&mut self, probe: &Body, coupling: VirtualCoupling, settings: &Settings) {
         let hard = settings.held().stiffness;
         self.coupling = coupling.softened(settings.stiffness, hard);
@@ -115,7 +117,7 @@ impl Tool {
         self.reach.set_skin(coupling.skin);
     }
 
-    /// The device can give no more than `available` from now on.
+    /// Limits the coupling to what the device can give at present (`available`).
     pub(super) fn set_available(&mut self, available: &Limits) {
         self.available = *available;
     }
@@ -132,13 +134,13 @@ impl Tool {
         device.pose_ba
     }
 
-    /// Lets go of everything: the next step begins where the device is.
+    /// Drops the state: the next step starts at the device's pose.
     pub(super) fn clear(&mut self) {
         self.pose_ba = None;
     }
 
-    /// Begins a step of `h` s at the tool's pose: its matrix and right side as far as they do not
-    /// depend on which contacts press and which slide. `free`: nothing is near.
+    /// Begins a step of `h` s at the tool's pose: computes the parts of its matrix and right side
+    /// that do not depend on which contacts press or slide. `free` is true if nothing is near.
     pub(super) fn begin(&mut self, device: &ProbeState, free: bool, h: f64) -> (SpatialMatrix, Wrench) {
         let pose = self.pose_ba(device);
         if free {
@@ -148,15 +150,15 @@ impl Tool {
         self.unhindered(&pose, h)
     }
 
-    /// Moves the tool with `twist`, the step's solution; answers the wrench on the device about its
-    /// grip. `pose` and `center` (its centre of mass) are those with which the step began.
+    /// Moves the tool with `twist`, the step's solution, and returns the wrench on the device about
+    /// its grip. `pose` and `center` (the centre of mass) are those at the beginning of the step.
     pub(super) fn end(&mut self, pose: &Pose, center: DVec3, twist: Twist, h: f64) -> Wrench {
         let felt = -self.bond.wrench(&twist, h);
         self.advance(pose, center, twist, h);
         felt
     }
 
-    /// m: from the centre of mass to the grip, in the step that has begun.
+    /// m: from the centre of mass to the grip, in the present step.
     pub(super) fn grip_offset(&self) -> DVec3 {
         self.bond.offset
     }
@@ -164,7 +166,7 @@ impl Tool {
     fn bond(&mut self, device: &ProbeState, pose: &Pose) -> Bond {
         let VirtualCoupling { stiffness, damping, angular_stiffness, angular_damping, .. } = self.coupling;
         let most_force = self.limits.force.min(self.available.force);
-        // A torque limit of 0 says that no torque is felt; the tool must be aligned all the same.
+        // A torque limit of 0 means that no torque is felt, but the tool must still be aligned.
         let felt = self.limits.torque > 0.0;
         let most_torque = if felt { self.limits.torque.min(self.available.torque) } else { f64::INFINITY };
         let ahead = device.pose_ba.point(self.grip_a) - pose.point(self.grip_a);
@@ -207,7 +209,8 @@ impl Tool {
 }
 
 impl Bond {
-    /// On the tool at the end of a step of `h` seconds with `twist`, about the grip.
+    /// The coupling's wrench on the tool at the end of a step of `h` seconds with `twist`, about
+    /// the grip.
     fn wrench(&self, twist: &Twist, h: f64) -> Wrench {
         let grip = twist.at(self.offset);
         Wrench {

@@ -1,18 +1,19 @@
 //! Contact transients: a decaying vibration at each impact, by material and speed of approach
 //! \[Okamura, Cutkosky, Dennerlein 2001; Kuchenbecker, Fiene, Niemeyer 2006\].
 //!
-//! No device is as stiff as wood or steel, so every surface feels soft at the tick of impact. The
-//! real thing rings, and a device can ring: an impact at speed v adds the force n g v e^(−βt) sin
-//! ωt, open loop, to what contacts and coupling make. It is the answer of one damped oscillator to
-//! one push, so impacts add up by themselves, and nothing of it lasts.
+//! No device is as stiff as wood or steel, so every surface feels soft at the tick of impact. A
+//! real hard object vibrates, and a device can render the vibration: an impact at speed v adds the
+//! force n g v e^(−βt) sin ωt, open loop, to the force of contacts and coupling. It is the impulse
+//! response of one damped oscillator, so several impacts simply add up, and each vibration decays
+//! to zero.
 //!
-//! *What an impact is.* A contact that presses where none has pressed in a direction like its own
+//! *What counts as an impact.* A contact presses, and no contact has pressed in a similar direction
 //! for the last few milliseconds ([`IMPACT_REST`]). So a tool that rests, slides or rolls does not
-//! ring; one that slides along a floor into a wall does. Its speed is that of the hand towards the
-//! other body at the contact.
+//! vibrate; one that slides along a floor into a wall does. The speed of the impact is that of the
+//! hand towards the other body at the contact.
 //!
-//! The vibration is a force at the grip: what reaches a hand through a stylus has no direction of
-//! turning that it could tell.
+//! The vibration is a force at the grip without a torque, since a hand cannot feel a direction of
+//! rotation in vibrations of a stylus.
 
 use glam::DVec3;
 
@@ -24,20 +25,20 @@ use crate::algebra::tolerance::{IMPACT_CONE, IMPACT_REST, TRANSIENT_MOST, TRANSI
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Material {
-    /// Hz: of the vibration.
+    /// Hz: frequency of the vibration.
     pub frequency: f64,
-    /// 1/s: it falls to 1/e in one over this.
+    /// 1/s: decay rate; the vibration falls to 1/e in the time 1/`decay`.
     pub decay: f64,
     /// N for each m/s of approach: the vibration's size before it decays.
     pub gain: f64,
 }
 
 impl Material {
-    /// Low, and gone after one swing.
+    /// A low vibration that ends after one oscillation.
     pub const RUBBER: Self = Self { frequency: 30.0, decay: 60.0, gain: 6.0 };
     /// A knock.
     pub const WOOD: Self = Self { frequency: 90.0, decay: 80.0, gain: 15.0 };
-    /// A high ring. As high as a loop of 1 kHz and the arms that people own can show; real steel is
+    /// A high vibration: the highest that a 1 kHz loop and common devices can render; real steel is
     /// higher.
     pub const STEEL: Self = Self { frequency: 180.0, decay: 90.0, gain: 25.0 };
 
@@ -53,10 +54,11 @@ pub(super) struct Transient {
     pressed: [Pressed; DIRECTIONS],
 }
 
-/// Directions that are remembered. A solid in a corner has three; more are forgotten oldest first.
+/// Most stored directions. A solid in a corner has three; if there are more, the oldest are
+/// dropped.
 const DIRECTIONS: usize = 8;
 
-/// A direction in which something presses, or pressed until lately.
+/// A direction in which a contact presses, or pressed recently.
 #[derive(Clone, Copy, Debug)]
 struct Pressed {
     normal: DVec3,
@@ -121,8 +123,8 @@ impl Transient {
     }
 }
 
-/// m/s: how fast a point of the hand that moves with `hand` about `grip` comes nearer, against
-/// `normal`, to a body that moves there with `other`.
+/// m/s: the speed of approach, against `normal`, of a point of the hand to a body that moves there
+/// with `other`. The hand moves with `hand` about `grip`.
 pub(super) fn approach(hand: &Twist, grip: DVec3, point: DVec3, normal: DVec3, other: DVec3) -> f64 {
     (other - hand.at(point - grip)).dot(normal)
 }

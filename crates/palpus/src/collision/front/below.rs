@@ -1,19 +1,19 @@
-//! Searches below a pair of nodes, without memory: what the front has no room for, and the nearest
-//! pair.
+//! Searches below a pair of nodes without stored data, for pairs that do not fit into the front and
+//! for the nearest pair.
 //!
 //! 1. From the pair of nodes, nearer half first, drop every pair that is farther apart than the
 //!    limit: first by spheres, then by boxes, then by the nodes' hulls.
-//! 2. A pair of leaves is marched; what it answers may lower the limit.
+//! 2. A pair of leaves is marched; its result may lower the limit.
 //!
-//! The nearest pair is searched so from the pairs on the cut, best bound first. That of a sleeping
-//! pair is known from when it was last measured, so most of them are not looked at.
+//! The nearest pair is searched in this way from the pairs on the cut, best bound first. The bound
+//! of a sleeping pair is known from its last measurement, so most sleeping pairs are not examined.
 
 use super::super::march::{initial_features, march};
 use super::super::wakes::NEVER;
 use super::super::{LeafPair, LeafPairs, March, Proximity, StopReason, TraversalCounters};
 use super::{Front, Pair, PlacedPair, State, piece_of};
 
-/// A pair of nodes yet to be looked at.
+/// A pair of nodes that is not yet examined.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NodePair {
     nodes: [u32; 2],
@@ -44,8 +44,8 @@ impl Front {
     /// one, of all pairs.
     pub fn nearest(&mut self, query: &PlacedPair<'_>, counters: &mut TraversalCounters) -> Option<LeafPair> {
         let (mut best, mut limit) = (None, f64::INFINITY);
-        // Near the last answer, and then where the bound is best, there is a limit that makes the
-        // rest short.
+        // The search below the last result, and then below the best bound, gives a limit that
+        // excludes most other pairs.
         if let Some(nodes) = self.last_nearest {
             limit = self.nearer(query, NodePair { nodes, bound: 0.0 }, limit, &mut best, counters);
         }
@@ -84,7 +84,8 @@ impl Front {
         Some(NodePair { nodes: [a, b], bound })
     }
 
-    /// Looks below a pair for one nearer than `limit`, which becomes `best`. Returns the new limit.
+    /// Searches below a pair for a leaf pair nearer than `limit`, and stores it in `best`. Returns
+    /// the new limit.
     fn nearer(
         &mut self,
         query: &PlacedPair<'_>,
@@ -107,8 +108,8 @@ impl Front {
         least
     }
 
-    /// Visits the leaf pairs below a pair that are no farther apart than the limit, which each
-    /// visit sets anew. Returns the last limit.
+    /// Visits the leaf pairs below a pair that are no farther apart than the limit. Each visit
+    /// returns a new limit. Returns the last one.
     fn descend(
         &mut self,
         query: &PlacedPair<'_>,

@@ -30,7 +30,7 @@ impl Front {
         found: &mut LeafPairs,
         counters: &mut TraversalCounters,
     ) -> bool {
-        // Places that are taken during the round are looked at as soon as they are.
+        // Places that become occupied during the round are measured at once.
         let blocks = self.blocks();
         let first = self.first_block.min(blocks);
         for (begin, end) in [(first, blocks), (0, first)] {
@@ -111,8 +111,8 @@ impl Front {
         }
     }
 
-    /// The pair's distance, or a bound of it from below that lets it sleep for a while: the cheaper
-    /// the bound the longer must the sleep be that it promises, or the next is tried.
+    /// The pair's distance, or a lower bound of it that lets the pair sleep for a while. A cheaper
+    /// bound is accepted only if it allows a longer sleep; otherwise the next bound is tried.
     fn measure(&mut self, query: &PlacedPair<'_>, place: u32, counters: &mut TraversalCounters) -> Measured {
         counters.node_pairs += 1;
         let Pair { a, b, .. } = self.pairs[place as usize];
@@ -157,7 +157,7 @@ impl Front {
         Some(gap)
     }
 
-    /// Puts both halves of a pair onto the stack; false if there is no room for them.
+    /// Puts both halves of a pair onto the stack; returns false if there is no room for them.
     fn split(&mut self, query: &PlacedPair<'_>, place: u32) -> bool {
         let Pair { a, b, .. } = self.pairs[place as usize];
         let Some(halves) = query.halves([a, b]) else { return false };

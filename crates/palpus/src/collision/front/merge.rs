@@ -6,8 +6,8 @@ use super::{Front, NONE, Pair, PlacedPair, State};
 use crate::algebra::tolerance::{MERGE_CLEARANCE, MERGE_RETRY};
 
 impl Front {
-    /// Step 4: merges the pair with its other half as long as both sleep long and what they came
-    /// from may.
+    /// Step 4: merges the pair with its other half, and repeats this for the merged pair, while
+    /// both halves sleep long and the merged pair is far enough apart.
     pub(super) fn merge(&mut self, query: &PlacedPair<'_>, mut place: u32, counters: &mut TraversalCounters) {
         let long = MERGE_CLEARANCE * query.tolerance;
         loop {

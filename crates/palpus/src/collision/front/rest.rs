@@ -1,5 +1,5 @@
-//! Pairs at rest: awake, and yet not measured, since their contacts of an earlier query are good
-//! enough, moved along with the bodies.
+//! Pairs at rest: they are awake but not measured, since the extrapolated contacts of an earlier
+//! query are accurate enough.
 //!
 //! Pieces that slide along each other keep their contacts for many ticks, and where surfaces fit
 //! closely there are thousands of them. The caller that measures a pair states after how much
@@ -11,17 +11,17 @@ use super::Front;
 use crate::algebra::tolerance::REST_SPREAD;
 use crate::collision::LeafPair;
 
-/// Multiples of the golden section leave no gaps between their fractions.
+/// The fractional parts of multiples of the golden ratio are evenly distributed.
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
-/// The last answer of the pair at a place.
+/// The last result of the pair at a place.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rest {
     /// Pieces of a and of b.
     pieces: [u32; 2],
-    /// The motion bound's sum when the pair was answered.
+    /// The motion bound's sum when the pair was measured.
     since: u64,
-    /// The motion for which the answer is good, model units; 0 for none.
+    /// The motion over which the result is kept, model units; 0 for none.
     length: f32,
 }
 
@@ -59,9 +59,9 @@ impl Front {
         (since >= self.rests_from).then(|| self.motion_bound.since(since))
     }
 
-    /// Puts `pair` at rest: its answer is good for a motion of `length` (model units) from here.
-    /// Each pair rests for its own share of `length`, so that pairs which were measured in the same
-    /// query, as after a jump, are not all due in the same query.
+    /// Puts `pair` at rest for a motion of `length` (model units) from now. Each pair rests for its
+    /// own share of `length`, so that pairs which were measured in the same query, as after a jump,
+    /// are not all due in the same query.
     pub(crate) fn rest(&mut self, pair: &LeafPair, length: f64) {
         if let Some(place) = pair.place {
             let share = 1.0 - REST_SPREAD * (f64::from(place) * GOLDEN).fract();
@@ -70,18 +70,20 @@ impl Front {
         }
     }
 
-    /// Ends all rests: the answers are not remembered.
+    /// Ends all rests, because the results are no longer stored.
     pub(crate) fn end_rests(&mut self) {
         self.rests_from = self.motion_bound.sum() + 1;
     }
 
-    /// How many pairs of pieces were within tolerance at their last visit and not visited by the
-    /// last query: those for which the quota did not suffice, and all of them.
+    /// How many pairs of pieces were within tolerance at their last visit, and were not visited by
+    /// the last query. Returns the number of pairs that were skipped because of the quota, and the
+    /// number of all.
     pub(crate) fn unvisited(&self) -> [usize; 2] {
         [self.late, self.unvisited]
     }
 
-    /// Place and pieces of one of them. Those that are late come first.
+    /// Place and pieces of one of these pairs. Pairs that were skipped because of the quota come
+    /// first.
     pub(crate) fn unvisited_pair(&self, k: usize) -> (u32, [u32; 2]) {
         let place = self.awake[k];
         (place, self.rests[place as usize].pieces)

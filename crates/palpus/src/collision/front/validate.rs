@@ -1,12 +1,13 @@
-//! The walker of the front's invariants.
+//! Validation of the front's invariants.
 //!
 //! 1. The cut: below the roots, every pair that is split has its two halves at its places and
 //!    nothing else, so that what is not split covers each pair of pieces exactly once. Places are
 //!    in that tree or free.
 //! 2. States: pairs awake are leaves, are on the list of those awake, and are never due; split ones
-//!    are never due; all others are on the wake board, whose blocks know of them.
-//! 3. Sleep: a pair that sleeps for another while is at least that much farther apart than the
-//!    tolerance.
+//!    are never due; all others are on the wake board, and their blocks are opened when they are
+//!    due.
+//! 3. Sleep: the distance of a sleeping pair exceeds the tolerance by at least the motion for which
+//!    it still sleeps.
 //!
 //! Nothing is allocated, so that it may run within a step. In debug builds each query checks a
 //! small front completely. In a large front it checks a window of places, and measures one sleeping
@@ -29,12 +30,12 @@ pub(super) enum FrontFault {
     /// is in use.
     #[error("the places in the tree and the free ones are not all places up to {0}")]
     Places(u32),
-    /// A pair awake is no pair of leaves, or is not on the list, or the list names one that is not
-    /// awake.
+    /// An awake pair is not a pair of leaves or not on the list, or the list contains a pair that
+    /// is not awake.
     #[error("the pair at {0} and the list of those awake disagree")]
     Awake(u32),
-    /// A pair that needs no waking has a wake value, or one that does has none, or its block does
-    /// not know.
+    /// A pair that must not wake has a wake value, or a pair that must wake has none, or its block
+    /// would not be opened.
     #[error("the pair at {0} has a wake value that does not fit its state, or that its block does not know")]
     Wake(u32),
     /// A pair is nearer than its wake value says.
@@ -50,7 +51,8 @@ pub(super) enum FrontFault {
 }
 
 impl Front {
-    /// Walks all of the front, measuring every sleeping pair, and returns what is broken first.
+    /// Checks all of the front, measures every sleeping pair, and returns the first broken
+    /// invariant.
     #[cfg(test)]
     pub(super) fn validate(&self, query: &PlacedPair<'_>) -> Result<(), FrontFault> {
         self.validate_places()?;
@@ -58,12 +60,12 @@ impl Front {
         (0..self.fresh).try_for_each(|place| self.validate_sleep(query, place))
     }
 
-    /// The part of the walk that a query in a debug build can afford.
+    /// The part of the check that is fast enough for each query of a debug build.
     pub(super) fn validate_some(&self, query: &PlacedPair<'_>) -> Result<(), FrontFault> {
         if self.fresh <= VALIDATED_PLACES {
             self.validate_places()?;
         }
-        // Another window each time: the sum of motion is as good as a random number.
+        // A different window each time: the sum of motion serves as a random number.
         let begin = (self.motion_bound.sum() % u64::from(self.fresh)) as u32;
         let window = (0..self.fresh.min(VALIDATED_PLACES)).map(|k| (begin + k) % self.fresh);
         window.clone().try_for_each(|place| self.validate_place(query, place))?;
@@ -71,7 +73,7 @@ impl Front {
         asleep.map_or(Ok(()), |place| self.validate_sleep(query, place))
     }
 
-    /// True if the place holds a pair of the tree, and not one of the past.
+    /// Returns true if the place contains a pair of the present tree, not an old one.
     fn is_in_tree(&self, place: u32) -> bool {
         let parent = self.pairs[place as usize].parent;
         match place {
@@ -132,8 +134,8 @@ impl Front {
         if fits { Ok(()) } else { Err(FrontFault::Wake(place)) }
     }
 
-    /// By how much a pair's wake value says that its distance exceeds the tolerance, model units; 0
-    /// or less if it is due, or no sleeping pair.
+    /// By how much the distance of a pair exceeds the tolerance according to its wake value, model
+    /// units; 0 or less if the pair is due or not sleeping.
     fn promised(&self, place: u32) -> f64 {
         let sleeps = self.pairs[place as usize].state == State::Asleep && self.is_in_tree(place);
         if sleeps { -self.motion_bound.since(self.wakes.get(place)) } else { 0.0 }

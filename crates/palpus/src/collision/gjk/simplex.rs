@@ -50,8 +50,8 @@ impl Simplex {
 
     /// Unit, from the origin to the nearest point.
     ///
-    /// A triangle knows it from its plane, and a segment at least from being perpendicular to it,
-    /// free of the rounding of a nearest point that is close to the origin.
+    /// For a triangle it is computed from the plane, and for a segment it is made perpendicular to
+    /// the segment. So it is free of the rounding of a nearest point that is close to the origin.
     pub(super) fn normal(&self) -> DVec3 {
         let nearest = self.nearest();
         let p = self.corners[0].difference;
@@ -175,8 +175,8 @@ impl Simplex {
             let length = normal.length();
             let apex_height = normal.dot(self.corners[apex].difference - p);
             let height = -normal.dot(p) * apex_height.signum();
-            // A tetrahedron flatter than the rounding of its normals has no inside; its triangles
-            // answer then.
+            // A tetrahedron flatter than the rounding of its normals has no interior; its triangles
+            // are used then.
             let rounding = self.noise * (d.length_squared() * e.length_squared()).sqrt();
             if apex_height.abs() <= rounding || height < rounding {
                 return None;

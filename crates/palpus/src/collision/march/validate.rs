@@ -1,10 +1,10 @@
-//! Invariants of every answer of the march, whatever the start.
+//! Invariants of every result of the march, for any start.
 //!
-//! 1. The normal is unit and leads over the distance from point b to point a.
+//! 1. The normal is unit, and point a is point b plus the distance along the normal.
 //! 2. Each point lies on its feature.
-//! 3. The planes through the points, square to the normal, keep the bodies apart: no vertex of
-//!    either reaches farther, but for the rounding that the march excuses. The fallback, which may
-//!    stop short of the closest points, still proves the bodies apart.
+//! 3. The planes through the points, perpendicular to the normal, separate the bodies: no vertex of
+//!    either body reaches farther, except for the rounding that the march accepts. The fallback,
+//!    which may stop short of the closest points, still proves the bodies apart.
 
 use glam::DVec3;
 
@@ -62,8 +62,8 @@ impl March {
         if off.is_nan() || off > 2.0 * scale.noise + WELL_FORMED_ROUNDING * distance {
             return Err(MarchFault::Points(off));
         }
-        // Merged faces are flat within their bulge; what is nearly parallel has its points where
-        // rounding puts them.
+        // Merged faces are flat within their bulge. For nearly parallel features, rounding decides
+        // where the points are.
         let allowed = scale.noise + COPLANAR * scale.size + a.bulge() + b.bulge();
         let on_a = (a, features.a, pose_ab.point(point_a), "a");
         for (polytope, feature, point, body) in [on_a, (b, features.b, point_b, "b")] {

@@ -63,9 +63,9 @@ impl Linkage {
 /// Returns true if the normals fit into a cone of the given half opening.
 ///
 /// The cone's axis walks from the mean toward the farthest normal in ever shorter steps (Bădoiu and
-/// Clarkson's smallest enclosing ball, on the sphere), so that the answer follows the set of
-/// normals, not how many share one. Two normals farther apart than the whole opening end the search
-/// at once.
+/// Clarkson's smallest enclosing ball, on the sphere), so that the result depends on the set of
+/// normals, not on how many contacts share a normal. Two normals farther apart than the whole
+/// opening end the search at once.
 pub(super) fn fits_a_cone(ranks: &[u32], normals: &[DVec3], cos_half: f64) -> bool {
     let normal = |&rank: &u32| normals[rank as usize];
     let Some(first) = ranks.first().map(normal) else { return true };

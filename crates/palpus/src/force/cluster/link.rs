@@ -48,8 +48,8 @@ impl Linkage {
         }
         for (dx, dy) in ROWS {
             let offset = (dx << (2 * AXIS_BITS)) + (dy << AXIS_BITS);
-            // From the cell after this one in its own row, else from two cells back; always to two
-            // cells ahead.
+            // In the cell's own row, start at the next cell; in other rows, two cells back. Always
+            // end two cells ahead.
             let back = if offset == 0 { 1 } else { -2 };
             let mut first = 0;
             for r in 0..self.runs.len() {
@@ -124,7 +124,8 @@ impl Linkage {
         }
     }
 
-    /// Links the contacts in places `j` and `k` of `cells` if they are near; true if they are.
+    /// Links the contacts in places `j` and `k` of `cells` if they are near; returns true if they
+    /// are.
     fn try_link(&mut self, j: u32, k: u32, near: f64) -> bool {
         let (first, second) = (self.cells[j as usize].rank, self.cells[k as usize].rank);
         let linked = self.points[first as usize].distance_squared(self.points[second as usize]) < near; // Eq. 2

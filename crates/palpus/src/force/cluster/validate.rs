@@ -1,9 +1,9 @@
-//! The walker of the clusters' invariants.
+//! Validation of the clusters' invariants.
 //!
-//! 1. A partition: each admitted contact is in one cluster; clusters are not empty, and ordered
-//!    within and by their first members.
-//! 2. Eq. 2: two contacts of one label nearer than the radius are in one cluster. Looked at in runs
-//!    of few contacts only, since it is quadratic.
+//! 1. Partition: each admitted contact is in one cluster. Clusters are not empty. Their members are
+//!    in order, and the clusters are ordered by their first members.
+//! 2. Eq. 2: two contacts of one label nearer than the radius are in one cluster. This is checked
+//!    only in runs of few contacts, since the check is quadratic.
 //! 3. Cones: all members of a cluster have one label; with a split angle, their normals fit into
 //!    one cone.
 
@@ -23,13 +23,13 @@ pub(super) enum ClusterFault {
     /// Contacts nearer than the radius are in different clusters.
     #[error("contacts of ranks {0} and {1} are nearer than the radius and in different clusters")]
     Apart(u32, u32),
-    /// A cluster holds contacts of two cones, or normals that fit into none.
+    /// A cluster has contacts of two cones, or normals that fit into no cone.
     #[error("the normals of cluster {0} do not fit into one cone")]
     Cone(usize),
 }
 
 impl Linkage {
-    /// Walks the clusters of the last run and returns what is broken first.
+    /// Checks the clusters of the last run and returns the first broken invariant.
     pub(super) fn validate(&self, settings: &LinkageSettings) -> Result<(), ClusterFault> {
         let count = self.order.len();
         let ascend = self.starts.windows(2).all(|range| range[0] < range[1]);
@@ -61,8 +61,8 @@ impl Linkage {
         }
         let Some(angle) = settings.split_angle else { return Ok(()) };
         let cos_half = (0.5 * angle).cos();
-        // A cone that was cut is about the normal of the contact that leads it, which may be in
-        // another cluster now.
+        // The axis of a cut cone is the normal of its first contact, which may be in another
+        // cluster now.
         let axis = self.normals[label as usize];
         let led = ranks.iter().all(|&rank| rank == label || self.normals[rank as usize].dot(axis) >= cos_half);
         if led || fits_a_cone(ranks, &self.normals, cos_half) { Ok(()) } else { Err(ClusterFault::Cone(cluster)) }
@@ -128,7 +128,7 @@ mod tests {
             let near = fault(&|linkage| {
                 let [one, other] = [0, linkage.starts[cluster]].map(|at| linkage.ranks[at as usize] as usize);
                 linkage.points[one] = linkage.points[other];
-                // As if nothing had been cut.
+                // Checked as if no group had been cut.
                 linkage.labels.fill(0);
                 linkage.normals.fill(DVec3::Z);
             });

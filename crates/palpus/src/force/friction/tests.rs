@@ -1,4 +1,4 @@
-//! Friction of blocks and crowds with known answers.
+//! Friction of blocks, and of many contacts, with known results.
 
 use super::super::represent;
 use super::super::testing::{Random, contact};
@@ -53,7 +53,7 @@ fn a_dragged_block_sticks_then_slides_then_sticks_again() {
         assert!((drag(&mut tracker, 0.02 + z) + 1000.0 * z).abs() < 1e-9);
         assert!(!tracker.adhesions()[0].sliding);
     }
-    // Beyond: dragged along, at μ_s F_n and over the next millimetre less and less, to μ_d F_n.
+    // Beyond that it slides: the force falls from μ_s F_n to μ_d F_n over the next millimetre.
     let mut last = 1.0;
     for k in 11..=40 {
         let force = -drag(&mut tracker, 0.02 + 1e-4 * f64::from(k));
@@ -61,14 +61,14 @@ fn a_dragged_block_sticks_then_slides_then_sticks_again() {
         last = force;
     }
     assert!((last - 0.6).abs() < 1e-9);
-    // At rest it is held, and holds up to the static limit from here.
+    // When it stops it sticks, and from here it sticks up to the static limit.
     assert!((drag(&mut tracker, 0.024) + 0.6).abs() < 1e-9);
     assert!(!tracker.adhesions()[0].sliding);
     assert!((drag(&mut tracker, 0.0243) + 0.9).abs() < 1e-9);
     // Turning back unloads the same spring, through zero.
     assert!((drag(&mut tracker, 0.0240) + 0.6).abs() < 1e-9);
     assert!((drag(&mut tracker, 0.0230) - 0.4).abs() < 1e-9);
-    // Less load: what was stuck slides at once.
+    // With less load, a sticking contact slides at once.
     let (contact, pose) = block(DVec3::X * 0.0230);
     for held in [0.05, 0.03] {
         assert!((tick(&mut tracker, &[contact], pose, 0.1).x - held).abs() < 1e-12);
@@ -144,7 +144,7 @@ fn the_next_piece_takes_over_the_strain_and_a_lost_contact_is_forgotten() {
     let (mut next, pose) = block(DVec3::X * 5e-4);
     next.piece_b = 9;
     assert!((tick(&mut tracker, &[next], pose, NORMAL_FORCE).x - before).abs() < 1e-12);
-    // Too far, and too opposed, to be the same.
+    // Too far away, and with too different a normal, to be the same contact.
     next.piece_b = 10;
     let far = Contact { point_a: next.point_a + DVec3::Y, point_b: next.point_b + DVec3::Y, ..next };
     assert_eq!(tick(&mut tracker.clone(), &[far], pose, NORMAL_FORCE), DVec3::ZERO);
@@ -190,7 +190,7 @@ fn corners_resist_twisting_up_to_their_load() {
     let limit = SETTINGS.static_coefficient * NORMAL_FORCE / SETTINGS.tangential_stiffness / reach;
     let (_, torque) = turn(&mut tracker, reach, 0.9 * limit, DVec3::ZERO);
     assert!((torque / (0.9 * SETTINGS.static_coefficient * most) + 1.0).abs() < 1e-3, "{torque}");
-    // Beyond, dragged around at the dynamic one, any number of turns.
+    // Beyond that it slides around at the dynamic limit, for any number of turns.
     for k in 2..200 {
         let (_, torque) = turn(&mut tracker, reach, limit * f64::from(k), DVec3::ZERO);
         if k > 4 {
@@ -198,14 +198,14 @@ fn corners_resist_twisting_up_to_their_load() {
             assert!(tracker.adhesions()[0].sliding);
         }
     }
-    // At rest it is held where it stopped.
+    // At rest it sticks where it stopped.
     let (_, held) = turn(&mut tracker, reach, limit * 199.0, DVec3::ZERO);
     assert!((held / (SETTINGS.dynamic_coefficient * most) + 1.0).abs() < 1e-3 && !tracker.adhesions()[0].sliding);
 }
 
 #[test]
 fn what_is_pushed_along_turns_easily() {
-    // Spun while it slides, a patch is braked less than one that spins in its place.
+    // A patch that spins while it slides is braked less than a patch that spins in place.
     let (reach, slide) = (0.05, DVec3::X * 5e-5);
     let most = SETTINGS.dynamic_coefficient * NORMAL_FORCE;
     for turn_of_slide in [0.1, 1.0, 3.0] {
@@ -225,8 +225,8 @@ fn what_is_pushed_along_turns_easily() {
 
 #[test]
 fn a_crowded_contact_holds_as_stiffly_as_its_share() {
-    // Smooth clustering: the same strain is the most for any share, so that k contacts at one place
-    // hold as one.
+    // With smooth clustering, the largest strain is the same for any share, so that k contacts at
+    // one place hold as much as one.
     let shift = DVec3::X * 4e-4;
     let held = |share: f64| {
         let mut tracker = FrictionTracker::new(8);

@@ -1,9 +1,9 @@
 //! Which bodies may be near each other: boxes along the axes of the world, sorted along x and
 //! swept.
 //!
-//! The order of the last tick is nearly right in this one, so that sorting by insertion is linear.
-//! A box has some room to spare, and is made anew when its body has used that up: while no box
-//! changes, neither do the pairs.
+//! The order changes little from tick to tick, so insertion sort takes linear time. A box has a
+//! margin, and is computed again when its body leaves the margin. While no box changes, the pairs
+//! do not change.
 
 use glam::DVec3;
 
@@ -16,7 +16,7 @@ pub(super) struct Broad {
     boxes: Vec<Aabb>,
     /// Pose of each body when its box was made, and the box's margin, m.
     made: Vec<(Pose, f64)>,
-    /// A box changed since pairs were last looked for.
+    /// True if a box has changed since pairs were last searched.
     is_stale: bool,
     there: Vec<bool>,
     /// Bodies by the low end of their boxes.
@@ -32,8 +32,8 @@ impl Broad {
         self.there.push(false);
     }
 
-    /// Body `i` is at `pose`, and no point of its mesh farther than `radius` (m) from its frame's
-    /// origin: true if its box still holds all that is within `margin` (m) of it.
+    /// Returns true if the box of body `i` at `pose` still contains everything within `margin` (m)
+    /// of the body. No point of its mesh is farther than `radius` (m) from its frame's origin.
     pub(super) fn holds(&self, i: usize, pose: &Pose, radius: f64, margin: f64) -> bool {
         let (made_at, made_with) = &self.made[i];
         // A point of the circle moves 2 r sin(θ/2), which is at most 4 r sin(θ/4); unit quaternions
@@ -42,13 +42,13 @@ impl Broad {
         self.there[i] && (pose.translation - made_at.translation).length() + turned + margin <= *made_with
     }
 
-    /// True if a box changed since this was last asked.
+    /// Returns true if a box has changed since the last call.
     pub(super) fn take_stale(&mut self) -> bool {
         std::mem::replace(&mut self.is_stale, false)
     }
 
-    /// Body `i`, whose mesh lies within `bounds` in its own frame, is at `pose`; what is within
-    /// `margin` (m) of it is near.
+    /// Sets the box of body `i` at `pose`: its mesh lies within `bounds` (its own frame), and the
+    /// box is larger by `margin` (m).
     pub(super) fn put(&mut self, i: usize, bounds: &Aabb, pose: &Pose, margin: f64) {
         let placement = pose.placement();
         let center = placement.point(0.5 * (bounds.min + bounds.max));
@@ -67,7 +67,7 @@ impl Broad {
         self.is_stale |= std::mem::replace(&mut self.there[i], false);
     }
 
-    /// Calls `found` for each two bodies that are near each other, in no order that means anything.
+    /// Calls `found` for each two bodies that are near each other, in unspecified order.
     pub(super) fn each_pair(&mut self, mut found: impl FnMut(usize, usize)) {
         let boxes = &self.boxes;
         for k in 1..self.order.len() {

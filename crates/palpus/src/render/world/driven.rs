@@ -1,18 +1,18 @@
 //! A body that a host moves, at its own rate: a robot's link at 60 or 500 Hz, a conveyor.
 //!
-//! The host says pose and velocity when it has them. In between the body goes on, so that no update
-//! is felt as a step:
+//! The host sends pose and velocity at its own rate. Between updates the body moves on, so that no
+//! update is felt as a step:
 //!
-//! 1. *Chase*: from where the last step took it, with that step's velocity, to where it will be by
-//!    what was said, in [`CHASE`] times the time between the last two updates; position and
-//!    velocity are continuous (Hermite's cubic). A body that moves as it was said to stays exactly
-//!    on its way.
-//! 2. *Go on* with the velocity that was said, until the next update.
-//! 3. *Stop*: where none comes for [`DRIVEN_PATIENCE`], the body slows down to rest in as long
-//!    again.
+//! 1. *Chase*: the body moves from the pose and velocity of the last step to the extrapolated pose
+//!    of the update, within [`CHASE`] times the interval between the last two updates. Position and
+//!    velocity are continuous (Hermite's cubic). If the host's body moves at constant velocity, the
+//!    body follows it exactly.
+//! 2. *Continue* with the update's velocity until the next update.
+//! 3. *Stop*: without an update for [`DRIVEN_PATIENCE`], the body slows down to rest within the
+//!    same time again.
 //!
-//! A tick's velocity is that which takes the body to its next pose, so that the implicit step and
-//! the way agree.
+//! A tick's velocity takes the body exactly to its next pose, so that it agrees with the implicit
+//! step.
 
 use glam::{DQuat, DVec3};
 
@@ -48,7 +48,7 @@ impl Driven {
         Self { next: still, step: 0.0, from: still, begins: 0.0, said: still, since: 0.0, lasts: DRIVEN_PERIOD }
     }
 
-    /// Takes the host's word for where the body is now and how it moves.
+    /// Takes an update of the host: the body's present pose and velocity.
     pub(super) fn say(&mut self, pose: Pose, velocity: Twist) {
         let lasts =
             if self.said.1 == Twist::default() && self.since > DRIVEN_PATIENCE { DRIVEN_PERIOD } else { self.since };
@@ -64,8 +64,8 @@ impl Driven {
         };
     }
 
-    /// `dt` s later, not negative: the new pose, and the twist that leads from it to the pose
-    /// another `dt` later.
+    /// Moves the body by `dt` s (not negative). Returns the new pose, and the twist that leads from
+    /// it to the pose another `dt` later.
     pub(super) fn advance(&mut self, dt: f64) -> (Pose, Twist) {
         self.since += dt;
         let pose = self.pose(self.since);
@@ -82,13 +82,13 @@ impl Driven {
         (pose, twist)
     }
 
-    /// True while the host has not said anything for longer than it is waited for.
+    /// Returns true if the last update is older than [`DRIVEN_PATIENCE`].
     pub(super) fn is_overdue(&self) -> bool {
         self.since > DRIVEN_PATIENCE && self.said.1 != Twist::default()
     }
 
-    /// The pose `since` s after what was said; the pose that was said if that is beyond all
-    /// numbers, since a host may say a velocity of any size.
+    /// The pose extrapolated to `since` s after the last update. If it is not finite (a host may
+    /// send a velocity of any size), the update's pose.
     fn pose(&self, since: f64) -> Pose {
         let pose = self.on_the_way(since);
         if pose.is_valid() { pose } else { self.said.0 }
@@ -122,7 +122,7 @@ impl Driven {
     fn said_then(&self, since: f64) -> Pose {
         let (pose, twist) = self.said;
         let late = ((since - DRIVEN_PATIENCE) / DRIVEN_PATIENCE).clamp(0.0, 1.0);
-        // The way of a velocity that falls to zero while it is late.
+        // The distance covered while the velocity falls to zero because the update is late.
         let time = since.min(DRIVEN_PATIENCE) + DRIVEN_PATIENCE * late * (1.0 - 0.5 * late);
         if twist == Twist::default() {
             return pose;
@@ -195,7 +195,7 @@ mod tests {
         let mut last = (Pose::IDENTITY, velocity);
         for tick in 0..500 {
             let now = driven.advance(DT);
-            // It was at rest at first, and hurries.
+            // The body was at rest at first, and catches up.
             if tick > 50 {
                 fastest = fastest.max((now.1.linear - last.1.linear).length());
             }

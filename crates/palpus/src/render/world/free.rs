@@ -1,8 +1,8 @@
 //! A free body, which moves under gravity, contact and friction.
 //!
-//! Its momentum is kept, not its velocity: what contacts give one body they take from another in
-//! the same numbers, so that the momentum of all bodies together is conserved, and a body that
-//! tumbles freely needs no gyroscopic term.
+//! Its state is the momentum, not the velocity. What contacts add to one body's momentum, they
+//! subtract from another's in exactly the same numbers. So the total momentum is conserved, and a
+//! body that tumbles freely needs no gyroscopic term.
 
 use glam::{DMat3, DQuat, DVec3};
 
@@ -27,7 +27,7 @@ pub(super) struct Free {
 }
 
 impl Free {
-    /// At rest; `mass` in kg, contacts push from `skin` (m) on.
+    /// A body at rest; `mass` in kg, and contacts push below a separation of `skin` (m).
     pub(super) fn new(body: &Body, mass: f64, skin: f64) -> Self {
         let properties = body.mass();
         Self {
@@ -39,8 +39,8 @@ impl Free {
         }
     }
 
-    /// The step of `h` s without contacts: its matrix and right side, which are of the velocity at
-    /// the end of the step.
+    /// Matrix and right side of the step of `h` s without contacts, for the velocity at the end of
+    /// the step.
     pub(super) fn begin(&self, pose: &Pose, gravity: DVec3, h: f64) -> (SpatialMatrix, Wrench) {
         let weight = Wrench { torque: DVec3::ZERO, force: gravity * (self.mass * h) };
         (SpatialMatrix::of_body(self.mass, self.inertia_at(pose)), self.momentum + weight)

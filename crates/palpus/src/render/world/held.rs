@@ -14,14 +14,14 @@ pub(super) struct Held {
     /// Its number among the bodies.
     pub(super) thing: usize,
     pub(super) settings: Settings,
-    /// The probe as a body of its own; it rests while there is no coupling.
+    /// The probe as a body of its own; unused without a coupling.
     pub(super) tool: Tool,
     pub(super) tick: Tick,
     pub(super) transient: Transient,
-    /// Without a coupling: the grip's pose in the last step, and what tools and objects did there,
-    /// about it.
+    /// Without a coupling: the grip's pose in the last step, and the wrenches of tools and objects
+    /// about the grip in that step.
     driven: Option<(Pose, [Wrench; 2])>,
-    /// rad: with which shading can be on.
+    /// rad: crease angle at which shading can be on.
     pub(super) crease_angle: Option<f64>,
 }
 
@@ -51,7 +51,7 @@ impl Held {
         self.driven = None;
     }
 
-    /// Goes on with other settings, which have been checked.
+    /// Changes the settings, which have been checked.
     pub(super) fn set_settings(&mut self, probe: &Body, settings: &Settings) {
         self.tool.set(probe, settings.coupling.unwrap_or(VirtualCoupling::SLACK), settings);
         // A tool at rest starts anew at the device.
@@ -64,8 +64,9 @@ impl Held {
         self.settings = *settings;
     }
 
-    /// Begins a tick: where the probe, or the tool in its place, is looked for, its centre of mass,
-    /// and the twist of that as far as dampers are concerned; `None` if its state means nothing.
+    /// Begins a tick. Returns the pose for the query (of the tool with a coupling, otherwise of the
+    /// probe), its centre of mass, and the twist of the centre of mass for dampers. `None` if the
+    /// state is invalid.
     pub(super) fn begin(
         &mut self,
         index: u64,
@@ -100,13 +101,13 @@ impl Held {
         pose.point(self.settings.grip_a)
     }
 
-    /// Without a coupling: what contacts do, about the grip.
+    /// Without a coupling: the wrench of contacts about the grip.
     pub(super) fn feel(&mut self, pose: &Pose, center: DVec3) {
         let grip = self.grip(pose);
         self.tick.computed = self.tick.forces.net.on_a.about(grip - center);
     }
 
-    /// Without a coupling: the work of what acted since the last step, along the way since then.
+    /// Without a coupling: the work of the last step's wrenches along the motion since then.
     pub(super) fn book(&mut self, pose: &Pose, center: DVec3) {
         let translation = self.grip(pose);
         let pose = Pose { translation, ..*pose };
@@ -118,7 +119,7 @@ impl Held {
         }
     }
 
-    /// With a coupling: moves the tool with `twist` for `h` s from `pose`, its centre of mass from
+    /// With a coupling: moves the tool with `twist` for `h` s from `pose` and its centre of mass
     /// `center`. `given`: the impulses of other tools and of objects that move, about the centre of
     /// mass.
     pub(super) fn end(
@@ -140,13 +141,13 @@ impl Held {
         self.tick.counters.tool = counters;
     }
 
-    /// With a coupling: the step has no solution; the tool is put to where the device is.
+    /// With a coupling, if the step has no solution: moves the tool to the device's pose.
     pub(super) fn reset(&mut self) {
         self.tool.clear();
         self.tick.counters.tool.reset = 1;
     }
 
-    /// Adds the ring of impacts to what is felt; `h` s on.
+    /// Advances the vibration of impacts by `h` s and adds it to the wrench.
     pub(super) fn ring(&mut self, h: f64) {
         let Some(material) = &self.settings.material else { return };
         let force = self.transient.ring(material, h, self.settings.limits.force);

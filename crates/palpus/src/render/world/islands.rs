@@ -1,10 +1,10 @@
-//! Which bodies one implicit step moves together: those that touch each other, directly or through
-//! others that it moves.
+//! Groups of bodies that one implicit step moves together: bodies that touch each other, directly
+//! or through other moved bodies.
 
 /// Groups of bodies; sized when the world is made.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Islands {
-    /// For each body another one of its group; at the end of the path, itself.
+    /// For each body, another body of its group (union–find); the root points to itself.
     parent: Vec<u32>,
     /// Neighbours that are moved as well.
     neighbours: Vec<u32>,
@@ -21,19 +21,19 @@ impl Islands {
         self.order.reserve(self.parent.len());
     }
 
-    /// Every body by itself.
+    /// Makes each body a group of its own.
     pub(super) fn begin(&mut self) {
         self.parent.iter_mut().enumerate().for_each(|(i, parent)| *parent = i as u32);
         self.neighbours.fill(0);
         self.order.clear();
     }
 
-    /// Bodies `i` and `j` are moved and touch.
+    /// Joins the groups of bodies `i` and `j`, which are moved and touch.
     pub(super) fn join(&mut self, i: usize, j: usize) {
         self.neighbours[i] += 1;
         self.neighbours[j] += 1;
         let (i, j) = (self.root(i), self.root(j));
-        // The earlier body stands for both.
+        // The earlier body becomes the root.
         self.parent[i.max(j)] = i.min(j) as u32;
     }
 

@@ -27,16 +27,17 @@
 //! # Ok::<(), palpus::render::SettingsError>(())
 //! ```
 //!
-//! A turn is one step of all, at one instant:
+//! Each turn moves all bodies by one step:
 //!
-//! 1. *Begin*: tools are where the last step put them, or where their devices are; driven bodies go
-//!    on their way ([`World::drive`]).
-//! 2. *Near*: boxes along the axes say which bodies may touch (`broad.rs`).
-//! 3. *Query* and *force*, for every two that are near, by themselves (`pair.rs`).
+//! 1. *Begin*: tools are at the pose of the last step, or at their devices' poses; driven bodies
+//!    move on ([`World::drive`]).
+//! 2. *Near*: axis-aligned boxes decide which bodies may touch (`broad.rs`).
+//! 3. *Query* and *force*, separately for every pair of near bodies (`pair.rs`).
 //! 4. *Step*: bodies that touch move together, in one implicit step for each group (`solve.rs`),
-//!    which is linear in the velocities V′ at its end. With Aᵢ, bᵢ those of body i alone (a tool's
-//!    coupling, a free body's mass and weight), K and l those of the contacts between i and j about
-//!    i's centre of mass, and T what makes of j's velocity that of its point there:
+//!    which is linear in the velocities V′ at its end. Aᵢ and bᵢ are matrix and right side of body
+//!    i alone (a tool's coupling, a free body's mass and weight). K and l are those of the contacts
+//!    between i and j, about i's centre of mass. T turns j's velocity into the velocity of j's
+//!    point at i's centre of mass:
 //!
 //!    | Aᵢ + K   −K T        | Vᵢ′ = bᵢ + l
 //!    | −Tᵀ K    Aⱼ + Tᵀ K T | Vⱼ′ = bⱼ − Tᵀ l
@@ -44,15 +45,15 @@
 //!    It is definite at any stiffness, mass and speed. Forces between two bodies are equal and
 //!    opposite within the same step, so contacts keep the sum of their momenta. A tool that touches
 //!    no movable body feels, to the bit, the wrench that it would feel from the fixed ones alone.
-//! 5. *Feel*: each tool's wrench, with the ring of impacts, within its device's limits.
+//! 5. *Feel*: limit each tool's wrench, with the vibration of impacts, to its device's limits.
 //!
-//! Steps in turn, each with the last poses of the others, would not do. Contacts are so stiff that
-//! a tool pushed along at v would be held back with 2 k h v by a body that has already moved on (34
-//! N at 0.1 m/s on a usual device). With the other's velocity as well, the two throw each other to
-//! and fro.
+//! Separate steps, each with the last poses of the other bodies, would fail. Contacts are so stiff
+//! that a tool which moves at v together with another body would be held back with 2 k h v by that
+//! body's outdated pose (34 N at 0.1 m/s on a usual device). If such a step also used the other's
+//! last velocity, the two bodies would oscillate.
 //!
-//! Memory is obtained when bodies are added. A step obtains none, and nothing that a device or a
-//! host says makes it panic.
+//! Memory is allocated when bodies are added. A step allocates none, and no input of a device or a
+//! host makes it panic.
 
 mod broad;
 mod driven;
@@ -108,19 +109,19 @@ pub struct World {
     broad: Broad,
     islands: Islands,
     system: BlockSystem,
-    /// m: bodies farther apart than this and their ways do not touch.
+    /// m: bodies that are farther apart than this plus their motion do not touch.
     margin: f64,
-    /// The margin with which the boxes of fixed bodies were made; no number, if one of them is new.
+    /// The margin of the boxes of fixed bodies; NaN if one of these bodies is new.
     boxed_with: f64,
     steps: u64,
     allowed: Option<u64>,
     counters: WorldCounters,
 }
 
-/// Counts of a world's step, beside the ticks of its tools.
+/// Counts of a world's step, in addition to the ticks of its tools.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WorldCounters {
-    /// Pairs of bodies that were looked at.
+    /// Pairs of bodies that were queried.
     pub pairs: u32,
     /// Pairs among these with contacts.
     pub touching: u32,
@@ -130,27 +131,28 @@ pub struct WorldCounters {
     pub largest: u32,
     /// Groups whose last round still changed something.
     pub unsettled: u32,
-    /// Groups whose step was cut, so that nothing moves beyond what was looked ahead for.
+    /// Groups whose step was shortened, so that nothing moves beyond the look-ahead distance.
     pub bounded: u32,
-    /// Groups without a solution: their free bodies stand still, their tools are where the devices
-    /// are.
+    /// Groups without a solution: their free bodies stand still, and their tools are at the
+    /// devices' poses.
     pub reset: u32,
-    /// Driven bodies whose host is silent for too long.
+    /// Driven bodies without an update for too long.
     pub overdue: u32,
 }
 
 /// No pair.
 const NONE: u32 = u32::MAX;
-/// The most corners of a patch of two pieces, about; for memory.
+/// About the most corners of a patch of two pieces; used to size memory.
 const CORNERS: usize = 64;
-/// The most contacts that a tick shows, in capacities of the tool's settings.
+/// The most contacts of a tick, as a multiple of the capacity in the tool's settings.
 const SHOWN: usize = 4;
 
 impl World {
-    /// An empty world without gravity. `settings` hold between objects; tools bring their own.
+    /// An empty world without gravity. `settings` apply to contacts between objects; each tool has
+    /// its own settings.
     ///
-    /// Between objects contacts are as hard as behind a coupling, since an implicit step moves what
-    /// they push.
+    /// Contacts between objects are as stiff as those of a tool with a coupling, since an implicit
+    /// step moves the objects.
     ///
     /// # Errors
     /// With the setting that cannot be.
@@ -236,8 +238,8 @@ impl World {
         true
     }
 
-    /// Puts an object somewhere else, at rest, as if it had always been there. False for a tool, or
-    /// an invalid pose.
+    /// Moves an object to another pose, at rest, as if it had always been there. Returns false for
+    /// a tool or an invalid pose.
     pub fn put(&mut self, body: BodyId, pose: Pose) -> bool {
         let skin = self.settings.skin();
         let Some(thing) = self.things.get_mut(body.0).filter(|_| pose.is_valid()) else { return false };
@@ -319,8 +321,8 @@ impl World {
         self.allowed = work;
     }
 
-    /// Forgets the past, but for where objects are and how they move: the next step is as the first
-    /// was.
+    /// Drops all state except the poses and velocities of objects: the next step runs like the
+    /// first one.
     pub fn clear(&mut self) {
         self.pairs.iter_mut().for_each(Pair::clear);
         self.tools.iter_mut().for_each(Held::clear);
@@ -348,7 +350,7 @@ impl World {
         });
         for other in 0..number {
             let ranks = [other, number].map(|i| self.things[i].rank());
-            // Two that nothing moves have nothing to do with each other.
+            // Two fixed bodies do not interact.
             let pair = if ranks.iter().all(|&rank| rank >= 2) {
                 NONE
             } else {

@@ -10,11 +10,11 @@ use super::pair::Place;
 use crate::algebra::{Pose, SpatialMatrix, Twist, Wrench};
 use crate::body::Body;
 
-/// Names a body of a world, tools included.
+/// Identifies a body of a world, tools included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct BodyId(pub(super) usize);
 
-/// Names a tool of a world: the first that was added is 0.
+/// Identifies a tool of a world; the first tool that was added is 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ToolId(pub(super) usize);
 
@@ -48,8 +48,8 @@ impl Object {
         Self { body, pose, kind: Kind::Fixed }
     }
 
-    /// A body that a host moves: see [`World::drive`](super::World::drive). It stands at `pose`
-    /// until then.
+    /// A body that a host moves: see [`World::drive`](super::World::drive). It is at rest at `pose`
+    /// until the first update.
     pub fn driven(body: Arc<Body>, pose: Pose) -> Self {
         Self { body, pose, kind: Kind::Driven }
     }
@@ -84,7 +84,7 @@ pub(super) struct Thing {
     pub(super) last: Option<Pose>,
     /// Twist of the centre of mass if it is known before the step; else zero.
     pub(super) twist: Twist,
-    /// It has a place in this step.
+    /// The body takes part in this step.
     pub(super) there: bool,
     pub(super) part: Part,
 }
@@ -101,11 +101,11 @@ pub(super) enum Role {
 /// A body's part in the implicit step under way.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Part {
-    /// The step moves it.
+    /// True if the step moves the body.
     pub(super) is_moved: bool,
-    /// Something touches it.
+    /// True if another body touches it.
     pub(super) is_touched: bool,
-    /// Mass and load of the body alone; and with the contacts of the current round.
+    /// Matrix and right side of the body alone; and those with the contacts of the current round.
     pub(super) alone: (SpatialMatrix, Wrench),
     pub(super) system: (SpatialMatrix, Wrench),
     /// Its place among the bodies that are solved for together.
@@ -116,9 +116,9 @@ pub(super) struct Part {
     /// solution minus its own.
     pub(super) guess: Twist,
     pub(super) residual: Twist,
-    /// N·s and N·m·s: what contacts with tools gave it in the step, about its centre of mass.
+    /// N·s and N·m·s: impulse of contacts with tools in the step, about the body's centre of mass.
     pub(super) from_tools: Wrench,
-    /// The same of driven and free bodies.
+    /// The impulse of contacts with driven and free bodies.
     pub(super) from_objects: Wrench,
 }
 
@@ -153,7 +153,7 @@ impl Thing {
         Place { body: &self.body, pose: self.pose, center: self.center, twist: self.twist }
     }
 
-    /// Puts it at `pose` when a step begins.
+    /// Sets the body's pose at the beginning of a step.
     pub(super) fn set_pose(&mut self, pose: Pose) {
         self.pose = pose;
         self.center = pose.point(self.body.mass().center_of_mass);

@@ -1,15 +1,16 @@
 //! The linear system of the bodies that one implicit step moves together: blocks of six by six,
 //! one on the diagonal for each body, one beside it for each pair of bodies in contact.
 //!
-//! Symmetric and definite, so Cholesky's factors exist; they are found block by block, and only
-//! blocks that are there, or come to be there, are touched. Bodies with few neighbours had better
-//! come first: a body that is eliminated joins all of its neighbours that are left.
+//! The matrix is symmetric and positive definite, so it has a Cholesky factorisation. This is
+//! computed block by block, and only for blocks that are not zero or become nonzero (fill-in).
+//! Bodies with few neighbours should come first: eliminating a body couples all of its remaining
+//! neighbours.
 
 use glam::DVec3;
 
 use crate::algebra::{Twist, Wrench};
 
-/// Six rows of six: turning before moving.
+/// Six rows of six; rotation before translation.
 pub(super) type Block = [[f64; 6]; 6];
 
 const ZERO: Block = [[0.0; 6]; 6];
@@ -19,7 +20,7 @@ const ZERO: Block = [[0.0; 6]; 6];
 pub(super) struct BlockSystem {
     /// Lower triangle, row by row.
     blocks: Vec<Block>,
-    /// Which of them are there.
+    /// Which of these blocks are not zero.
     filled: Vec<bool>,
     right: Vec<[f64; 6]>,
     /// Bodies.
@@ -48,8 +49,8 @@ impl BlockSystem {
         self.right[i] = [torque.x, torque.y, torque.z, force.x, force.y, force.z];
     }
 
-    /// Takes `block` away from the wrench on body `i` for each twist of body `j`, and the
-    /// transposed the other way round.
+    /// Subtracts `block` from the block of row `i` and column `j`, and its transpose from that of
+    /// row `j` and column `i`.
     pub(super) fn take_between(&mut self, i: usize, j: usize, block: &Block) {
         let at = place(i.max(j), i.min(j));
         if !std::mem::replace(&mut self.filled[at], true) {
@@ -63,7 +64,8 @@ impl BlockSystem {
         }
     }
 
-    /// Solves; false if the matrix is not definite, by rounding or by nature.
+    /// Solves the system. Returns false if the matrix is not positive definite, be it only by
+    /// rounding.
     #[must_use]
     pub(super) fn solve(&mut self) -> bool {
         for k in 0..self.size {
@@ -185,7 +187,7 @@ mod tests {
         Twist { angular: random.vector(), linear: random.vector() }
     }
 
-    /// Bodies on springs, some of them joined: what multiplying gives, solving takes back.
+    /// Bodies on springs, some of them joined: solving inverts the multiplication.
     #[test]
     fn solving_undoes_multiplying_for_any_graph_of_contacts() {
         let mut random = Random::new(SEED);

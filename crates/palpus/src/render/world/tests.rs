@@ -1,4 +1,4 @@
-//! Worlds against mechanics that is known beforehand.
+//! Tests worlds against known results of mechanics.
 
 mod facets;
 mod hosts;
@@ -143,7 +143,7 @@ fn a_block_on_a_slope_holds_and_slides_as_coulombs() {
             let acceleration = (end - begin) / 0.3;
             assert!((acceleration - expected).abs() < 0.01 * 9.81 * MU * slope.cos(), "{acceleration}, {expected}");
         } else {
-            // Its corners have come to bear what they bear.
+            // The loads of its corners have settled.
             run(&mut world, 300);
             let at_rest = world.pose(block).translation.x;
             run(&mut world, 1000);
@@ -187,7 +187,7 @@ fn momentum_is_conserved_when_free_bodies_meet() {
     assert!(met > 10, "they are to meet");
 }
 
-/// Two fingers from both sides.
+/// Two fingers that press from both sides.
 fn squeeze() -> (World, BodyId, [ToolId; 2]) {
     let mut world = table();
     let block = world.add(Object::free(cuboid(DVec3::splat(0.04)), at(0.0, 0.0, 0.02), 700.0)).unwrap();
@@ -226,7 +226,7 @@ fn two_tools_that_squeeze_a_free_block_lift_it_and_turn_it() {
     assert!((left + right).distance(G.normalize() * weight) < 0.05, "{left} and {right} bear {weight} N");
 }
 
-/// A tool feels the same whatever else there is, as long as it does not touch it.
+/// Other bodies do not change what a tool feels, as long as it does not touch them.
 #[test]
 fn a_tool_alone_feels_what_it_feels_among_many() {
     let probe = cuboid(DVec3::splat(0.02));

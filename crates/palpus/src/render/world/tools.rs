@@ -5,12 +5,12 @@ use crate::force::ShadingSettings;
 use crate::render::{Limits, Settings, SettingsError, Tick};
 
 impl World {
-    /// The body of a tool, for what asks for any body.
+    /// The body id of a tool.
     pub fn body_of(&self, tool: ToolId) -> BodyId {
         BodyId(self.tools[tool.0].thing)
     }
 
-    /// Answer for a tool in the last step.
+    /// The tick of a tool in the last step.
     pub fn tick(&self, tool: ToolId) -> &Tick {
         &self.tools[tool.0].tick
     }
@@ -20,8 +20,8 @@ impl World {
         &self.tools[tool.0].settings
     }
 
-    /// A tool can take up shading at this crease angle (rad) later on, by
-    /// [`Self::set_tool_settings`]. Makes no difference where shading is on from the start.
+    /// Prepares a tool for shading at this crease angle (rad), which [`Self::set_tool_settings`]
+    /// can then turn on. It makes no difference if shading is on from the start.
     pub fn prepare_shading(&mut self, tool: ToolId, crease_angle: f64) {
         let held = &mut self.tools[tool.0];
         held.crease_angle.get_or_insert(crease_angle);
@@ -38,8 +38,9 @@ impl World {
     /// Changes the settings of a tool from the next step on. Contacts, friction and the tool are
     /// kept and ticks counted on; a new coupling begins where the device is.
     ///
-    /// Obtains no memory. What would need some is refused, like what cannot be: another `capacity`,
-    /// and shading at a crease angle other than that at the start or of [`Self::prepare_shading`].
+    /// Allocates no memory. Changes that would need memory are refused like invalid settings:
+    /// another `capacity`, and shading at a crease angle other than that at the start or of
+    /// [`Self::prepare_shading`].
     ///
     /// # Errors
     /// With the setting that cannot be; all are then as they were.
@@ -66,8 +67,8 @@ impl World {
         Ok(())
     }
 
-    /// A tool's device can give no more than `available` from now on: what the coupling does not
-    /// hold, the hand takes. Without a coupling, nothing changes.
+    /// Limits a tool's coupling to what its device can give at present (`available`). The hand
+    /// bears the rest. Without a coupling, nothing changes.
     pub fn set_available(&mut self, tool: ToolId, available: &Limits) {
         self.tools[tool.0].set_available(available);
     }

@@ -13,10 +13,10 @@ use crate::render::tool::radius;
 use crate::render::transient::approach;
 
 impl World {
-    /// One turn of the loop: what the states of all tools feel like, in the order in which the
-    /// tools were added. `dt` is the time since the last step, s.
+    /// One step of the loop: computes the wrenches of all tools for their probes' states, in the
+    /// order in which the tools were added. `dt` is the time since the last step, s.
     ///
-    /// A tool with an invalid pose feels nothing, and the others do not feel it.
+    /// A tool with an invalid pose feels nothing, and other tools do not feel it.
     pub fn step(&mut self, probes: &[ProbeState], dt: f64, clock: &impl Clock) {
         let begin = clock.now_ns();
         self.begin(probes, dt);
@@ -104,8 +104,8 @@ impl World {
         }
     }
 
-    /// Distance within which contacts of a pair are looked for, m: as near as the two can come to
-    /// the skin in this step, if that is known.
+    /// Distance within which the query of a pair finds contacts, m: the contact offset plus the
+    /// largest motion of both bodies in this step, if that is known.
     fn looked_ahead(&self, pair: &Pair, dt: f64) -> f64 {
         let settings = pair.settings();
         match pair.bodies.map(|i| self.reach(i, dt)) {
@@ -121,8 +121,8 @@ impl World {
             if matches!(thing.role, Role::Fixed) && self.boxed_with == self.margin {
                 continue;
             }
-            // A hand may be fast and the work allowed little: what a tool comes near to is looked
-            // at from the distance of its own size, so that it is known when the two meet.
+            // The hand may be fast and the work limit small. So a tool's pairs are queried from a
+            // distance of its own size on, so that cached results exist when the two meet.
             let ahead = if matches!(thing.role, Role::Tool(_)) { radius(&thing.body) } else { 0.0 };
             let margin = self.reach(i, dt).unwrap_or(0.0) + ahead + self.margin;
             if !thing.there {
@@ -172,7 +172,7 @@ impl World {
             pair.looked_at = Some(self.steps);
             let quota = work.share((self.near.len() - turn) as u64);
             pair.query(&things[a].place(), &things[b].place(), within, &quota, clock);
-            // If both move, each goes half of the way.
+            // If both move, each is allowed half of the distance.
             let both = [a, b].iter().all(|&i| things[i].rank() < 2);
             let clear = pair.unlooked() * if both { 0.5 } else { 1.0 };
             for i in [a, b] {
@@ -210,7 +210,7 @@ impl World {
         }
     }
 
-    /// Shows each tool's tick what happens to it.
+    /// Writes each tool's contacts and forces to its tick.
     fn show(&mut self) {
         for held in &mut self.tools {
             for pair in self.near.iter().map(|&k| &self.pairs[k as usize]) {
@@ -247,7 +247,7 @@ impl World {
         }
     }
 
-    /// Impacts of this step begin to ring.
+    /// Starts the vibrations of this step's impacts.
     fn ring(&mut self, dt: f64) {
         for held in self.tools.iter_mut().filter(|held| held.settings.material.is_some() && dt > 0.0 && dt.is_finite())
         {
