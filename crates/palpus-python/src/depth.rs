@@ -19,7 +19,7 @@ use crate::workers::{detached, threads};
 ///
 /// No translation shorter than `lower` frees the bodies; moving a by `translation`, of length
 /// `upper`, does. The search at a pose ends when the bounds are within `gap` (a length; 1 % of the
-/// smaller body's size if not given), which `certified` says, or after `budget` evaluations.
+/// smaller body's size if not given), and `certified` is then true, or after `budget` evaluations.
 /// `outside` counts only translations as free from which a can leave b in a straight line.
 /// `contained`: 1 if a lies in b, 2 if b in a, else 0. `distance` is that of the surfaces, with a
 /// minus if one body lies in the other, NaN if they cross.

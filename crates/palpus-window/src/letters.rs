@@ -146,7 +146,7 @@ fn advance(letter: char) -> f64 {
     lines(letter).iter().flatten().map(|place| place.0).fold(0.0, f64::max) + GAP
 }
 
-/// Pixels that a text takes whose large letters are `size` pixels high.
+/// Width of a text in pixels, if its capital letters are `size` pixels high.
 pub(crate) fn width(text: &str, size: f64) -> f64 {
     text.chars().map(advance).sum::<f64>() * size / CAPITAL
 }

@@ -13,7 +13,8 @@
 //! and reported to the loop (its next state is withheld). No wrench is given that was computed
 //! before that: from there on the loop returns from zero.
 //!
-//! Asked to end, it writes zero and is called no more. It never waits and never allocates.
+//! When the program asks it to end, it writes a force of zero, and the maker's library calls it no
+//! more. It never waits and never allocates.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};

@@ -424,7 +424,8 @@ impl Easel {
     }
 }
 
-/// The bodies of a scene in so few triangles that their shadow is found in every frame.
+/// Coarse copies of the bodies of a scene. They have few triangles, so that the shadow can be
+/// computed in every frame.
 fn shadowed(scene: &Scene) -> Vec<Arc<Solid>> {
     let few = |solid: &Arc<Solid>| solid.coarse(MOST_SHADOWING).map_or_else(|| Arc::clone(solid), Arc::new);
     let mut known: Vec<(*const Solid, Arc<Solid>)> = Vec::new();
