@@ -1,26 +1,26 @@
-//! Hands and clocks: devices, the simulated hand, the servo loop.
+//! Haptic devices, the simulated hand, the servo loop and its safety chain.
 //!
-//! * [`HapticDevice`] — the seam to hardware: read a state, write a wrench. [`SimulatedDevice`] (a
-//!   device in a simulated hand) and [`ReplayDevice`] (a recorded hand) stand behind it as peers of
-//!   hardware.
-//! * [`BridgeDevice`] — a process of one's own is a device, by the protocol in [`bridge_frames`];
-//!   [`conformance`] tests such a process.
-//! * [`HaplyDevice`] — Haply's arms through their service; [`SpaceMouse`] — input without force;
-//!   [`PlacedDevice`] sets a device down where a scene begins. [`look`] tells what is there, and of
-//!   the rest what it would take.
-//! * [`Servo`] — the loop: read, step, write, once a tick, in real time or as fast as it goes;
-//!   whatever ends it, the last wrench written is zero.
-//! * [`SafetyChain`] — what stands between a computed wrench and the hand, in every tick; with the
-//!   [`Gate`] before the step and the [`Watch`] beside the loop. [`FaultyDevice`] is how all that
-//!   is tried.
-//! * [`self_test`] — of a device, before anybody is given a force by it.
-//! * [`claim`] — what an operating system has for a loop that must not be late: priority, locked
-//!   memory, a core of its own, which [`leave_core`] has others leave.
-//! * [`latest`] — whatever is slower than the loop (a window, a live line) sees the newest value.
-//! * [`record`] — rows leave the servo thread through a bounded queue; a full queue drops and
-//!   counts, it never waits.
+//! * [`HapticDevice`] is the interface to a device: read a state, write a wrench.
+//!   [`SimulatedDevice`] (a device held by a simulated hand) and [`ReplayDevice`] (a recorded hand)
+//!   implement it, as real devices do.
+//! * [`BridgeDevice`] connects a device whose driver is another process, by the protocol in
+//!   [`bridge_frames`]. [`conformance`] tests such a driver.
+//! * [`HaplyDevice`] connects Haply's arms through their service. [`SpaceMouse`] is an input device
+//!   without force. [`PlacedDevice`] moves the workspace of a device to the start of a scene.
+//! * [`look`] lists the devices that were found, and says what is missing to use others.
+//! * [`Servo`] is the loop: read, step and write in each tick, in real time or as fast as possible.
+//!   However it ends, the last wrench that it writes is zero.
+//! * [`SafetyChain`] limits each wrench before it reaches the hand. The [`Gate`] checks each device
+//!   state before the step, and the [`Watch`] checks the loop from another thread.
+//!   [`FaultyDevice`] injects faults to test them.
+//! * [`self_test`] tests a device before it gives force to a person.
+//! * [`claim`] asks the operating system for what a real-time loop needs: priority, locked memory
+//!   and a core of its own. [`leave_core`] moves the other threads off that core.
+//! * [`latest`] gives slower readers, such as a window, the newest value of the loop.
+//! * [`record`] passes rows from the servo thread to a writer through a bounded queue. If the queue
+//!   is full, it drops and counts rows; it never waits.
 //!
-//! The loop is generic over what computes the wrench, so nothing here knows geometry.
+//! The loop is generic over what computes the wrench: nothing here depends on geometry.
 
 mod acting;
 mod bridge;
