@@ -12,9 +12,10 @@
 //!    most [`COUPLING_RETURN`] of the device's own motion. So the tool is at rest while the hand is
 //!    at rest, and the anchor alone never moves the tool into contact.
 //!
-//! Rotation likewise, and also where no torque limit levels the spring off: it slips before half a
-//! turn, at which the shortest way back would be the other way round. Neither does work on the hand: a slip takes energy, and a return moves
-//! nothing that pulls.
+//! The same holds for rotation. Where no torque limit levels the angular spring off, it slips as
+//! well, before half a turn: beyond half a turn the shortest way back would be the other way round.
+//!
+//! Neither does work on the hand: a slip takes energy, and a return moves nothing that pulls.
 
 use glam::{DQuat, DVec3};
 
