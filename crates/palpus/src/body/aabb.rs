@@ -12,7 +12,7 @@ pub struct Aabb {
 }
 
 impl Aabb {
-    /// The box of nothing: overlaps no box, grows to whatever is added.
+    /// The empty box: it overlaps no box, and its union with a box is that box.
     pub const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
 
     /// The least box around `points`.
@@ -26,13 +26,13 @@ impl Aabb {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
-    /// Any common point?
+    /// True if the boxes have a common point.
     #[inline]
     pub fn overlaps(&self, other: &Self) -> bool {
         self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
     }
 
-    /// Is `p` in the box?
+    /// True if `p` is in the box.
     #[inline]
     pub fn holds(&self, p: DVec3) -> bool {
         self.min.cmple(p).all() && p.cmple(self.max).all()

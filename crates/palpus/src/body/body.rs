@@ -20,20 +20,21 @@ use crate::body::decompose::thicken::{WaysIn, inner_corners};
 pub struct BodySettings {
     /// Metres per unit of the model; finite and positive.
     pub scale: f64,
-    /// Relative to the model's bounding diagonal: how far a piece may deviate from the
-    /// surface where the file's few digits have bent its planes; from 0 to 1e-3. See
+    /// Largest deviation of a piece from the surface, relative to the model's bounding diagonal;
+    /// from 0 to 1e-3. It allows for planes that the file's rounded coordinates have bent. See
     /// [`Self::EXACT`] and [`Self::HAPTIC`].
     pub flatness: f64,
-    /// Pieces of closed surfaces reach into the solid as far as their part of the surface is the
-    /// nearest, so that deep penetration is seen. Without, a piece is only as thick as its patch.
+    /// If true, each piece of a closed surface extends into the solid as far as its part of the
+    /// surface is the nearest, so that deep penetration is detected. If false, a piece is only as
+    /// thick as its patch.
     pub thick: bool,
 }
 
 impl BodySettings {
     /// For measuring: distances are exact to this share of the model's size.
     pub const EXACT: f64 = 3e-8;
-    /// For touching: 3 micrometres on a 10 cm object, far below what is felt, and enough to make
-    /// one face of a plane that was written with six digits (a round peg is 1 piece instead of
+    /// For touching: 3 micrometres on a 10 cm object. A person cannot feel that, and it suffices to
+    /// merge a plane written with six digits into one face (a round peg is 1 piece instead of
     /// 4870).
     pub const HAPTIC: f64 = 3e-5;
 }
@@ -45,16 +46,16 @@ impl Default for BodySettings {
     }
 }
 
-/// Why a mesh makes no body.
+/// Why a body cannot be made of a mesh.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BodyError {
     /// The scale is zero, negative, infinite or NaN.
     #[error("the scale must be a positive number of metres per model unit, not {0}")]
     Scale(f64),
-    /// The flatness is negative, NaN or larger than any noise of a file.
+    /// The flatness is negative, NaN or above the limit.
     #[error("the flatness must be from 0 to {LARGEST_FLATNESS} of the model's size, not {0}")]
     Flatness(f64),
-    /// The polygons make no mesh.
+    /// The polygons do not form a mesh.
     #[error(transparent)]
     Mesh(#[from] MeshError),
     /// The points of a convex body have no hull, or only a point or a segment.
@@ -71,7 +72,7 @@ pub enum BodyError {
         #[source]
         source: HullError,
     },
-    /// Parts to restore a body from do not belong together.
+    /// The parts to restore a body from do not belong together.
     #[error("the parts make no body of this mesh: {0}")]
     Parts(&'static str),
     /// The hierarchy over the pieces could not be built.
@@ -95,8 +96,8 @@ pub struct Body {
 }
 
 impl Body {
-    /// Names the sources of this engine that decide which pieces a mesh gives: parts that were made
-    /// under another name are not to be restored.
+    /// Identifies the version of the sources that decide which pieces a mesh gives. Do not restore
+    /// parts that were made under another version.
     pub const FINGERPRINT: &str = env!("PALPUS_BODY_FINGERPRINT");
 
     /// Makes a body of polygons as read from a file; `progress` is called with the fraction done,
@@ -119,15 +120,15 @@ impl Body {
         Self::assemble(Ground::new(soup, settings)?, settings, workers, progress)
     }
 
-    /// Makes again the body that `parts` were of. `ground` must be that of the soup and the
-    /// settings that they were made from: what else they could be is the caller's to know;
-    /// parts that cannot belong together are an error.
+    /// Restores a body from its `parts`. `ground` must come from the soup and the settings that the
+    /// parts were made from; the caller has to ensure this. Fails if the parts cannot belong
+    /// together.
     pub fn restore(ground: Ground, parts: BodyParts, workers: &dyn Workers) -> Result<Self, BodyError> {
         parts.check(ground.mesh.triangles().len(), workers).map_err(BodyError::Parts)?;
         Ok(Self::finish(ground, parts, workers))
     }
 
-    /// Makes a body of a mesh; its health then does not tell what making the mesh took.
+    /// Makes a body of a mesh. The body's health then does not list the repairs that made the mesh.
     pub fn build(mesh: Mesh, settings: &BodySettings, progress: &mut dyn FnMut(f64)) -> Result<Self, BodyError> {
         Self::assemble(Ground::of_mesh(mesh, Cleaning::default(), settings)?, settings, &Alone, progress)
     }
@@ -283,7 +284,7 @@ pub struct BodyParts {
 }
 
 impl BodyParts {
-    /// Returns the fault of these as parts of a body with so many triangles, if any.
+    /// Returns why these cannot be the parts of a body with so many triangles, if they cannot.
     fn check(&self, triangles: usize, workers: &dyn Workers) -> Result<(), &'static str> {
         let count = self.polytopes.len();
         if self.pieces.len() != count || self.hierarchy.nodes().len() != (2 * count).saturating_sub(1) {
@@ -294,7 +295,7 @@ impl BodyParts {
         if !self.pieces.iter().flat_map(Piece::triangles).all(taken) || free.contains(&true) {
             return Err("a triangle is in no piece or in several");
         }
-        // Each polytope by itself is sound: it could not have been made otherwise.
+        // Each polytope by itself is valid: its constructor checks that.
         let fits = |k: usize| self.pieces[k].fits(self.polytopes[k].face_count());
         let all = map_in_order(workers, count, PIECES_PER_PART, fits, &mut |_| ());
         if all.contains(&false) { Err("a piece does not fit its polytope") } else { Ok(()) }

@@ -1,13 +1,13 @@
-//! Convex surface decomposition: which facets go together to one convex piece \[K02 §3.2, EL01\].
+//! Convex surface decomposition: groups facets into convex pieces \[K02 §3.2, EL01\].
 //!
 //! A patch is a connected set of facets that all lie on the hull of their union, and that hull
 //! stays in the solid.
 //!
-//! 1. *Crest distance.* A breadth-first search over the dual graph from all facets with a reflex
-//!    side at once gives each facet its distance to the nearest valley.
+//! 1. *Crest distance.* A breadth-first search over the dual graph starts at all facets with a
+//!    reflex side. It gives each facet its distance to the nearest valley.
 //! 2. *Seeds.* The next patch starts at the free facet farthest from any valley; ties by index.
 //! 3. *Growth.* From the seed over convex and coplanar sides, as long as the patch accepts (see
-//!    `grow`). Each candidate is tried once: a refusal stays right as the patch grows.
+//!    `grow`). Each candidate is tried once: a facet that a patch has refused cannot join it later.
 //! 4. *Handing out.* A small patch whose facets can all be taken by its neighbours is dissolved.
 //! 5. *Ruin and recreate.* Small patches and their neighbours are grown again in other orders (see
 //!    `regrow`).
@@ -16,11 +16,12 @@
 //! costs the square of a patch's size.
 //!
 //! Deviations from \[EL01\]'s cresting search. Growth takes the candidate across the *sharpest*
-//! side first instead of first come first served: the most bent parts are hardest to place later
-//! (armadillo 7304 → 7265 patches, teacup 198 → 193, torus 50). Step 4 is added (armadillo → 7248,
-//! teacup → 192, teaspoon 123 → 115). Containment is decided by one test, see `contain`. Tried and
-//! left out: choosing always the seed that now yields the largest patch took ten to thirty times as
-//! long, for a count within 0.6 % either way on models of 2000 triangles and more (teacup 189).
+//! side first, not in the order of discovery, because the most bent parts are hardest to place
+//! later (armadillo 7304 → 7265 patches, teacup 198 → 193, torus 50). Step 4 is added (armadillo →
+//! 7248, teacup → 192, teaspoon 123 → 115). Containment is decided by one test, see `contain`.
+//! Tried and left out: choosing always the seed that now yields the largest patch took ten to
+//! thirty times as long, for a count within 0.6 % either way on models of 2000 triangles and more
+//! (teacup 189).
 
 pub(super) mod contain;
 pub(super) mod facet;
@@ -130,7 +131,7 @@ fn seeds(facets: &Facets) -> Vec<u32> {
     order
 }
 
-/// Dissolves patches of at most `most` facets whose facets all find another patch that takes them.
+/// Dissolves each patch of at most `most` facets if other patches accept all its facets.
 fn hand_out(grower: &mut Grower<'_>, partition: &mut Partition, neighbours: Neighbours<'_>, most: usize) {
     let small = |patch: &Patch| (1..=most).contains(&patch.facets.len());
     let order: Vec<u32> =
@@ -156,7 +157,7 @@ fn hand_out(grower: &mut Grower<'_>, partition: &mut Partition, neighbours: Neig
             }
         }
         if !left.is_empty() {
-            // Some found no taker: all come back.
+            // No patch accepts some of the facets: restore all.
             for (f, heir) in given.into_iter().rev() {
                 partition.patches[heir as usize].facets.pop();
                 partition.owner[f as usize] = giver;
@@ -167,8 +168,8 @@ fn hand_out(grower: &mut Grower<'_>, partition: &mut Partition, neighbours: Neig
     }
 }
 
-/// A patch other than `giver` next to facet `f` that accepts it. Very large patches are not asked:
-/// they grew first and have refused it before.
+/// A patch next to facet `f`, other than `giver`, that accepts `f`. Very large patches are not
+/// asked: they grew first and have already refused `f`.
 fn find_heir(
     grower: &mut Grower<'_>,
     partition: &Partition,

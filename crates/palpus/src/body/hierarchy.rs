@@ -1,25 +1,24 @@
 //! The binary tree of hulls over the pieces \[K02 §3.2, EL01\].
 //!
-//! 1. From the root down, split the pieces in the order of their centroids along the direction in
-//!    which these spread most, where surface times number of both parts is least; a leaf is one
-//!    piece.
+//! 1. From the root down, sort the pieces along the direction in which their centroids spread most.
+//!    Split where the sum of surface times number over both parts is least. A leaf is one piece.
 //! 2. From the leaves up, each node's volume is the convex hull of its children's hull vertices.
 //! 3. A face of an inner hull is *free* (virtual: it spans empty space) unless it coincides with an
 //!    original face of a piece.
-//! 4. In front of each hull stand a box and a ball that hold it.
+//! 4. Each node also has a box and a ball that hold its hull, for quicker tests.
 //!
-//! With several hands, the tree's top is cut level by level, the subtrees below it are built whole,
-//! and the hulls of the top level by level again (`build_with`). The nodes' order is that of one
-//! hand: left subtree, right subtree, node.
+//! With several workers, the tree's top is split level by level, each subtree below it is built by
+//! one worker, and the top's hulls are then built level by level (`build_with`). The nodes' order
+//! is the same as with one worker: left subtree, right subtree, node.
 //!
 //! Neither part of a split is ever smaller than a fixed share, which keeps the tree's depth
-//! logarithmic whatever the model, so that a traversal's stack has a bound. Cuts measured on
-//! contacts of the real meshes, node pairs that a traversal looks at: median 1, midpoint 0.92,
-//! least surface times number 0.83.
+//! logarithmic whatever the model, so that a traversal's stack has a bound. Node pairs that a
+//! traversal visits, measured on contacts of the real meshes, by the rule of the split: median 1,
+//! midpoint 0.92, least surface times number 0.83.
 //!
 //! Merging may shave vertices off a hull by the merge distance, a little at each level. The balls
-//! and boxes are made to hold every vertex of every piece all the same, so that dropping a pair by
-//! them is never wrong.
+//! and boxes nevertheless hold every vertex of every piece, so that rejecting a pair by them is
+//! always correct.
 
 pub(super) mod bounds;
 mod build;
@@ -68,10 +67,10 @@ pub struct Hierarchy {
     depth: usize,
 }
 
-/// Why pieces make no tree.
+/// Why a tree over the pieces cannot be built.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum HierarchyError {
-    /// There is nothing to put in it.
+    /// There are no pieces.
     #[error("a hierarchy needs at least one piece")]
     Empty,
     /// The hull of a node could not be built.
@@ -87,8 +86,8 @@ pub enum HierarchyError {
 
 impl Hierarchy {
     /// Makes a tree from its nodes, children before parents, and the hulls of its inner nodes in
-    /// the nodes' order; `None` unless it is one tree with each of so many `pieces` in one leaf.
-    /// The caller promises that its volumes hold their descendants.
+    /// the nodes' order; `None` unless they form one tree with each of the `pieces` in exactly one
+    /// leaf. The caller ensures that each volume holds its descendants.
     pub fn from_parts(
         nodes: impl IntoIterator<Item = (NodeKind, Sphere, OrientedBox)>,
         hulls: Vec<Polytope>,

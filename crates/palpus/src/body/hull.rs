@@ -1,15 +1,15 @@
 //! Convex hulls of small, large, flat and needle-like point sets \[K02 §3.2\].
 //!
 //! A piece is the convex hull of a patch, and a patch may be three points, a coplanar polygon, a
-//! needle or a sliver that is flat but for rounding. So the hull says what it found instead of
+//! needle or a sliver that is flat up to rounding. So the hull reports its dimension instead of
 //! failing, and every sign that decides topology is exact.
 //!
-//! 1. Sort the points by coordinates and drop exact duplicates. From here on the answer is a
-//!    function of the set, not of the order in which it was given.
-//! 2. Take four points that span it; too little extent along one, two or three directions ends in a
-//!    point, a segment or a polygon.
+//! 1. Sort the points by coordinates and drop exact duplicates. From here on the result does not
+//!    depend on the order of the points.
+//! 2. Take four points that span the set. If its extent is too small, the result is a polygon (one
+//!    direction), a segment (two) or a point (three).
 //! 3. Quickhull from the tetrahedron (Barber, Dobkin, Huhdanpaa 1996) with exact orientation
-//!    (Shewchuk's adaptive predicate): a triangulated hull that is right whatever the degeneracy
+//!    (Shewchuk's adaptive predicate): a triangulated hull that is correct for any degenerate input
 //!    (`quickhull`).
 //! 4. A hull thinner than the merge distance becomes a polygon (`polygon`).
 //! 5. Coplanar triangles become one planar face (`merge`). A merge that would break the topology is
@@ -31,8 +31,7 @@ use self::{merge::Unmergeable, normal::cross_of, quickhull::Shell};
 use super::{Polytope, Provenance};
 use crate::algebra::tolerance::{HULL_LARGEST, HULL_SMALLEST};
 
-/// The convex hull of a point set, by its dimension. `inputs` name points of the set that was
-/// given.
+/// The convex hull of a point set, by its dimension. `inputs` are indices of the given points.
 #[derive(Clone, Debug)]
 pub enum Hull {
     /// All points lie within the merge distance of one.
@@ -85,7 +84,7 @@ pub enum HullError {
     /// A coordinate is so large that signs could not be exact.
     #[error("point {0} has a coordinate too large for exact arithmetic")]
     TooLarge(u32),
-    /// More points than indices.
+    /// There are more points than an index can count.
     #[error("a convex hull of more than 2^31 points")]
     TooMany,
     /// A polygon was asked for, and the points lie farther from every plane than the merge
@@ -142,8 +141,8 @@ impl Cloud {
         if let Some(k) = given.iter().position(|p| p.abs().max_element() > HULL_LARGEST) {
             return Err(HullError::TooLarge(k as u32));
         }
-        // A positive zero for the vanishing and the negative one: products stay in range, and equal
-        // is equal bit for bit.
+        // Replaces negative zero and values near zero by positive zero. Products then stay in
+        // range, and equal coordinates are equal bit for bit.
         let clean = |x: f64| if x.abs() < HULL_SMALLEST { 0.0 } else { x };
         let key = |k: u32| given[k as usize].to_array().map(clean);
         let mut inputs: Vec<u32> = (0..given.len() as u32).collect();
@@ -155,7 +154,7 @@ impl Cloud {
         Ok(Self { points: inputs.iter().map(|&k| DVec3::from_array(key(k))).collect(), inputs })
     }
 
-    /// The same cloud without the points named in ascending order.
+    /// The same cloud without the points of the given ascending indices.
     fn without(&self, dropped: &[u32]) -> Self {
         let kept = || (0..self.points.len()).filter(|&k| dropped.binary_search(&(k as u32)).is_err());
         Self { points: kept().map(|k| self.points[k]).collect(), inputs: kept().map(|k| self.inputs[k]).collect() }
@@ -189,8 +188,8 @@ fn hull_of(cloud: &Cloud, coplanar: f64, front: DVec3) -> Result<Hull, HullError
                     Ok(Hull::Solid { polytope, inputs: vertices.iter().map(|&v| cloud.inputs[v as usize]).collect() })
                 }
                 Err(Unmergeable { collinear }) if collinear.is_empty() => Err(HullError::Inconsistent),
-                // Without these points the hull is smaller by rounding; there are fewer points each
-                // time, so it ends.
+                // Dropping these points shrinks the hull only by rounding. Each round has fewer
+                // points, so the loop ends.
                 Err(Unmergeable { collinear }) => hull_of(&cloud.without(&collinear), coplanar, front),
             }
         }
@@ -265,7 +264,7 @@ fn farthest(points: &[DVec3], measure: impl Fn(DVec3) -> f64) -> (u32, f64) {
     best
 }
 
-/// `preferred` when it satisfies `wanted`, else the first point that does.
+/// `preferred` if it satisfies `wanted`, else the first point that does.
 fn first_that(points: &[DVec3], preferred: u32, wanted: impl Fn(DVec3) -> bool) -> Option<u32> {
     if wanted(points[preferred as usize]) {
         return Some(preferred);
@@ -282,8 +281,8 @@ fn range(points: &[DVec3], measure: impl Fn(DVec3) -> f64) -> (f64, f64) {
 
 /// A direction along which the hull is no thicker than the merge distance, if one is found.
 ///
-/// Tried are the normal of the largest triangle and the mean normal of the side that this triangle
-/// lies on: for a thin slab the second is the direction in which its shadow is largest.
+/// It tries the normal of the largest triangle, and the mean normal of all triangles that face the
+/// same way. For a thin slab the mean is the direction of the largest projected area.
 fn thin_direction(points: &[DVec3], shell: &Shell, coplanar: f64) -> Option<DVec3> {
     let areas: Vec<DVec3> = shell
         .triangles
@@ -315,8 +314,8 @@ fn plate(cloud: &Cloud, normal: DVec3, front: DVec3, coplanar: f64) -> Result<Hu
     let fitted = polygon::fitted_normal(&vertices, normal);
     let polytope =
         Polytope::from_polygon(vertices, fitted, Provenance::Original).map_err(|_| HullError::Inconsistent)?;
-    // Points in a plane to within the merge distance only: nothing is promised of heights above the
-    // rims.
+    // The points lie in a plane only within the merge distance, so their heights above the rims are
+    // not bounded.
     debug_assert_eq!(polytope.validate_topology(), Ok(()));
     Ok(Hull::Polygon { polytope, inputs: corners.iter().map(|&v| cloud.inputs[v as usize]).collect() })
 }

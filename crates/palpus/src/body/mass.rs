@@ -3,10 +3,10 @@
 //! 1. Of a closed mesh: the signed tetrahedra between a point and all triangles (B. Mirtich, *Fast
 //!    and accurate computation of polyhedral mass properties*, 1996, in the form of J. Blow and A.
 //!    Binstock, *How to find the inertia tensor*, 2004). The first pass, about the middle of the
-//!    bounding box, gives the centre of mass; the second is about that centre, so a model far from
-//!    its origin loses nothing.
-//! 2. Of an open one, or one that encloses nothing: the same of its convex hull.
-//! 3. Where the hull is flat: of a sheet over the mesh's triangles, thin relative to the model.
+//!    bounding box, gives the centre of mass. The second pass is about that centre, so a model far
+//!    from its origin loses no precision.
+//! 2. Of an open mesh, or one that encloses nothing: the properties of its convex hull.
+//! 3. If the hull is flat: the properties of a thin sheet over the mesh's triangles.
 //!
 //! Density is 1; where closed components overlap, the common part counts twice.
 
@@ -130,7 +130,7 @@ impl Moments {
         sum
     }
 
-    /// Steiner's theorem for the little that the origin is off the centre of mass.
+    /// Applies Steiner's theorem to the small distance between the origin and the centre of mass.
     fn properties(&self, source: MassSource) -> MassProperties {
         let offset = self.first / self.volume;
         let second = self.second - square(offset) * self.volume;

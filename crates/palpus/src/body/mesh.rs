@@ -1,16 +1,17 @@
 //! From polygon soup to a validated triangle mesh.
 //!
-//! 1. Refuse what makes no sense: numbers that are not finite or absurd, indices out of range, no
+//! 1. Reject invalid input: numbers that are not finite or too large, indices out of range, no
 //!    faces.
-//! 2. Weld vertices within the register's tolerance; corners of a face that become one are one.
+//! 2. Weld vertices within the register's tolerance; if this makes neighbouring corners of a face
+//!    equal, one of them remains.
 //! 3. Cut polygons into triangles by ears.
 //! 4. Drop duplicated triangles, exchange caps (triangles of no area over their longest side) with
 //!    their neighbours, and drop what is left without area.
 //! 5. Split into components, turn their triangles to agree, and turn closed components that are
 //!    inside out.
 //!
-//! Nothing of this is silent: [`Cleaning`] counts it. No vertex is ever moved, other than onto the
-//! one that it is welded to.
+//! [`Cleaning`] counts each of these changes. No vertex moves, except onto the vertex that it is
+//! welded to.
 
 pub(super) mod edge_uses;
 pub(super) mod half_edge;
@@ -31,7 +32,7 @@ use orient::{Orientation, orient};
 use triangulate::{Cut, triangulate};
 use weld::{drop_duplicates, drop_empty, unbend_caps, weld};
 
-/// Why a soup is no mesh.
+/// Why a mesh cannot be made of a soup.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshError {
     /// A coordinate is NaN or infinite.
@@ -75,7 +76,7 @@ pub enum MeshError {
     /// There is no face.
     #[error("the model has no faces")]
     Empty,
-    /// There are faces, but all are without area.
+    /// There are faces, but none has an area.
     #[error("none of the {faces} faces has any area")]
     NoArea {
         /// Number of faces.
@@ -99,12 +100,11 @@ pub struct Cleaning {
     /// Polygons (also triangles) with fewer than three different corners or no area at all,
     /// dropped.
     pub degenerate_faces: usize,
-    /// Polygons that cross themselves; cut somehow.
+    /// Polygons that cross themselves. Their triangles cover no well-defined region.
     pub self_crossing_faces: usize,
     /// Triangles with the same three corners as an earlier one, dropped.
     pub duplicate_triangles: usize,
-    /// Triangles of no area that were exchanged with a neighbour by cutting it in two; nothing
-    /// opened.
+    /// Triangles of no area that were replaced by cutting a neighbour in two. This opens no gap.
     pub exchanged_triangles: usize,
     /// Triangles of no area that were dropped.
     pub empty_triangles: usize,
@@ -185,7 +185,8 @@ impl Mesh {
         self.sources[t as usize]
     }
 
-    /// The component of triangle `t`: triangles connected across edges of exactly two.
+    /// The component of triangle `t`. Triangles are connected across edges that exactly two
+    /// triangles use.
     pub fn component(&self, t: u32) -> u32 {
         self.component[t as usize]
     }
@@ -339,7 +340,7 @@ fn cut_faces(soup: &PolygonSoup, welded: &[u32], cleaning: &mut Cleaning) -> (Ve
             Cut::SelfCrossing => cleaning.self_crossing_faces += 1,
             Cut::Degenerate => cleaning.degenerate_faces += 1,
         }
-        // A polygon that names a vertex twice can leave a triangle that does.
+        // A polygon that names a vertex twice can give a triangle that names it twice.
         let mut kept = first;
         for t in first..triangles.len() {
             let [a, b, c] = triangles[t];
@@ -354,7 +355,7 @@ fn cut_faces(soup: &PolygonSoup, welded: &[u32], cleaning: &mut Cleaning) -> (Ve
     (triangles, sources)
 }
 
-/// The vertices that `triangles` use, in order, to which the triangles are renumbered.
+/// The vertices that `triangles` use, in order; renumbers the triangles accordingly.
 fn compact(vertices: &[DVec3], triangles: &mut [[u32; 3]]) -> Vec<DVec3> {
     let mut number = vec![u32::MAX; vertices.len()];
     for &v in triangles.iter().flatten() {

@@ -2,11 +2,11 @@
 //!
 //! 1. The piece is the hull of the patch's vertices; that of a flat patch is a plate whose front
 //!    looks outward.
-//! 2. Each facet of the patch is laid over the faces of the hull: what of it lies in a face's plane
-//!    and within the face's sides covers that face.
+//! 2. Each facet of the patch is laid over the faces of the hull: the part of the facet that lies
+//!    in a face's plane and within its sides covers that face.
 //! 3. A face that is at least half covered is original, any other virtual. A hull may bridge a gap
-//!    between facets of one plane, so that a face can be part real, part not; half keeps the larger
-//!    part right.
+//!    between facets of one plane, so that only a part of a face is on the surface. The limit of
+//!    one half is right for the larger part.
 
 pub(super) mod admissible;
 
@@ -54,8 +54,8 @@ impl Piece {
         &self.all[..self.face_starts as usize]
     }
 
-    /// The mesh triangles of the patch that lie in face `f` of the piece's polytope; none for a
-    /// face that is nowhere real.
+    /// The mesh triangles of the patch that lie in face `f` of the piece's polytope; empty for a
+    /// face that is nowhere on the surface.
     pub fn face_triangles(&self, f: u32) -> &[u32] {
         let starts = self.face_starts();
         &self.all_face_triangles()[starts[f as usize] as usize..starts[f as usize + 1] as usize]
@@ -81,7 +81,7 @@ impl Piece {
 /// The polytope of a patch and of further corners inside the solid (see `thicken`), and its ties to
 /// the mesh.
 ///
-/// Inner corners with which the hull fails or loses a facet are left out.
+/// If the hull fails or loses a facet with the inner corners, they are all left out.
 pub(crate) fn build_piece(
     surface: &Surface<'_>,
     facets: &Facets,
@@ -137,8 +137,8 @@ fn hull_of_patch(points: &[DVec3], outward: DVec3, noise: f64) -> Result<(Polyto
         .map(|p| up.dot(*p))
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| (low.min(h), high.max(h)));
     let thin = high - low <= FLAT_PATCH * noise;
-    // From generous to exact: a needle of a triangle may be narrower than the tolerance, but has an
-    // area.
+    // Tries the tolerance first, then exact signs: a thin triangle may be narrower than the
+    // tolerance but has an area.
     for coplanar in [if thin { FLAT_PATCH * noise } else { noise }, 0.0] {
         let hull = match convex_hull(points, coplanar)? {
             Hull::Polygon { .. } => convex_polygon(points, outward, coplanar)?,
@@ -197,7 +197,7 @@ fn lay_facets(
     covers
 }
 
-/// Cuts away what of a polygon is beyond the sides of a face.
+/// Clips a polygon by the sides of a face.
 fn clip_to_face(polygon: &mut Vec<DVec3>, polytope: &Polytope, face: u32) {
     let corners = polytope.face_vertices(face);
     let normal = polytope.plane(face).normal;

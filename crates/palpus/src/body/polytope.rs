@@ -7,10 +7,9 @@
 //! * edge → its end vertices and the faces on its two sides;
 //! * face → loop of vertices and loop of edges, counter-clockwise seen from outside.
 //!
-//! A body has hundreds of thousands of small polytopes, so that what each costs beside its numbers
-//! counts: lists are of exactly their length, and all that are of indices lie in one, of sixteen
-//! bits each where they fit (`numbers`). How a polytope is made, and made again of what was kept of
-//! it, is in `build`.
+//! A body has hundreds of thousands of small polytopes, so the memory overhead of each one matters.
+//! Lists have no spare capacity, and all indices lie in one list, with 16 bits each where they fit
+//! (`numbers`). `build` makes polytopes, and restores them from stored parts.
 //!
 //! A flat piece is a *plate*: its front and back polygon, and along each side a *rim*: a face of no
 //! width whose normal points outward in the plate's plane and whose loop has two vertices. With
@@ -52,8 +51,8 @@ pub struct Spoke {
     pub neighbour: u32,
     /// The edge to it.
     pub edge: u32,
-    /// The face to the left of the direction vertex → neighbour, seen from outside; that to the
-    /// right is the left one of the ring's spoke before.
+    /// The face to the left of the direction vertex → neighbour, seen from outside; the face to the
+    /// right is the left face of the previous spoke of the ring.
     pub left: u32,
 }
 
@@ -70,7 +69,7 @@ pub struct Edge {
     pub right: u32,
 }
 
-/// Why faces do not make a polytope.
+/// Why faces do not form a polytope.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PolytopeError {
     /// An edge does not have exactly one face on either side.
@@ -79,7 +78,7 @@ pub enum PolytopeError {
     /// A face has fewer than three corners, or a loop names a vertex that does not exist.
     #[error("face {0} is not a polygon over the given vertices")]
     BadFace(u32),
-    /// The faces around a vertex do not close to one ring.
+    /// The faces around a vertex do not form one closed ring.
     #[error("the faces around vertex {0} do not form one ring")]
     OpenRing(u32),
 }
@@ -109,7 +108,7 @@ struct Lists {
     ring_starts: u32,
     edges: u32,
     originals: u32,
-    /// Corners of all loops: a loop's edges stand so much farther on than its vertices.
+    /// Number of corners of all loops: the offset from a loop's vertices to its edges.
     corners: u32,
 }
 
@@ -229,9 +228,9 @@ impl Polytope {
         Ring(self.lists.all.part(self.lists.ring(v)))
     }
 
-    /// How far any vertex stands off the plane of a face around it, or an end of its edges
-    /// outside of that plane: the most by which a face's plane may differ from a supporting one, in
-    /// metres. It is rounding unless faces were merged that are not quite flat.
+    /// Largest distance of a vertex from the plane of a face around it, or of a neighbouring vertex
+    /// above that plane, metres. It bounds the deviation of a face's plane from a supporting plane.
+    /// It is rounding unless faces were merged that are not quite flat.
     #[inline]
     pub fn bulge(&self) -> f64 {
         self.bulge
@@ -306,7 +305,7 @@ impl Polytope {
         }
     }
 
-    /// Returns the support vertex, climbing from `hint` unless looking at all is quicker.
+    /// Returns the support vertex. It climbs from `hint` unless testing all vertices is quicker.
     #[inline]
     pub fn support_from(&self, hint: u32, direction: DVec3) -> u32 {
         self.directory.scan(direction).unwrap_or_else(|| self.climb(hint, direction).0)

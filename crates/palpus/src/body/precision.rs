@@ -1,8 +1,9 @@
 //! How finely a file's coordinates were written, read off the coordinates themselves.
 //!
-//! A plane written with six digits is a plane no longer: its vertices are off by half a unit of the
-//! last digit, its triangles bend by that over their width, and half of the bends are reflex. Taken
-//! literally, a round peg of 24 000 triangles is 4900 pieces; known to be rounded, it is one.
+//! A plane written with six digits is no longer exactly flat. Its vertices are off by half a unit
+//! of the last digit, its triangles bend by that error over their width, and half of the bends are
+//! reflex. With exact coordinates assumed, a round peg of 24 000 triangles gives 4900 pieces; with
+//! rounding taken into account, it gives one.
 //!
 //! 1. If every coordinate is a 32-bit float, the step is that of such floats at the largest
 //!    coordinate.
@@ -10,8 +11,8 @@
 //!    digits; the coarser of the two, as seen on its coordinates, is the step at the largest
 //!    coordinate. Fifteen digits and more are coordinates that were computed, not read: no step.
 //!
-//! A model written by hand with few digits seems coarser than it is, so what is made of the step
-//! must be capped.
+//! A model written by hand with few digits seems coarser than it is, so any tolerance derived from
+//! the step must be capped.
 
 use glam::DVec3;
 

@@ -9,27 +9,27 @@
 //! * two edges whose own arcs cross.
 //!
 //! Both bodies own such a normal where they touch. The depth is never less than the unconstrained
-//! one, and while a piece owns its facets it depends continuously on the pose: h does along every
-//! normal, a crossing moves continuously, and where it ceases to be, at an end of an arc, the end
-//! itself is admissible and has the same h. Only where a vertex ceases to own a normal, since a
-//! neighbour on the mesh rises above it, a facet goes; then the piece of that neighbour has it, at
-//! the same h.
+//! one. As long as the pieces own the facet's normal, the depth depends continuously on the pose: h
+//! is continuous along every normal, and a crossing moves continuously. Where a crossing ends, at
+//! an end of an arc, that end is admissible and has the same h. A facet disappears only if a vertex
+//! ceases to own its normal because a neighbour on the mesh rises above the vertex. Then the piece
+//! of that neighbour has the facet, at the same h.
 //!
-//! 1. If the walk has ended on an admissible facet, that is the least of all and stands.
-//! 2. Else every admissible facet is tried that is no deeper than the last tick's. A normal outside
-//!    of the cap of all that the other piece owns is left out ([`Cap`]). h along a normal is at
-//!    least n·c for any vertex c of the CSO, so that one known support sorts most of the others
-//!    out: a normal by one product, an arc by its two ends (along an arc n·c is concave where it is
-//!    not negative).
-//! 3. The arcs that are left are crossed, a's with b's; the least facet is measured with true
+//! 1. If the walk has ended on an admissible facet, that facet is the answer.
+//! 2. Else try every admissible facet that is no deeper than the last tick's facet at this pose.
+//!    Skip normals outside the cap that holds all normals of the other piece ([`Cap`]). For any
+//!    vertex c of the CSO, h along n is at least n·c, so one known support rejects most facets: a
+//!    normal by one product, an arc by its two ends (along an arc n·c is concave where it is not
+//!    negative).
+//! 3. Cross the remaining arcs of a with those of b, and measure the least facet with true
 //!    supports.
-//! 4. If there is no admissible facet, the least normal that one of the pieces owns can be asked
-//!    for ([`half_admissible_depth`]): no contact, unless nothing else holds two overlapping bodies
-//!    apart.
+//! 4. If there is no admissible facet, [`half_admissible_depth`] gives the least depth along a
+//!    normal that one of the pieces owns. It is not a contact, unless nothing else separates two
+//!    overlapping bodies.
 //!
-//! Deviation from \[K02\], which moves a depth from virtual features to an original one next to
-//! them, and then lets the walk go on for one step: that jumps where the neighbourhood changes, and
-//! may miss the least.
+//! Deviation from \[K02\], which moves a depth from virtual features to a neighbouring original
+//! feature and then walks one step further. That depth jumps where the neighbourhood changes, and
+//! it may miss the least one.
 
 mod arcs;
 mod points;
@@ -49,12 +49,12 @@ use arcs::Arc;
 /// The least depth along an admissible normal, in b's frame; `point_a − point_b = −depth · normal`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AdmissibleDepth {
-    /// In a's supporting plane; on a unless the facet's features do not face each other.
+    /// In a's supporting plane. On a, if the facet's features face each other.
     pub point_a: DVec3,
     /// In b's supporting plane.
     pub point_b: DVec3,
-    /// The two points on the features themselves: where the one that owns the normal is nearest to
-    /// the other.
+    /// The two points on the features themselves: the nearest points of the feature that owns the
+    /// normal and the other feature.
     pub facing: (DVec3, DVec3),
     /// Unit, from b into a.
     pub normal: DVec3,
@@ -63,9 +63,9 @@ pub struct AdmissibleDepth {
     /// The features that own the normal, and what they meet: a vertex and a face, a vertex and an
     /// edge (with the normal that ends its arc), or two edges.
     pub features: FeaturePair,
-    /// True if the walk had ended elsewhere.
+    /// True if the walk had ended on another facet.
     pub moved: bool,
-    /// [`StopReason::Budget`] when not all crossings were looked at.
+    /// [`StopReason::Budget`] if not all crossings were tested.
     pub stop: StopReason,
 }
 
@@ -77,7 +77,7 @@ pub struct AdmissibleScratch {
 }
 
 impl AdmissibleScratch {
-    /// Memory for any pair of pieces of the two bodies.
+    /// Allocates memory for any pair of pieces of the two bodies.
     pub fn new(a: &Admissible, b: &Admissible) -> Self {
         Self { arcs_a: Vec::with_capacity(a.most_arcs()), arcs_b: Vec::with_capacity(b.most_arcs()) }
     }
@@ -111,8 +111,8 @@ pub fn admissible_depth(
     search.answer(&mut walk.clip)
 }
 
-/// The least depth along the normals of faces that one of the pieces owns, whether the other does
-/// or not; climbs begin at `hub`. None if neither piece owns a normal.
+/// The least depth along the face normals that at least one of the pieces owns; climbs begin at
+/// `hub`. None if neither piece owns a normal.
 pub fn half_admissible_depth(
     a: &OwnNormals<'_>,
     b: &OwnNormals<'_>,
@@ -126,11 +126,11 @@ pub fn half_admissible_depth(
     search.answer(&mut walk.clip)
 }
 
-/// The angle (rad) by which the pieces may turn against each other without coming to own a
-/// normal of a facet together, wherever they are; 0 if it is unknown.
+/// The angle (rad) by which the pieces may turn relative to each other before both can own the
+/// normal of one facet, at any position; 0 if it is unknown.
 ///
-/// Each normal of one piece must come to what the other owns, or the ends of an arc to an arc of
-/// the other: these ends are normals.
+/// A common facet needs a normal of one piece among the directions that the other owns, or an end
+/// of an arc on an arc of the other. The ends of arcs are normals too, so testing normals suffices.
 pub(crate) fn barren_angle(a: &OwnNormals<'_>, b: &OwnNormals<'_>, pose_ba: &Placement) -> f64 {
     let mut least = f64::INFINITY;
     for normal in normals(b) {
@@ -218,8 +218,9 @@ impl<'s> Search<'s> {
         }
     }
 
-    /// Nothing beyond the facet of last time needs to be looked at. It is not taken itself: of
-    /// facets of the same depth the answer is the first, whatever was before.
+    /// Limits the search to facets no deeper than the last tick's facet. That facet is not taken as
+    /// the answer yet: among facets of equal depth the first one found wins, so that the answer
+    /// does not depend on the past.
     fn no_deeper_than(&mut self, last: FeaturePair) {
         self.try_again(last);
         self.found = None;
@@ -249,7 +250,7 @@ impl<'s> Search<'s> {
         }
     }
 
-    /// Every own normal of both.
+    /// Tries every own normal of both pieces.
     fn planes(&mut self) {
         for own in self.b.faces() {
             self.plane_of_b(own.face);

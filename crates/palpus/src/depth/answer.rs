@@ -42,7 +42,7 @@ pub enum Antipodal {
 }
 
 impl Antipodal {
-    /// The same pair as plain features.
+    /// The pair as plain features.
     pub fn features(self) -> FeaturePair {
         use crate::body::Feature::{Edge, Face, Vertex};
         match self {
@@ -64,7 +64,7 @@ impl Antipodal {
     }
 }
 
-/// Certainty of a depth.
+/// How certain a depth is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Certainty {
     /// No neighbouring facet of the CSO is nearer: what \[K02\] promises.

@@ -2,16 +2,16 @@
 //!
 //! The facet of the CSO along n is the planar sum of the features of b and −a that lie in the
 //! supporting plane: a vertex and a face give a copy of the face, two crossing edges a
-//! parallelogram, and flush features (a box on a table) whatever polygon their sum is. Its corners
-//! are hub pairs, those that the walk may move to.
+//! parallelogram, and flush features (a box on a table) the polygon that is their sum. The facet's
+//! corners are the hub pairs that the walk may move to.
 //!
-//! The facet also shows where to go: if the origin, projected onto its plane, lies beyond one of
-//! its sides, then h falls in that side's direction, and the two hubs at the ends of the side know
-//! a lower facet. If it lies within, the facet is a local minimum of h.
+//! The facet also shows the direction of descent. If the origin, projected onto its plane, lies
+//! beyond a side, then h decreases in that side's direction, and a lower facet exists at the two
+//! hubs of the side. If the projection lies within the facet, the facet is a local minimum of h.
 //!
 //! 1. Find the features of a and b that are flush with the supporting plane.
-//! 2. Run around the sum of the two polygons, merging their sides by direction, and report each
-//!    side.
+//! 2. Merge the sides of the two polygons by direction, which runs around their sum, and report
+//!    each side.
 
 use glam::DVec3;
 
@@ -21,8 +21,8 @@ use super::{Antipodal, HubPair};
 use crate::body::{Feature, Loop, Polytope};
 
 impl Antipodal {
-    /// The pair of features that has these three corners of a facet of the CSO. None if flush
-    /// features or rounding are in the way.
+    /// The pair of features that has these three corners of a facet of the CSO. `None` if flush
+    /// features or rounding prevent an answer.
     pub(super) fn spanned(a: &Polytope, b: &Polytope, hubs: [HubPair; 3]) -> Option<Self> {
         match (spanned(a, hubs.map(|hub| hub.a))?, spanned(b, hubs.map(|hub| hub.b))?) {
             (Feature::Vertex(a), Feature::Face(b)) => Some(Self::VertexFace { a, b }),
@@ -33,7 +33,7 @@ impl Antipodal {
     }
 }
 
-/// The feature with these vertices, of which some may be the same.
+/// The feature with these vertices, some of which may be equal.
 fn spanned(polytope: &Polytope, [u, v, w]: [u32; 3]) -> Option<Feature> {
     let (v, w) = if v == u { (w, v) } else { (v, w) };
     if v == u {
@@ -113,8 +113,9 @@ impl<'p> Facet<'p> {
         Self { normal: corner.normal, a: Flush::new(cso.a, features.a), b: Flush::new(cso.b, features.b) }
     }
 
-    /// The side beyond which the origin's projection lies farthest, or nearest to which it lies
-    /// within; none if the facet has no sides, which no corner of an overlap has.
+    /// The side beyond which the origin's projection lies farthest. If the projection lies within
+    /// the facet, the nearest side. `None` if the facet has no sides, which does not occur at a
+    /// corner of an overlap.
     pub(super) fn farthest_side(&self, cso: &Cso<'_>) -> Option<Side> {
         let mut farthest: Option<Side> = None;
         self.for_each_side(cso, |side| {
@@ -127,9 +128,9 @@ impl<'p> Facet<'p> {
 
     /// Calls `visit` for each side of the facet in turn.
     pub(super) fn for_each_side(&self, cso: &Cso<'_>, mut visit: impl FnMut(Side)) {
-        // Counter-clockwise about the normal: b's loop as it is; so is a's, which runs clockwise
-        // about the normal since its outward normal is the opposite one, once it is reflected and
-        // read backwards.
+        // Counter-clockwise about the normal: b's loop is used as it is. a's loop runs clockwise
+        // about the normal, since a's outward normal is the opposite one. Reflected and read
+        // backwards it runs counter-clockwise.
         let (mut start_a, mut start_b) = (0, 0);
         if self.a.count > 1 && self.b.count > 1 {
             let along = self.normal.any_orthonormal_vector();
@@ -164,7 +165,7 @@ pub(super) struct Side {
     pub(super) beyond: f64,
 }
 
-/// A lap around the corners of a flush feature.
+/// A walk once around the corners of a flush feature.
 struct Lap<'l, 'p, P> {
     flush: &'l Flush<'p>,
     place: P,
@@ -191,7 +192,7 @@ impl<'l, 'p, P: Fn(u32) -> DVec3> Lap<'l, 'p, P> {
         self.next - self.point
     }
 
-    /// Goes to the next corner and returns the way there.
+    /// Goes to the next corner and returns the vector to it.
     fn advance(&mut self) -> DVec3 {
         let edge = self.edge();
         self.vertex = self.flush.corner(self.index);

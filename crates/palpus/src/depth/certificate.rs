@@ -1,33 +1,34 @@
 //! Proof that a depth is globally the least: the certificate, which goes beyond \[K02 §3.3\].
 //!
-//! The walk ends in a direction next to which h is nowhere smaller. That none is smaller anywhere
-//! is shown by a closed surface within the CSO, around the origin, that keeps u = h(n) away from it
-//! (see the module on the inner surface). Where a triangle comes nearer than u, the CSO is asked
-//! for its support along the triangle's normal n':
+//! The walk ends in a direction n at a local minimum u = h(n). A proof that u is the global minimum
+//! is a closed surface within the CSO, around the origin, that stays at least u away from the
+//! origin (see the module on the inner surface). If a triangle comes nearer than u, compute the
+//! CSO's support along the triangle's normal n':
 //!
-//! * h(n') is less than u: a better direction was missed, and u is smaller from now on.
-//! * h(n') is not: the support lies above the triangle, and the surface grows to it.
+//! * h(n') is less than u: n' is a better direction, and u becomes h(n').
+//! * Otherwise the support lies above the triangle, and the surface grows to it.
 //!
-//! So it goes on until no triangle is nearer than u, with the nearest always first: what then is
-//! grown was nearer than the depth, so nothing is grown in vain, even while u is only the h of the
-//! seeds. From nothing it is the expanding polytope algorithm (van den Bergen 2001), which finds
-//! depth and proof at once; a walk from the direction it ends in gives the exact features. Along
-//! motion the walk comes first, and the proof starts from a stored surface: that of the last tick,
-//! whose corners are pairs of vertices of the bodies, is after a small motion still a surface
-//! within the CSO. It is judged anew and repaired where motion brought it too near.
+//! This repeats, nearest triangle first, until no triangle is nearer than u. Every triangle that
+//! grows was nearer than the depth, so no growth is wasted, even while u is only the h of the
+//! seeds. Started from a tetrahedron, this is the expanding polytope algorithm (van den Bergen
+//! 2001), which finds depth and proof at once; a walk from its final direction gives the exact
+//! features. Along a motion the walk comes first, and the proof starts from the last tick's
+//! surface. The corners of that surface are pairs of vertices of the bodies, so after a small
+//! motion it is still a surface within the CSO. It is measured again, and repaired where it has
+//! come too near.
 //!
 //! 1. Touching pairs: a depth of no more than rounding needs no proof.
-//! 2. Most of the kept surface is farther from the origin than u by more than anything has moved
-//!    since it was measured; that part sleeps. Measure the rest at the new pose. If it keeps off,
-//!    that was all.
-//! 3. Else judge the whole kept surface at the new pose and grow it where it is too near; if
-//!    repairing it takes too much, grow a new one from a tetrahedron.
-//! 4. Keep the surface. One that has gathered many more triangles than it began with is dropped:
-//!    most of them were for poses of the past.
+//! 2. Most triangles of the kept surface are farther from the origin than u by more than any point
+//!    has moved since they were measured; they need no test. Measure the others at the new pose. If
+//!    none is too near, the proof is complete.
+//! 3. Else measure the whole kept surface at the new pose and grow it where it is too near. If the
+//!    repair takes too many growths, grow a new surface from a tetrahedron.
+//! 4. Keep the surface. Drop it if it has many more triangles than when it was new: most of them
+//!    served earlier poses.
 //!
-//! Triangles that sleep and triangles that were measured together make one surface around the
-//! origin. It was one when last judged whole, and no triangle of it has passed over the origin
-//! since, as long as each has moved less than its distance at each measurement.
+//! The skipped and the measured triangles together form a surface around the origin. It was one
+//! when it was last measured as a whole. Since then no triangle has passed over the origin, as long
+//! as each has moved less than its distance at its last measurement.
 //!
 //! Proven means: no direction has an h smaller than the depth by more than
 //! [`PROOF_RELATIVE`](crate::algebra::tolerance::PROOF_RELATIVE) of it or by rounding.
@@ -58,7 +59,7 @@ impl ProofScratch {
         Self { surface: Surface::new(), growths: 0 }
     }
 
-    /// Number of times that a surface grew in the last proof.
+    /// Number of growths in the last proof.
     pub fn growths(&self) -> u32 {
         self.growths
     }
@@ -70,11 +71,11 @@ impl Default for ProofScratch {
     }
 }
 
-/// The penetration depth of `a` and `b` with proof, as far as one is found.
+/// The penetration depth of `a` and `b`, with a proof if one is found.
 ///
-/// With a surface of an earlier tick in the memory: one walk from the lowest of the seeds, then
-/// [`prove`]. Without one, the walk is spared: the surface is grown first, which finds the
-/// direction, and the walk is only asked for the features there.
+/// If the memory holds a surface of an earlier tick, walks once from the lowest of the seeds, then
+/// calls [`prove`]. Otherwise grows the surface first, which finds the direction; a walk from there
+/// only finds the features.
 pub fn depth_proven(
     a: &Polytope,
     b: &Polytope,
@@ -97,9 +98,9 @@ pub fn depth_proven(
 ///
 /// `memory` is that of the same two polytopes, from an earlier pose or empty. The certainty of what
 /// is returned is [`GloballyOptimal`](super::Certainty::GloballyOptimal) if the proof is complete;
-/// if not, it is the best known answer, and its `stop` says why the proof ended. The memory is then
-/// empty. A pair that turns out to be apart (negative depth) isn't proven: that is for the distance
-/// to say.
+/// if not, the best known answer is returned, its `stop` says why the proof ended, and the memory
+/// is empty. A pair that turns out to be apart (negative depth) is not proven; use a distance query
+/// for it.
 pub fn prove(
     a: &Polytope,
     b: &Polytope,
@@ -114,8 +115,8 @@ pub fn prove(
     proven(&cso, start, Some(*answer), memory, proof, walk)
 }
 
-/// The search for a proof from `best`, the direction of the least h that is known; `answer` is the
-/// answer there, if it is.
+/// Searches a proof, starting from `best`, the direction of the least known h; `answer` is the
+/// depth answer there, if it is known.
 fn proven(
     cso: &Cso<'_>,
     best: Start,

@@ -1,8 +1,8 @@
 //! A pair of polytopes seen as one convex body: the Minkowski difference (CSO) of \[K02 §3.3\].
 //!
-//! Written with the reflection of a, the CSO is the sum of b and −a: its vertices are `b − a` over
-//! hub pairs, and its support offset along a unit n is `h(n) = max_b n·b − min_a n·a`. All of it is
-//! in b's frame.
+//! The CSO is the Minkowski sum of b and the reflected −a: its vertices are `b − a` over hub pairs,
+//! and its support offset along a unit n is `h(n) = max_b n·b − min_a n·a`. All of it is in b's
+//! frame.
 
 use glam::DVec3;
 
@@ -21,7 +21,7 @@ pub(super) struct Cso<'p> {
 }
 
 impl Cso<'_> {
-    /// The length that relative tolerances are multiplied with: both radii.
+    /// The sum of both radii; relative tolerances are multiplied by it.
     pub(super) fn size(&self) -> f64 {
         self.a.radius() + self.b.radius()
     }
@@ -64,7 +64,7 @@ impl Cso<'_> {
         (HubPair { a, b }, -gap)
     }
 
-    /// The same, from no hint.
+    /// As [`Self::support`], without a hint.
     #[inline]
     pub(super) fn support_anew(&self, normal: DVec3) -> (HubPair, f64) {
         let hub = HubPair { a: self.a.support(self.toward_b(normal)), b: self.b.support(normal) };

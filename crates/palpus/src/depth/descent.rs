@@ -1,28 +1,29 @@
-//! From facet to neighbouring facet of the CSO, downhill: the coherent half of the walk \[K02
+//! Descent from facet to neighbouring facet of the CSO: the walk along coherent motion \[K02
 //! §3.3.3\].
 //!
-//! Last tick's facet is nearly always this tick's, or a neighbour of it. So nothing is searched:
-//! the facet is set up at the new pose, and the facets across its sides are looked at, each found
-//! by turning the supporting plane about that side until it meets the next vertex. On the Gauss
-//! map, the plane's normal runs along the arc of an edge of one body, from the facet's corner to
-//! the next corner of the overlay, which is the far end of the arc or the first arc of the other
-//! body that it crosses.
+//! The answer's facet is nearly always last tick's facet or one of its neighbours, so no search is
+//! needed. The last facet is set up at the new pose, and the facets across its sides are tested.
+//! Each is found by turning the supporting plane about the side until the plane meets the next
+//! vertex. On the Gauss map, the plane's normal runs along the arc of an edge of one body, from the
+//! facet's corner to the next corner of the overlay, which is the far end of the arc or the first
+//! arc of the other body that it crosses.
 //!
-//! 1. Set the facet up: climb to the vertex that supports its face; or see whether its two edges
-//!    still cross, and if not, take the best face beside them.
-//! 2. Unless a proof follows, make a quick test, at first and at last, of the normals around it:
-//!    mostly those of one body show that all facets which share as much as a corner with this one
-//!    are higher. Then this is the end.
-//! 3. Otherwise look across each side (of a face of many sides, across the one beyond which the
-//!    origin lies); move to the lowest facet that is lower than the present one, and look again.
-//! 4. With none there, no facet is nearer that shares a side. The walk over hubs looks at the hubs
-//!    at which the quick test was undecided.
+//! 1. Set the facet up. For a face, climb to the vertex that supports it. For two edges, test
+//!    whether they still cross; if not, take the lowest face beside them.
+//! 2. Unless a proof follows, make a quick test of the normals around the first and the last facet.
+//!    Mostly the normals of one body show that all facets which share a side or a corner with this
+//!    one are higher. Then the descent ends.
+//! 3. Otherwise test the facet across each side (for a face of many sides, only across the side
+//!    beyond which the origin lies). Move to the lowest of these facets if it is lower than the
+//!    current one, and repeat.
+//! 4. If none is lower, no facet that shares a side is nearer. The walk over hubs then tests the
+//!    hubs at which the quick test was undecided.
 //! 5. The offset is measured with true supports.
 //!
-//! Flush features (a box on a table) make facets of many corners, and turning about their sides
-//! leads nowhere. As soon as one is met, and whenever anything else is odd, there is no answer, and
-//! the walk over hubs gives it, which costs some times as much. That walk also sees facets that
-//! share only a corner with the present one; this one doesn't, which makes no difference along
+//! Flush features (a box on a table) make facets of many corners, for which turning about the sides
+//! does not work. At such a facet, and at any other inconsistency, the descent gives no answer. The
+//! walk over hubs then gives it, at several times the cost. That walk also tests facets that share
+//! only a corner with the current one. The descent does not, which makes no difference along
 //! coherent motion (as measured) but does from a cold start.
 
 mod glance;
@@ -46,18 +47,19 @@ use view::{View, farthest_side};
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bottom {
     pub(super) walked: Walked,
-    /// Hubs of the facet at which there may be a lower one.
+    /// Hubs of the facet at which there may be a lower facet.
     pub(super) doubt: Doubt,
 }
 
-/// Goes downhill from the facet of `antipodal`. None if flush features or rounding are in the way.
-/// Not `thorough`, it does not ask for facets that share no more than a corner with the last.
+/// Goes downhill from the facet of `antipodal`. `None` if flush features or rounding prevent an
+/// answer. If not `thorough`, facets that share only a corner with the last one are not tested.
 #[inline]
 pub(super) fn descend(cso: &Cso<'_>, antipodal: Antipodal, thorough: bool) -> Option<Bottom> {
     let pose_ab = cso.pose_ba.inverse();
     let downhill = Downhill { cso, pose_ab: &pose_ab, decrease: WALK_DECREASE * cso.size() };
     let mut here = downhill.set_up(antipodal)?;
-    // Along coherent motion the first facet mostly is the last; from a cold start hardly ever.
+    // Along coherent motion the first facet is mostly also the last; from a cold start it hardly
+    // ever is.
     let mut doubt = if thorough { downhill.glance(&here.corner) } else { Doubt::NONE };
     if thorough && doubt.count == 0 {
         return Some(Bottom { walked: downhill.end(&here, 0)?, doubt });
@@ -93,8 +95,8 @@ struct Here {
     alone: bool,
 }
 
-/// The corner with its true offset: merged faces are flat only within a tolerance, and none of
-/// their corners speaks for all.
+/// The corner with its true offset. Merged faces are flat only within a tolerance, so one corner
+/// does not give the offset of the whole face.
 fn measured(cso: &Cso<'_>, corner: &Corner) -> Corner {
     let hub = HubPair {
         a: cso.a.climb(corner.hub.a, cso.toward_b(corner.normal)).0,
@@ -127,8 +129,8 @@ impl Downhill<'_, '_> {
         View { p: a, q: b, q_in_p: self.pose_ab, p_in_q: pose_ba, p_is_a: true }
     }
 
-    /// The walk that ends at a facet, measured unless that tells nothing new. None if the facet
-    /// turns out not to support its normal.
+    /// The result of a walk that ends at a facet, measured if its offset may not be the true one.
+    /// None if the facet turns out not to support its normal.
     #[inline]
     fn end(&self, here: &Here, steps: u32) -> Option<Walked> {
         let Cso { a, b, .. } = *self.cso;
@@ -157,14 +159,15 @@ impl Downhill<'_, '_> {
         }
     }
 
-    /// The facet of face `f` of p, with the vertex of q that supports it, climbed to from `w`.
+    /// The facet of face `f` of p and the vertex of q that supports it. The climb to that vertex
+    /// starts at `w`.
     fn on_face(&self, view: &View<'_>, f: u32, w: u32) -> Here {
         let normal = view.p.plane(f).normal;
         let (w, height, next) = view.q.climb_apart(w, view.facing(normal));
         let v = view.p.face_vertices(f).at(0);
         let offset = normal.dot(view.vertex(v, w));
         let normal = if view.p_is_a { view.facing(normal) } else { normal };
-        // No edge is longer than twice the radius; and twice that, for rounding.
+        // No edge is longer than twice the radius. The bound is doubled for rounding.
         let alone = height - next > 4.0 * FLUSH_WITNESS * view.q.radius();
         let corner = Corner { normal, offset, antipodal: view.face(f, w), hub: view.hub(v, w) };
         Here { corner, supported: true, alone }
@@ -190,8 +193,8 @@ impl Downhill<'_, '_> {
             let normal = edge_normal(along_a, along_b, across)?;
             let antipodal = Antipodal::EdgeEdge { a: e, b: g };
             let corner = Corner { normal, offset: normal.dot(c), antipodal, hub };
-            // Unit vectors that differ by an angle have half its square less than one as their
-            // product; twice the angle, for rounding.
+            // The dot product of unit vectors at an angle is one minus half the angle's square. The
+            // angle is doubled for rounding.
             let flush = 1.0 - 2.0 * FLUSH_WITNESS * FLUSH_WITNESS;
             let alone = normals_a.iter().chain(&normals_b).all(|n| n.dot(normal) < flush);
             return Some(Here { corner, supported: true, alone });
@@ -257,7 +260,7 @@ impl Downhill<'_, '_> {
     fn around_edges(&self, view: &View<'_>, g: u32, e: u32, normal: DVec3, lowest: &mut Lowest) -> Result<(), Odd> {
         let (edge_p, edge_q) = (view.p.edge(g), view.q.edge(e));
         let along = view.q.vertex(edge_q.head) - view.q.vertex(edge_q.tail);
-        // Toward the face that the tail faces more than the head does.
+        // Turns toward the face that the tail faces more than the head does.
         let tail_first = view.facing(view.p.plane(edge_p.left).normal).dot(along) < 0.0;
         let ends = if tail_first { [edge_q.tail, edge_q.head] } else { [edge_q.head, edge_q.tail] };
         for (end, face) in ends.into_iter().zip([edge_p.left, edge_p.right]) {
@@ -268,7 +271,7 @@ impl Downhill<'_, '_> {
         Ok(())
     }
 
-    /// The hubs of the facet at which there may be one that is lower.
+    /// The hubs of the facet at which there may be a lower facet.
     #[inline]
     fn glance(&self, here: &Corner) -> Doubt {
         let mut glance = Glance { bar: here.offset - self.decrease, doubt: Doubt::NONE };
@@ -280,7 +283,7 @@ impl Downhill<'_, '_> {
         glance.doubt
     }
 
-    /// The facet at which the plane stopped, exactly.
+    /// The exact facet at which the plane stopped.
     fn corner(&self, met: &Met) -> Result<Corner, Odd> {
         let Cso { a, b, pose_ba } = *self.cso;
         let Met { antipodal, hub, normal } = *met;
@@ -306,8 +309,8 @@ fn edge_normal(along_a: DVec3, along_b: DVec3, across: DVec3) -> Option<DVec3> {
     if across.length_squared() <= PARALLEL_EDGES * PARALLEL_EDGES * length_a * length_b {
         return None;
     }
-    // The rounding of a product of nearly parallel edges lies partly along them; without it the
-    // plane supports both.
+    // The cross product of nearly parallel edges has a rounding error along the edges. With that
+    // part removed, the plane supports both.
     let normal = across - along_a * (across.dot(along_a) / length_a);
     Some(normal / normal.length())
 }

@@ -2,12 +2,12 @@
 //!
 //! The faces around a vertex are the polygon's corners (their normals), the edges its arcs. A
 //! vertex supports a unit n exactly if no edge leaves it upward: `n · edge ≤ 0` for all. Nothing is
-//! projected to a plane, so there is no horizon: cones wider than a hemisphere and needle tips are
-//! cones like any other (deviation from \[K02\], which projects centrally onto z = 1).
+//! projected to a plane, so cones wider than a hemisphere and needle tips need no special case
+//! (deviation from \[K02\], which projects centrally onto z = 1).
 //!
-//! Body a enters reflected, as −a placed in b's frame, so that both cones are made of upward
-//! directions and the overlay treats them alike. Maps are read from the polytopes into flat pages
-//! once per query and vertex; a vertex with more edges than fit a page has several.
+//! Body a is reflected, as −a in b's frame, so that both cones hold outward directions and the
+//! overlay treats them alike. Maps are read from the polytopes into flat pages once per query and
+//! vertex; a vertex with more edges than fit a page has several.
 
 use glam::DVec3;
 
@@ -15,7 +15,8 @@ use super::cso::Cso;
 use crate::algebra::tolerance::CONE_SLACK;
 use crate::body::{Polytope, Ring};
 
-/// Arcs of one page. Vertices of meshes have about 6 edges; a fan of more takes several pages.
+/// Arcs of one page. Vertices of meshes have about 6 edges; vertices with more edges than this take
+/// several pages.
 pub(super) const PAGE: usize = 32;
 
 /// Pages kept per body: the corners of an edge pair need 2, those of a triangle 3.
@@ -42,7 +43,7 @@ const NO_ARC: Arc = Arc { edge: DVec3::ZERO, left: DVec3::ZERO, right: DVec3::ZE
 /// A page of the local Gauss map of one vertex.
 #[derive(Clone, Debug)]
 pub(super) struct GaussMap {
-    /// The query that it was read in.
+    /// Number of the query that filled this page.
     query: u32,
     vertex: u32,
     page: u32,

@@ -2,21 +2,22 @@
 //! bracket with proof.
 //!
 //! Solids A (at a pose) and B. A translation t is *free* if A moved by t and B have no inner point
-//! in common. The depth is the least |t| of all free t; it need not be possible to move there
-//! without passing through B. All functions answer lower ≤ depth ≤ upper:
+//! in common. The depth is the least |t| of all free t. The straight motion to that position may
+//! pass through B. All functions return lower ≤ depth ≤ upper:
 //!
-//! 1. *Blocked translations*. If convex sets P in A and Q in B overlap at t, t is not free; the
-//!    translations at which they do are convex, an [obstacle](obstacle). The [interior](interior)
-//!    of each solid is filled with large convex cells. Where the surfaces do not cross but one body
-//!    lies in the other, no translation shorter than their distance frees them: a ball.
+//! 1. *Blocked translations*. If convex sets P in A and Q in B overlap at t, t is not free. All
+//!    such t form a convex set, an [obstacle](obstacle). The [interior](interior) of each solid is
+//!    filled with large convex cells. If the surfaces do not cross but one body lies in the other,
+//!    no translation shorter than the surfaces' distance frees them. This obstacle is a ball.
 //! 2. *Free translations*. The surfaces have no common point and no part of one lies in the other
-//!    body ([surfaces](surfaces)): exact predicates, which know nothing of cells.
-//! 3. *Search* ([cones](cones)). A surface about the origin within which all is blocked grows where
-//!    it is nearest; where it cannot, it has found a free translation or is cut finer.
+//!    body ([surfaces](surfaces)): exact predicates on the triangles, independent of the cells.
+//! 3. *Search* ([cones](cones)). A surface about the origin, within which every translation is
+//!    blocked, grows where it is nearest to the origin. Where it cannot grow, a free translation is
+//!    found or the surface is subdivided.
 //!
-//! A surface that is not closed bounds no solid. It is then a body without inside: free means that
-//! its triangles do not cross the other surface nor lie in the other solid. Where a closed surface
-//! crosses itself, inside is what it winds around at least once.
+//! A surface that is not closed bounds no solid. Such a body has no inside: a translation is free
+//! if its triangles neither cross the other surface nor lie in the other solid. If a closed surface
+//! crosses itself, its inside is every point that it winds around at least once.
 //!
 //! `docs/global-depth.md` has the proofs and figures.
 
@@ -65,7 +66,7 @@ pub struct GlobalDepth<'a> {
     interior_b: &'a Interior,
 }
 
-/// How near the bounds shall come, and what may be spent.
+/// The wanted gap of the bounds, and the budget.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GlobalSettings {
     /// The search ends if upper − lower is no more than this (model units).
@@ -73,8 +74,8 @@ pub struct GlobalSettings {
     /// The search ends after about so many evaluations: obstacles looked at closely, or triangles
     /// compared.
     pub budget: u64,
-    /// Only translations count as free from which a can leave b in a straight line, at this
-    /// rotation. The lower bound stays that of all free translations.
+    /// If true, a translation counts as free only if a can leave b from there along a straight
+    /// line, at this rotation. The lower bound stays that of all free translations.
     pub outside: bool,
 }
 
@@ -94,9 +95,9 @@ pub struct DepthBracket {
     pub upper: f64,
     /// Moving a by this frees the bodies; verified on the triangles.
     pub translation: DVec3,
-    /// The gap between the bounds is as small as was asked for.
+    /// True if the gap between the bounds is as small as requested.
     pub certified: bool,
-    /// Does one body lie in the other?
+    /// Whether one body lies in the other.
     pub containment: Containment,
     /// The distance of the surfaces, if the bodies are free or one lies in the other.
     pub distance: Option<f64>,
@@ -119,8 +120,8 @@ impl DepthBracket {
     }
 }
 
-/// The last answer of a search and the cones and obstacles that proved it, as a start for the next
-/// pose. It changes how soon a search ends, never whether its bounds hold.
+/// The last answer of a search, with the cones and obstacles that proved it, as a start for the
+/// next pose. It affects the time of a search but not the validity of its bounds.
 #[derive(Clone, Debug, Default)]
 pub struct GlobalMemory {
     translation: Option<DVec3>,
@@ -130,12 +131,12 @@ pub struct GlobalMemory {
     leaves: Vec<Leaf>,
     kept: Vec<(Cell, Cell)>,
     gates: BTreeMap<Ray, Gate>,
-    /// Leaves after the last search from nothing.
+    /// Number of leaves after the last search without memory.
     fresh: usize,
-    /// The leaves of that search, without obstacles that were added. Cones are only ever cut, so
-    /// now and then a search begins with these again.
+    /// The leaves of that search, without the added obstacles. Cones are cut but never merged, so
+    /// now and then a search starts from these leaves again.
     base: Vec<Leaf>,
-    /// The last search began with them.
+    /// True if the last search started from these leaves.
     rebased: bool,
     convex: Option<Box<ConvexMemory>>,
 }
@@ -146,12 +147,12 @@ impl<'a> GlobalDepth<'a> {
         Self { a, interior_a, b, interior_b }
     }
 
-    /// Poses that one worker answers one after the other: see [`Self::run_all`].
+    /// Number of consecutive poses per worker task: see [`Self::run_all`].
     pub const RUN: usize = 25;
 
     /// Calls `answer` for each run of [`Self::RUN`] of the poses numbered from 0 to `count`, with a
-    /// memory that is empty when the run begins, and returns its answers in order. So they are the
-    /// same for any number of workers. `progress` is called with the fraction done.
+    /// memory that is empty when the run begins, and returns its answers in order. So the answers
+    /// are the same for any number of workers. `progress` is called with the fraction done.
     pub fn run_all<T: Send + Sync>(
         count: usize,
         workers: &dyn Workers,
@@ -246,7 +247,7 @@ impl<'a> GlobalDepth<'a> {
                 leaf.chain.retain(|key| !matches!(key, Key::Added(_)));
             }
         }
-        // A base that was cut as much itself has worn out.
+        // If the search from the base leaves also cuts that many cones, the base is out of date.
         let many = leaves.len() > 2 * memory.fresh;
         memory.leaves = match (many, memory.rebased) {
             (false, _) => leaves,

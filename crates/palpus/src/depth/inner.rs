@@ -1,28 +1,26 @@
-//! A closed surface of triangles within the CSO, grown about the origin: what a proof of a depth
-//! rests on.
+//! A closed surface of triangles within the CSO, grown about the origin. It proves a depth.
 //!
 //! Its corners are differences of vertices of the two bodies, so the CSO holds them and their hull,
 //! whatever the surface looks like. If no triangle comes nearer to the origin than u and the
 //! surface winds around the origin, it winds around every point of the ball of radius u; so the CSO
-//! holds that ball, and no direction has h(n) < u. The surface need not be convex for that, nor
-//! need it be one sheet: it only has to be closed, with every edge run through once in each
-//! direction, which all that is done here preserves. It winds around the origin if every triangle
-//! sees the origin on its inner side.
+//! holds that ball, and no direction has h(n) < u. The surface need be neither convex nor connected
+//! for that. It only has to be closed, with every edge used once in each direction, and every
+//! operation here preserves that. It winds around the origin if the origin lies on the inner side
+//! of every triangle.
 //!
 //! 1. Begin with a tetrahedron of supports (cold), or with what an earlier proof left, its corners
 //!    moved along with the bodies.
-//! 2. Judge each triangle: its unit normal and the least height of its corners along it, by which
-//!    the triangle keeps off the origin even where rounding tilts the normal.
-//! 3. Grow it from a triangle to a further corner: take away the triangles around that face the
-//!    corner, and close the hole with a fan about it. A triangle that already has the corner is
-//!    taken away with them; that flips an edge when motion has folded the surface.
+//! 2. Measure each triangle: compute its unit normal and the least height of its corners along the
+//!    normal. The triangle is at least that far from the origin, even if rounding tilts the normal.
+//! 3. Grow the surface from a triangle to a new corner: remove the surrounding triangles that face
+//!    the corner, and close the hole with a fan about the corner. Triangles that already have this
+//!    corner are also removed; this flips an edge if motion has folded the surface.
 //!
-//! Triangles lie without gaps: those that a growth makes take the places of those that it has taken
-//! away.
+//! The list of triangles has no gaps: new triangles take the places of the removed ones.
 //!
-//! A triangle of no height lies, as far as the proof can tell, on edges that others have too,
-//! and those are judged. It counts as seen from everywhere, so that it goes together with its
-//! neighbours.
+//! A triangle without height lies, within the proof's precision, on edges that other triangles
+//! share, and those are measured. It counts as facing every point, so that it is removed together
+//! with its neighbours.
 
 mod grow;
 mod validate;
@@ -110,8 +108,8 @@ pub(super) struct Surface {
     offsets: Vec<f64>,
     /// Lengths below this are rounding.
     slack: f64,
-    /// Motion may have folded it, so that a support can be a tip that it has. One grown from
-    /// nothing is convex.
+    /// True if motion may have folded the surface, so that a support can be one of its tips. A
+    /// surface grown from nothing is convex.
     folded: bool,
     /// Places of triangles that were taken away.
     free: Vec<u16>,
@@ -189,8 +187,8 @@ impl Surface {
         true
     }
 
-    /// The triangle that comes nearest to the origin, or has it farthest outside. Its offset is
-    /// infinite if no triangle has a height.
+    /// The triangle that comes nearest to the origin, or whose outer side has the origin at the
+    /// largest distance. Its offset is infinite if no triangle has a height.
     #[inline]
     pub(super) fn nearest(&self) -> Nearest {
         let offset = least(&self.offsets);
@@ -217,7 +215,7 @@ impl Surface {
         &self.offsets
     }
 
-    /// Drops what is no part of the surface any more.
+    /// Drops triangles and tips that are no longer part of the surface.
     pub(super) fn compact(&mut self) {
         if !self.free.is_empty() {
             self.compact_triangles();
@@ -278,7 +276,8 @@ pub(super) fn judged([p, q, r]: [DVec3; 3], slack: f64) -> (DVec3, f64) {
     judged_from(p, [q, r], [q - p, r - p], slack * slack)
 }
 
-/// The same for the triangle p, q, r with u = q − p and v = r − p, and the square of the slack.
+/// As [`judged`], for the triangle p, q, r with u = q − p and v = r − p, given the square of the
+/// slack.
 #[inline]
 fn judged_from(p: DVec3, [q, r]: [DVec3; 2], [u, v]: [DVec3; 2], slack_squared: f64) -> (DVec3, f64) {
     let across = u.cross(v);

@@ -1,9 +1,8 @@
 //! The exhaustive depth, for tests: no walk, no Gauss map, no tolerance that decides.
 //!
-//! The least h lies at a normal of a face or at a common perpendicular of two edges. All are tried;
-//! for each the true support offset is taken, so that no candidate can make the answer too small,
-//! whatever its validity. Weakness: the support mapping and the vertices are shared with the
-//! engine.
+//! The least h lies at a normal of a face or at a common perpendicular of two edges. The oracle
+//! tries all of them with their true support offsets, so that even an invalid candidate cannot make
+//! the answer too small. Weakness: the support mapping and the vertices are shared with the engine.
 
 use glam::DVec3;
 

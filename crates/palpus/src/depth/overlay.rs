@@ -7,14 +7,14 @@
 //!
 //! 1. Score all face normals of both rings; those below the bar are tested against the other cone
 //!    (VF, FV). The score of a face that passes is taken from its plane: merged faces are flat only
-//!    within a tolerance, and the corners of one would give one facet several offsets.
+//!    within a tolerance, so the corners of one face would give its facet several offsets.
 //! 2. Keep the arcs that have an end below the bar.
 //! 3. Cross the kept arcs of a with those of b (EE). Two arcs cross if each has its ends on both
 //!    sides of the other's great circle, and on matching sides: four signs of dot products. Offsets
 //!    are compared squared.
 //!
 //! Cones that only touch (aligned boxes) meet in face normals, which step 1 accepts within a
-//! tolerance; so step 3 needs none and leaves nearly parallel edges out.
+//! tolerance. So step 3 needs no tolerance and skips nearly parallel edges.
 
 use glam::DVec3;
 
@@ -146,11 +146,11 @@ impl Search<'_> {
         {
             return;
         }
-        // The rounding of a product of nearly parallel edges lies partly along them; without it the
-        // plane supports both.
+        // The cross product of nearly parallel edges has a rounding error along the edges. With
+        // that part removed, the plane supports both.
         let normal = (across - a.edge * (across.dot(a.edge) / length_a)).normalize_or_zero();
         let offset = normal.dot(self.c);
-        // Signs of nearly parallel edges are a matter of rounding, and so may be a crossing.
+        // The signs of nearly parallel edges depend on rounding, so a crossing may be spurious.
         if offset < self.bar
             && cone_holds(self.cso.a, self.hub.a, self.cso.toward_b(normal))
             && cone_holds(self.cso.b, self.hub.b, normal)

@@ -1,31 +1,32 @@
 //! Contact patches: where two pieces are flush or nearly flush, the corners of their overlap \[K02
 //! §3.3.3 leaves it open\].
 //!
-//! Many points of a face on a face are equally close. One of them says nothing about how the pair
-//! resists a tilt, and the exact witness jumps between them. The patch has them all: its corners,
-//! each with its own gap, span the overlap, and a load anywhere on it is a load on corners.
+//! If a face rests on a face, many points are equally close. A single point does not tell how the
+//! pair resists a tilt, and the exact witness jumps between the points. The patch represents all of
+//! them: its corners, each with its own gap, span the overlap, and a load anywhere on the overlap
+//! is a combination of loads at the corners.
 //!
 //! In the *contact frame*, z along the normal, the gap between the two surfaces is a convex
 //! function of the place (x, y): a's lower surface minus b's upper one, over the common part of
-//! their shadows. It is linear between its corners, so the corners carry all of it:
+//! their shadows. It is linear between its corners, so the corners determine it:
 //!
 //! 1. *Outlines*: the original faces of each piece around the contact's feature whose slope against
 //!    the contact plane is less than the patch's, each a polygon; without such a face, the edges at
-//!    the feature that are as flat. A steep feature has none, and the witness alone is the contact.
+//!    the feature below the same slope. A steep feature has no outline, and the witness is the only
+//!    contact point.
 //! 2. *Overlap*: each outline of a is clipped by each of b, in their shadows; the gap at a corner
 //!    is the height of a's plane over b's.
 //! 3. *Sides beside each other*: nearly parallel sides that pass outside each other give the ends
 //!    of their common stretch, the gap being height plus lateral distance. An edge along an edge
 //!    has no overlap, and its patch is that stretch.
-//! 4. *One of each*: corners that coincide are one; the exact witness joins if none of them is as
-//!    deep.
+//! 4. *One of each*: merge corners that coincide; add the exact witness if no corner is as deep.
 //!
-//! How much a corner counts is not decided here. [`crate::force::TiltShares`] does, for all
-//! contacts of a pair of bodies at once, by the range of tilts (up to the slope) for which the
-//! bodies would stand on it. A corner that comes or goes, by sliding, turning or tilting, does so
-//! with a share of zero: it then coincides with another one, lies on the line between two, or its
-//! face is as steep as the slope. Where a piece has more such faces than a patch holds, the slope
-//! shrinks to that of the first face that is left out, which changes continuously too.
+//! [`crate::force::TiltShares`] computes the weight of each corner, for all contacts of a pair of
+//! bodies at once. It is the range of tilts (up to the slope) for which the bodies would stand on
+//! that corner. A corner that appears or disappears, by sliding, turning or tilting, has a weight
+//! of zero at that moment: it coincides with another corner, lies on the line between two, or its
+//! face is as steep as the slope. If a piece has more such faces than a patch holds, the slope
+//! shrinks to that of the first omitted face. That slope changes continuously too.
 //!
 //! Outlines with many sides are thinned to every n-th corner, the same ones at any pose.
 
@@ -103,7 +104,7 @@ impl Patch {
     }
 
     /// Finds the corners of the contact `touch` nearer than `within` (model units), for tilts up to
-    /// `slope` (tangent of an angle); returns the slope up to which they are all there.
+    /// `slope` (tangent of an angle); returns the slope up to which no corner is missing.
     ///
     /// The witness, or the corner that is as deep, is the first of [`Self::corners`].
     pub fn find(
@@ -228,13 +229,14 @@ impl Patch {
         }
     }
 
-    /// The corners nearer than `within`, the witness's or the deepest in the place of the witness.
+    /// Keeps the corners nearer than `within`. The first is the witness or the deepest corner,
+    /// which replaces it.
     fn write(&mut self, frame: &Frame, separation: f64, within: f64, rounding: f64) {
         let found = &self.found[..self.count];
         let corner = |found: &Found| {
             let midpoint = frame.origin + frame.x * found.place.x + frame.y * found.place.y + frame.z * found.height;
-            // No gap is less than the separation; planes of faces that were merged are true to the
-            // flatness only.
+            // No gap is less than the separation. Planes of merged faces are exact only within the
+            // flatness.
             Corner { midpoint, separation: found.gap.max(separation), features: found.features }
         };
         let deepest = (0..found.len()).min_by(|&i, &j| found[i].gap.total_cmp(&found[j].gap));

@@ -1,15 +1,15 @@
 //! The penetration depth of two overlapping convex polytopes \[K02 §3.3\].
 //!
 //! 1. Every seed becomes a start: a hub pair and an upper bound of the depth.
-//! 2. With the pair's previous answer among the seeds (warm), go downhill from its facet; where
-//!    that is not possible, or another seed is lower still, walk from the lowest start. Without
-//!    (cold), walk from each, and from the lowest of some face normals.
-//! 3. Measure the end of the walk with true supports; if they say more than the walk did, walk on
-//!    from them. If the end is no local minimum, walk on from a tilted normal.
-//! 4. Give it its witness points.
+//! 2. If the seeds hold the pair's previous answer (warm), descend from its facet. If that is not
+//!    possible, or another seed is lower, walk from the lowest start. Otherwise (cold), walk from
+//!    each seed, and from the lowest of some face normals.
+//! 3. Measure the end of the walk with true supports. If they give a larger offset than the walk,
+//!    walk on from them. If the end is no local minimum, walk on from a tilted normal.
+//! 4. Compute the witness points.
 //!
-//! Whatever the walk does, step 3 makes the depth the exact h of the normal that is returned:
-//! moving a by it separates the pair. What a walk can miss is only a direction of still smaller h.
+//! In any case, step 3 makes the depth the exact h of the returned normal: moving a by the depth
+//! along it separates the pair. A walk can only miss a direction of smaller h.
 
 mod validate;
 
@@ -74,7 +74,7 @@ pub fn depth(a: &Polytope, b: &Polytope, pose_ba: &Placement, seeds: &[Seed], sc
     answer_at(&cso, &walked, &mut scratch.clip)
 }
 
-/// The depth where one walk ends that starts from the lowest of the seeds, for a proof to judge.
+/// The depth at the end of one walk from the lowest of the seeds, to be checked by a proof.
 pub(super) fn depth_once(
     a: &Polytope,
     b: &Polytope,
@@ -100,7 +100,7 @@ pub(super) fn lowest_start(cso: &Cso<'_>, seeds: &[Seed]) -> Start {
     })
 }
 
-/// Downhill from the last facet, or else one walk from the lowest of the seeds. Not `thorough`,
+/// Downhill from the last facet, or else one walk from the lowest of the seeds. If not `thorough`,
 /// facets beyond corners are left to a proof.
 #[inline]
 fn walk_warm(cso: &Cso<'_>, seeds: &[Seed], thorough: bool, trail: &mut Trail) -> Option<Walked> {
@@ -120,7 +120,7 @@ fn walk_warm(cso: &Cso<'_>, seeds: &[Seed], thorough: bool, trail: &mut Trail) -
         }
     }
     match (last, lowest) {
-        // Another seed knows better than the last facet.
+        // Another seed is lower than the last facet.
         (Some(last), Some(start)) if start.offset < last.corner.offset => {
             walk_from(cso, start, thorough, trail).or(Some(last))
         }
@@ -228,9 +228,9 @@ pub(super) fn walk_to_end(cso: &Cso<'_>, start: Start, trail: &mut Trail) -> Opt
 
 /// A lower start next to a corner that is no local minimum of h; none if it is one.
 ///
-/// Overlaps of cones are only as true as the faces are flat, and where they leave a gap a walk
-/// stops early. Then the origin lies beyond a side of the facet, and h falls if the normal is
-/// tilted that way.
+/// Overlaps of cones are only as accurate as the faces are flat. If they leave a gap, a walk stops
+/// early. Then the origin lies beyond a side of the facet, and tilting the normal toward that side
+/// decreases h.
 fn lower_beside(cso: &Cso<'_>, corner: &Corner) -> Option<Start> {
     let side = Facet::at(cso, corner, FLUSH_WITNESS).farthest_side(cso)?;
     let size = cso.size();
@@ -249,7 +249,7 @@ fn lower_beside(cso: &Cso<'_>, corner: &Corner) -> Option<Start> {
     None
 }
 
-/// The end of no walk: the best face of all.
+/// An answer without a walk: the best of all faces.
 pub(super) fn scan(cso: &Cso<'_>) -> Walked {
     let corner = lowest_face(cso).unwrap_or_else(|| {
         let antipodal = Antipodal::VertexFace { a: 0, b: 0 };
@@ -264,8 +264,8 @@ pub(super) fn measured(cso: &Cso<'_>, corner: &Corner) -> Corner {
     Corner { hub, offset, ..*corner }
 }
 
-/// The face of all along whose normal the bodies separate soonest, with its true support. The one
-/// way to an answer that needs no hub.
+/// The face of least offset among all faces of both bodies, with its true support. Only this search
+/// needs no hub.
 fn lowest_face(cso: &Cso<'_>) -> Option<Corner> {
     let mut found: Option<Corner> = None;
     let mut hub = FIRST;
@@ -288,7 +288,7 @@ fn lowest_face(cso: &Cso<'_>) -> Option<Corner> {
     found
 }
 
-/// The answer at the end of a walk, which was measured.
+/// The answer at the measured end of a walk.
 #[inline]
 pub(super) fn answer_at(cso: &Cso<'_>, walked: &Walked, clip: &mut Clip) -> Depth {
     let Walked { corner, alone, steps, stop } = walked;

@@ -13,8 +13,8 @@ use super::{Antipodal, Depth, HubPair};
 /// A guess of the direction of least depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Seed {
-    /// The pair's last answer, by the walk or by the distance search: its normal in b's frame (b
-    /// into a, need not be unit), vertices of its features, and by the walk its facet.
+    /// The pair's last answer, from the walk or the distance search: its normal in b's frame (b
+    /// into a, need not be unit), vertices of its features, and its facet if the walk gave it.
     Previous {
         /// The facet of the CSO on which the walk ended; none if the distance search answered.
         antipodal: Option<Antipodal>,
@@ -34,7 +34,7 @@ pub enum Seed {
 }
 
 impl Depth {
-    /// The seed for the next, near pose.
+    /// The seed for the next pose, which is near.
     pub fn seed(&self) -> Seed {
         Seed::Previous { antipodal: Some(self.antipodal), hub: self.hub, normal: self.normal }
     }
@@ -58,14 +58,14 @@ impl Start {
         Some(Self { hub, normal, offset })
     }
 
-    /// The same, from no hint.
+    /// As [`Self::along`], without a hint.
     pub(super) fn anew(cso: &Cso<'_>, direction: DVec3) -> Option<Self> {
         let normal = direction.try_normalize()?;
         let (hub, offset) = cso.support_anew(normal);
         Some(Self { hub, normal, offset })
     }
 
-    /// The start that a seed stands for.
+    /// The start that a seed gives.
     pub(super) fn of(cso: &Cso<'_>, seed: &Seed, hint: HubPair) -> Option<Self> {
         match *seed {
             Seed::Previous { hub, normal, .. } => {

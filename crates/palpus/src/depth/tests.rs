@@ -1,4 +1,5 @@
-//! The walk against the exhaustive oracle, over shapes, scales and paths: what the tests share.
+//! Shared code of tests that compare the walk with the exhaustive oracle, over shapes, scales and
+//! paths.
 
 mod admissible;
 mod certificate;
@@ -116,13 +117,13 @@ fn random_pose(rng: &mut Random, a: &Polytope, b: &Polytope) -> Pose {
     Pose { translation: centred.translation + direction * (reach * (1.0 - depth)), ..centred }
 }
 
-/// The farthest vertex of all, by looking at all.
+/// The farthest vertex, by testing all vertices.
 fn farthest(polytope: &Polytope, direction: DVec3) -> u32 {
     let height = |v: &u32| direction.dot(polytope.vertex(*v));
     (0..polytope.vertices().len() as u32).max_by(|v, w| height(v).total_cmp(&height(w))).unwrap()
 }
 
-/// Checks the identities of every answer, whatever its optimality.
+/// Checks the identities that every answer satisfies, optimal or not.
 fn assert_identities(a: &Polytope, b: &Polytope, pose_ba: &Placement, answer: &Depth, what: &str) {
     assert_identities_within(a, b, pose_ba, answer, 1e-12, what);
 }

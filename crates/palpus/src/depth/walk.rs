@@ -1,14 +1,14 @@
 //! The walk over hub pairs \[K02 §3.3.3\].
 //!
 //! 1. Take the corner of least offset in the overlap at the first hub.
-//! 2. Look at the hubs of its facet, each once: the least corner below the present one becomes the
+//! 2. Test the hubs of its facet, each once. The least corner below the current one becomes the
 //!    next.
-//! 3. Stop if no such facet exists. Offsets decrease strictly, so the walk ends; a cap on moves
-//!    stands behind it.
+//! 3. Stop if there is no lower corner. Offsets decrease strictly, so the walk ends; a cap on the
+//!    moves is an additional limit.
 //!
-//! Deviations from \[K02\]: the overlay is on the sphere; a facet of many corners (flush faces) is
-//! left by the side beyond which the origin lies instead of by trying every corner, which finds a
-//! lower facet whenever there is one next to it.
+//! Deviations from \[K02\]: The overlay is on the sphere. From a facet of many corners (flush
+//! faces) the walk crosses the side beyond which the origin lies, instead of trying every corner.
+//! This finds a lower facet whenever a neighbouring one exists.
 
 use super::HubPair;
 use super::antipodal::Facet;
@@ -23,13 +23,13 @@ use crate::collision::StopReason;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Walked {
     pub(super) corner: Corner,
-    /// Known: nothing beside the antipodal features lies in the facet's plane.
+    /// True if it is known that only the antipodal features lie in the facet's plane.
     pub(super) alone: bool,
     pub(super) steps: u32,
     pub(super) stop: StopReason,
 }
 
-/// Memory of the walk: no meaning across calls.
+/// Working memory of the walk; its content is not used across calls.
 #[derive(Clone, Debug)]
 pub(super) struct Trail {
     pub(super) maps_a: GaussMaps,
@@ -72,8 +72,8 @@ impl Trail {
 
     /// The least corner at the start's hub.
     pub(super) fn first_corner(&mut self, cso: &Cso<'_>, start: &Start) -> Option<Corner> {
-        // The overlap holds the start's normal, so it has a corner that is not higher: a bar that
-        // spares most of it.
+        // The overlap holds the start's normal, so it has a corner that is not higher. The start's
+        // offset is therefore a bar that rejects most of the overlap.
         [start.offset + OFFSET_SLACK * cso.size(), f64::INFINITY]
             .into_iter()
             .find_map(|bar| lowest_corner(cso, &mut self.maps_a, &mut self.maps_b, start.hub, bar))
@@ -95,7 +95,7 @@ impl Trail {
     }
 }
 
-/// A look around the hubs of one facet.
+/// The search around the hubs of one facet.
 struct Look<'l, 'p> {
     trail: &'l mut Trail,
     cso: &'l Cso<'p>,
@@ -116,8 +116,8 @@ impl Look<'_, '_> {
     }
 }
 
-/// The hubs that were looked at. Two hubs may share a place, and the later one then overwrites the
-/// earlier: a hub may be looked at twice, which costs time and changes nothing.
+/// The hubs that were already tested. Two hubs may share a place, and the later one then overwrites
+/// the earlier: a hub may be looked at twice, which costs time and changes nothing.
 #[derive(Clone, Debug)]
 struct Visited {
     places: [(HubPair, u32); Self::PLACES],

@@ -2,13 +2,14 @@
 //! its normal.
 //!
 //! With a moved by `depth · normal`, the flush features of both lie in one plane; their common
-//! points there are the witnesses. Vertex against face: the vertex. Crossing edges: the crossing.
-//! Flush features (edge on face, face on face, edges along one line) share a segment or a polygon:
-//! its centroid, so that a box on a table is held under its middle and not at one of its corners.
+//! points there are the witnesses. For a vertex against a face, the witness is the vertex; for
+//! crossing edges, the crossing. Flush features (edge on face, face on face, edges along one line)
+//! share a segment or a polygon. Its centroid is the witness, so that a box on a table is supported
+//! under its middle and not at a corner.
 //!
 //! If the features have no common point, the facet is not a local minimum of h (the walk ran out of
-//! steps, or the facet was chosen for being original): then the nearest point of the supporting
-//! feature of b is given, and a's point lies in a's supporting plane but off a.
+//! steps, or the facet was chosen for being original): then b's witness is the nearest point of its
+//! supporting feature, and a's point lies in a's supporting plane but not on a.
 
 use glam::DVec3;
 
@@ -18,7 +19,7 @@ use super::overlay::Corner;
 use crate::algebra::tolerance::{CLIP_CORNERS, PARALLEL_EDGES};
 use crate::algebra::{closest_on_segment, closest_segment_segment};
 
-/// Buffers for clipping one flush polygon by another: no meaning across calls.
+/// Buffers for clipping one flush polygon by another; their content is not used across calls.
 #[derive(Clone, Debug)]
 pub(super) struct Clip {
     points: [DVec3; CLIP_CORNERS],
@@ -59,7 +60,7 @@ pub(super) fn witness(cso: &Cso<'_>, facet: &Facet<'_>, corner: &Corner, clip: &
     let touch = match (facet.a.count, facet.b.count) {
         (1, _) => nearest_of_polygon(contact.a(0), facet.normal, &facet.b, |k| contact.b(k)),
         (_, 1) => {
-            // The vertex of b is on b whatever happens; a's point follows it.
+            // The vertex of b is always on b; a's point follows from it.
             contact.b(0)
         }
         (2, 2) => edges(&contact),
@@ -97,7 +98,7 @@ fn edges(contact: &Contact<'_, '_>) -> DVec3 {
     let normal = d1.cross(d2);
     let across = normal.length_squared();
     if across > PARALLEL_EDGES * PARALLEL_EDGES * d1.length_squared() * d2.length_squared() {
-        // They cross, in one plane but for rounding.
+        // The edges cross, in one plane up to rounding.
         let r = p2 - p1;
         let (s, t) = (r.cross(d2).dot(normal), r.cross(d1).dot(normal));
         if s.min(t) > 0.0 && s.max(t) < across {
@@ -105,7 +106,8 @@ fn edges(contact: &Contact<'_, '_>) -> DVec3 {
         }
         return closest_segment_segment(p1, q1, p2, q2).second;
     }
-    // Along one line: the middle of the common stretch, as parameters along b's edge.
+    // The edges lie along one line. The witness is the middle of their common part, as parameters
+    // along b's edge.
     let along = |p: DVec3| closest_on_segment(p, p2, q2);
     p2 + d2 * (0.5 * (along(p1) + along(q1)))
 }

@@ -7,10 +7,10 @@
 //! inside or wholly outside, and just under an original face it is inside. A notch covered by a
 //! virtual face has walls that start in that face and go down into H.
 //!
-//! The rule needs no inside test, so it means something for every surface: for an open or
-//! self-intersecting one it says that no sheet passes through a piece. Two things it can then not
-//! promise: past the border of an open surface a piece may bulge over the opening, and where sheets
-//! overlap "inside" is judged by each patch's own normals.
+//! The rule needs no inside test, so it applies to every surface: for an open or self-intersecting
+//! one it says that no sheet passes through a piece. It then has two limits. A piece may bulge over
+//! the opening of an open surface, and where sheets overlap, each patch's own normals decide what
+//! is inside.
 //!
 //! 1. The triangle tree gives the triangles of the surface near the volume that the hull gained.
 //! 2. A triangle enters H when something of it is left after clipping by every face's plane, moved
@@ -24,7 +24,7 @@ use glam::DVec3;
 
 use crate::algebra::Plane;
 
-/// A triangle that is cut by one plane after the other.
+/// A triangle that is clipped by one plane after another.
 #[derive(Clone, Debug, Default)]
 pub(in crate::body) struct Cuts {
     polygon: Vec<DVec3>,
@@ -32,7 +32,7 @@ pub(in crate::body) struct Cuts {
 }
 
 impl Cuts {
-    /// Begins with the whole of a triangle.
+    /// Starts with the whole triangle.
     pub(in crate::body) fn begin(&mut self, triangle: [DVec3; 3]) {
         self.polygon.clear();
         self.polygon.extend(triangle);

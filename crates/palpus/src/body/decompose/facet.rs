@@ -1,8 +1,8 @@
 //! Facets: coplanar triangles merged into convex planar polygons, the units that patches are grown
 //! from \[K02 §3.2\].
 //!
-//! A flat grid or the cap of a CAD part is one face that a program cut into triangles.
-//! \[EL01\]'s tool treats the edges between such triangles as reflex; here they vanish before the
+//! A flat grid or the cap of a CAD part is one face that a program cut into triangles. \[EL01\]'s
+//! tool treats the edges between such triangles as reflex; here these edges are removed before the
 //! decomposition starts.
 //!
 //! 1. *Regions.* From the largest triangle not yet taken, flood over neighbours all of whose
@@ -10,8 +10,8 @@
 //!    chain of nearly coplanar triangles cannot drift.
 //! 2. *Convex partition.* Hertel–Mehlhorn: remove the sides between the polygons of a region,
 //!    longest first, while the corners at both ends stay convex, until none can be removed. Two
-//!    polygons may meet along a chain of collinear sides (a T-junction of an earlier removal); a
-//!    chain goes as a whole.
+//!    polygons may meet along a chain of collinear sides (a T-junction left by an earlier removal);
+//!    such a chain is removed as a whole.
 //! 3. *Links.* Which facets meet along a side, and whether the surface bends outward there, inward
 //!    or not at all.
 //!
@@ -54,15 +54,15 @@ pub(crate) struct Surface<'a> {
 
 impl<'a> Surface<'a> {
     /// `step` is the distance between neighbouring values of the coordinates, metres; zero if
-    /// unknown. Its noise counts up to `flatness`, relative to the mesh's size: a model written by
-    /// hand with few digits is exact, not noisy.
+    /// unknown. The noise that follows from it is capped at `flatness`, relative to the mesh's
+    /// size, because a model written by hand with few digits is exact.
     pub(crate) fn new(mesh: &'a Mesh, edges: &'a HalfEdges, step: f64, flatness: f64) -> Self {
         let size = mesh.bounding_diagonal();
         let noise = (NOISE_PER_STEP * step).clamp(COPLANAR * size, flatness.max(COPLANAR) * size);
         Self { mesh, edges, noise }
     }
 
-    /// How far the vertices of one plane may be off it, metres.
+    /// Largest distance of a plane's vertices from the plane, metres.
     pub(crate) fn noise(&self) -> f64 {
         self.noise
     }
@@ -174,8 +174,8 @@ impl Facets {
         &self.links[self.link_starts[f as usize] as usize..self.link_starts[f as usize + 1] as usize]
     }
 
-    /// The facets at each mesh vertex: where those of a vertex begin (and the last end), and all of
-    /// them.
+    /// The facets at each mesh vertex: the start of each vertex's entries (and the end of the
+    /// last), and the list of all facets.
     pub(crate) fn at_vertices(&self) -> (Vec<u32>, Vec<u32>) {
         let vertices = self.loop_vertices.iter().max().map_or(0, |&v| v as usize + 1);
         let mut starts = vec![0; vertices + 1];
@@ -235,7 +235,7 @@ impl Facets {
     }
 }
 
-/// For each triangle the first triangle of its region, whose plane is the region's.
+/// For each triangle, the first triangle of its region. That triangle's plane is the region's.
 fn coplanar_regions(surface: &Surface<'_>, planes: &[Plane]) -> Vec<u32> {
     let count = surface.triangle_count();
     let areas: Vec<f64> = (0..count).map(|t| surface.mesh.triangle_area(t)).collect();
@@ -359,7 +359,7 @@ fn join(
     }
     let turn = |u: u32, v: u32, w: u32| {
         let [u, v, w] = [u, v, w].map(|k| surface.vertex(k));
-        // How far v stands to the right of the line u → w, with a left turn positive.
+        // Distance of v to the right of the line u → w; positive at a left turn.
         normal.cross(w - u).normalize_or_zero().dot(u - v) >= -surface.noise()
             && (v - u).dot(w - v) > -(v - u).length() * (w - v).length()
     };

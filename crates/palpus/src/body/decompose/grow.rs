@@ -1,5 +1,4 @@
-//! One convex patch under trial: facets join it, singly or many at once, only while its hull stays
-//! good \[EL01\].
+//! Growth of one convex patch: a set of facets joins only if the patch's hull stays valid \[EL01\].
 //!
 //! A set of facets joins when
 //!
@@ -8,16 +7,16 @@
 //!    noise), so that all of them lie on the common hull, and
 //! 3. the common hull stays inside the solid (see `contain`).
 //!
-//! 1 and 2 need no hull and turn most candidates away. A refusal stays right as the patch grows,
-//! since every test only gets harder; with one exception. While the patch is *flat* there is no
-//! hull with an inside, and facets of one plane join only when their union is the whole convex
-//! polygon around it: an L-shaped cap must not cover its notch. Such a facet is postponed: once the
-//! patch has become solid, 3 judges it.
+//! Tests 1 and 2 need no hull and refuse most candidates. A refused set stays refused as the patch
+//! grows, since every test only gets harder. There is one exception: while the patch is *flat*, its
+//! hull has no interior. Then facets of one plane join only if their union is a convex polygon: an
+//! L-shaped cap must not cover its notch. Any other such facet is postponed, and test 3 decides
+//! once the patch is solid.
 //!
-//! A patch of very many facets goes over to a hull with neighbours (`wide_hull`), where each of
-//! these questions looks at the surroundings of the new facet only: 1 climbs to the highest vertex,
-//! 2 asks the facets at the faces that the new vertex sees, since it is not above the others. Else
-//! a smooth body with one dent took the square of its size.
+//! A patch of very many facets uses a hull with neighbours (`wide_hull`), where each test looks
+//! only at the surroundings of the new facet. Test 1 climbs to the highest vertex. Test 2 asks only
+//! the facets at the faces that the new vertex sees, since the vertex is not above the others.
+//! Otherwise the time for a smooth body with one dent would grow with the square of its size.
 
 use glam::DVec3;
 
@@ -33,13 +32,13 @@ use crate::body::{Aabb, TriangleTree};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Verdict {
     Joined,
-    /// For good: no larger patch will take it either.
+    /// The set can never join: a larger patch will refuse it too.
     Refused,
-    /// Not while the patch is flat.
+    /// The set cannot join while the patch is flat.
     Postponed,
 }
 
-/// A patch and its hull, with the memory to try additions.
+/// A patch and its hull, with the working memory for trying additions.
 pub(crate) struct Grower<'a> {
     surface: Surface<'a>,
     facets: &'a Facets,
@@ -50,20 +49,20 @@ pub(crate) struct Grower<'a> {
     /// The mesh vertex of each point.
     vertices: Vec<u32>,
     area: f64,
-    /// Empty while the patch is flat, and until it is needed.
+    /// The patch's hull. Empty while the patch is flat, and until the hull is needed.
     hull: TrialHull,
-    /// The hull is that of the present points.
+    /// True if the hull holds all current points.
     hull_is_built: bool,
     /// The hull of a patch of at least `wide_from` points.
     wide: Wide,
     is_wide: bool,
     wide_from: usize,
     clipper: Clipper,
-    /// The hull's newest planes: what lies above one of them need not be looked at.
+    /// The hull's newest planes. A triangle wholly above one of them need not be tested.
     fence: Vec<Plane>,
-    /// Vertices that the set on trial would add.
+    /// Vertices that the facets being tried would add.
     fresh: Vec<u32>,
-    /// A facet or vertex is in the patch (or on trial) when its stamp is the present one.
+    /// A facet or vertex is in the patch, or being tried, if its stamp is the current one.
     facet_stamps: Vec<u32>,
     vertex_stamps: Vec<u32>,
     stamp: u32,
@@ -96,7 +95,8 @@ impl<'a> Grower<'a> {
         }
     }
 
-    /// The same, whose patches are wide from so many points on: results must not depend on it.
+    /// As [`Self::new`], but patches use a wide hull from `wide_from` points on. The results must
+    /// not depend on that number.
     #[cfg(test)]
     pub(crate) fn with_wide_from(mut self, points: usize) -> Self {
         self.wide_from = points;
@@ -135,7 +135,7 @@ impl<'a> Grower<'a> {
         self.hull.is_empty()
     }
 
-    /// Takes a patch that is known to be good; a single facet always is.
+    /// Starts with a patch that is known to be valid; a single facet always is.
     pub(crate) fn load(&mut self, patch: &[u32]) {
         self.stamp += 1;
         self.members.clear();
@@ -150,7 +150,7 @@ impl<'a> Grower<'a> {
         self.hull_is_built = false;
     }
 
-    /// Adds a set of facets that are known to be good together; a single one always is.
+    /// Adds a set of facets that are known to be valid together; a single one always is.
     pub(crate) fn try_add(&mut self, set: &[u32]) -> Verdict {
         self.tries += 1;
         let tolerance = self.surface.noise();
@@ -258,7 +258,7 @@ impl<'a> Grower<'a> {
         if area >= whole - self.surface.noise() * perimeter { Verdict::Joined } else { Verdict::Postponed }
     }
 
-    /// Does a triangle outside the patch come into the hull, looking only near `bounds`?
+    /// True if a triangle outside the patch enters the hull; looks only near `bounds`.
     fn is_entered(&mut self, bounds: &Aabb) -> bool {
         let Self { tree, facets, facet_stamps, stamp, clipper, hull, surface, fence, .. } = self;
         let depth = ENTERED * surface.noise();
@@ -306,11 +306,12 @@ impl<'a> Grower<'a> {
     }
 }
 
-/// A wide hull, and what leads from mesh vertices to it.
+/// A wide hull, and the maps from mesh vertices to it.
 #[derive(Default)]
 struct Wide {
     hull: WideHull,
-    /// The place of each mesh vertex in the hull, good where the hull says the same.
+    /// The place of each mesh vertex in the hull. An entry is valid if the hull has that vertex at
+    /// the place.
     places: Vec<u32>,
     /// The facets at each mesh vertex: `facets_at[first_at[v] .. first_at[v + 1]]`.
     first_at: Vec<u32>,
@@ -331,7 +332,7 @@ impl Wide {
         started
     }
 
-    /// The places of those of these mesh vertices that are points of the hull.
+    /// The places of the given mesh vertices in the hull; vertices that are not in it are left out.
     fn places_of(&self, vertices: &[u32]) -> Vec<u32> {
         let place = |&v: &u32| self.hull.vertices().get(self.places[v as usize] as usize).filter(|&&w| w == v);
         vertices.iter().filter(|v| place(v).is_some()).map(|&v| self.places[v as usize]).collect()
@@ -352,7 +353,7 @@ impl Wide {
         self.hull.buried_vertices(&mut self.buried);
     }
 
-    /// The facets at the corners of the faces that the insertion has removed; some come often.
+    /// The facets at the corners of the faces that the insertion has removed, with repetitions.
     fn buried_facets(&self) -> impl Iterator<Item = u32> {
         let at = |v: u32| self.first_at[v as usize] as usize..self.first_at[v as usize + 1] as usize;
         self.buried.iter().flat_map(move |&v| self.facets_at[at(v)].iter().copied())

@@ -1,4 +1,4 @@
-//! Growing one patch from a seed over facets without a patch \[EL01\].
+//! Growth of one patch from a seed over facets that are in no patch \[EL01\].
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -7,10 +7,11 @@ use super::touching::Neighbours;
 use crate::body::decompose::facet::{Facets, NONE};
 use crate::body::decompose::grow::{Grower, Verdict};
 
-/// A facet that waits to be tried; the greatest is tried first.
+/// A facet to be tried; the heap's greatest entry is tried first.
 #[derive(Clone, Copy)]
 struct Candidate {
-    /// Cosine of the bend across which it was reached, jittered; the smaller, the sooner.
+    /// Cosine of the bend across which the facet was reached, plus jitter; smaller cosines are
+    /// tried first.
     rank: f64,
     arrival: u32,
     facet: u32,

@@ -2,18 +2,18 @@
 //! another order \[G. Schrimpf et al., Record breaking optimization results using the ruin and
 //! recreate principle, 2000\].
 //!
-//! Greedy growth never looks back: a facet taken early may be what two later patches lack to become
-//! one.
+//! Greedy growth never revises a choice: two later patches may fail to become one because an
+//! earlier patch took a facet that they need.
 //!
 //! 1. *Ruin.* Round after round, each small patch, the smallest first, is dissolved with a few
 //!    random neighbours.
 //! 2. *Recreate.* In every other trial the patches around are first asked to take some of the free
 //!    facets. The rest is grown from seeds in random order, in every other trial with a jittered
 //!    ranking too. Here facets that share only a vertex may join: such a patch is connected, and
-//!    its hull is judged as any other.
-//! 3. *Judge.* Fewer patches stay. As many stay when the sum of squares of their sizes has not
-//!    shrunk: large beside small is what a later trial can make one fewer of. Anything else is
-//!    undone.
+//!    its hull passes the same tests.
+//! 3. *Judge.* A trial with fewer patches is kept. A trial with as many is kept if the sum of the
+//!    squared patch sizes has not shrunk: a later trial can dissolve a small patch beside a large
+//!    one. Any other trial is undone.
 //!
 //! The work is bounded by the number of facets tried, never by a clock, and the random numbers
 //! start from a constant: the same model gives the same pieces.
@@ -49,7 +49,7 @@ pub(super) fn improve(
             if spent >= budget {
                 return;
             }
-            // An earlier trial of this round may have changed it.
+            // An earlier trial of this round may have changed the patch.
             if is_size(partition, centre, REGROWN_CENTRE) {
                 let region = ruin_region(neighbours, partition, centre, &mut random);
                 if region.len() > 1 {
@@ -75,7 +75,7 @@ fn small_patches(partition: &Partition) -> Vec<u32> {
     small
 }
 
-/// A patch and a few of its neighbours, and of theirs.
+/// A patch, and a few of its neighbours and of their neighbours.
 fn ruin_region(neighbours: Neighbours<'_>, partition: &Partition, centre: u32, random: &mut Random) -> Vec<u32> {
     let most = 2 + random.below(REGROWN_PATCHES - 1);
     let mut region = vec![centre];
@@ -98,12 +98,12 @@ fn ruin_region(neighbours: Neighbours<'_>, partition: &Partition, centre: u32, r
     region
 }
 
-/// A ruin, with what is needed to undo it.
+/// A set of dissolved patches, with the data to undo the trial.
 struct Trial {
     /// The dissolved patches.
     region: Vec<u32>,
-    /// The facets that patches had before: those of the region, and those that were given some of
-    /// its facets.
+    /// The earlier facets of each changed patch: the patches of the region, and the patches that
+    /// took some of its facets.
     before: Vec<(u32, Vec<u32>)>,
     free: Vec<u32>,
 }
@@ -139,7 +139,7 @@ impl Trial {
         }
     }
 
-    /// Asks the patches around to take free facets; some of these are kept back.
+    /// Offers most of the free facets to the patches around the region.
     fn offer(
         &mut self,
         grower: &mut Grower<'_>,
@@ -160,8 +160,8 @@ impl Trial {
         }
     }
 
-    /// Grows what is free again and tells how many patches it took; `None` when the region's do not
-    /// suffice.
+    /// Grows patches over the free facets and returns their number; `None` if that would be more
+    /// than the region had.
     fn recreate(
         &self,
         grower: &mut Grower<'_>,

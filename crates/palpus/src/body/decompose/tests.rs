@@ -1,4 +1,4 @@
-//! Patches of shapes and of real models, held against the judges of `contain::oracle` and the
+//! Patches of shapes and of real models, compared with the checks of `contain::oracle` and the
 //! paper's Table 1.
 
 use glam::DVec3;
@@ -13,12 +13,12 @@ use crate::body::shapes::{model, torus};
 use crate::body::{Body, BodySettings, HalfEdges, Mesh, PolygonSoup, Provenance};
 
 const SEED: u64 = 0x2002_0606;
-/// Relative to the size: what counts as on the hull or on the surface. Above the noise that models
-/// are granted.
+/// Distance, relative to the size, up to which a point counts as on the hull or on the surface. It
+/// is larger than the noise that models are allowed.
 const SLACK: f64 = 1e-4;
 /// Relative to the slack: how deep the surface may come into a piece.
 const CROSSING: f64 = 0.1;
-/// The same for shapes made here, which have no noise.
+/// The slack for shapes made here, which have no noise.
 const EXACT_SLACK: f64 = 1e-8;
 
 fn build(soup: &PolygonSoup) -> Body {
@@ -214,7 +214,7 @@ fn dented_egg(rings: u32, segments: u32) -> PolygonSoup {
     soup
 }
 
-/// The patches of a soup when they are wide from so many points on.
+/// The patches of a soup if patches use a wide hull from so many points on.
 fn patches(soup: &PolygonSoup, wide_from: usize) -> Vec<Vec<u32>> {
     let (mesh, _) = Mesh::from_soup(soup).unwrap();
     let (edges, tree) = (HalfEdges::new(&mesh), mesh.tree());
@@ -242,9 +242,9 @@ fn a_dented_egg_is_few_large_pieces_that_leave_the_dent_free() {
     assert!(largest > 2000, "{largest} triangles");
 }
 
-/// How many facets it is known of that no two of them can be in one patch, connected or not: no
-/// partition has fewer patches. A set without friends, grown by local search: the best facet to
-/// add, or to swap in, that is not tabu.
+/// A lower bound of the number of patches: the size of a set of facets of which no two can be in
+/// one patch, connected or not. Tabu search grows this independent set by adding or swapping in the
+/// best facet that is not tabu.
 fn fewest_patches(soup: &PolygonSoup, steps: usize) -> usize {
     let (mesh, _) = Mesh::from_soup(soup).unwrap();
     let (edges, tree) = (HalfEdges::new(&mesh), mesh.tree());
@@ -292,8 +292,8 @@ fn large_models_stay_solid_and_take_no_more_pieces_than_in_table_1() {
     for (name, most) in [
         ("paper/armadillo_31240.obj", 6950),
         ("paper/intestine_colon_male_24846.obj", 4980),
-        // Another intestine than the paper's (which took 9913): a bound on what we reach, not the
-        // paper's.
+        // This intestine is not the paper's model, which took 9913 patches. The bound is on our own
+        // result.
         ("paper/intestine_small_female_24846.obj", 10_650),
         ("parts/fandisk.obj", 4000),
         ("pairs/peg_round_8mm.obj", 1),

@@ -1,30 +1,31 @@
-//! Thick pieces: a patch's hull grows inward, to where another part of the surface is as near
-//! (beyond \[K02\]).
+//! Thick pieces: a patch's hull grows inward until another part of the surface is as near (beyond
+//! \[K02\]).
 //!
-//! A piece that is the hull of two or three triangles of a bulky solid is a sliver: what goes
-//! deeper than the sliver has left it again, and its force vanishes. So a piece of a closed surface
-//! gets further corners inside the solid:
+//! A piece that is the hull of two or three triangles of a bulky solid is a sliver: a point that
+//! goes deeper than the sliver leaves it again, and the force vanishes. So a piece of a closed
+//! surface gets further corners inside the solid:
 //!
 //! 1. From each vertex of the surface an *inward path* leads to the medial axis and along it toward
-//!    where the solid is thicker (`way_in`). It belongs to the vertex, so that neighbours share it
-//!    and their pieces leave no gap. Facets that are wide for the thickness below them have another
-//!    from their middle.
-//! 2. A piece takes the points of its ways that lie below all planes of its patch, so that every
-//!    facet stays on the hull, and at which the patch is no farther than the nearest surface, or
-//!    hardly: a piece that reached past the medial axis would report its own long way out where
-//!    another surface offers a short one.
-//! 3. Points that lie close together are one, and of many those farthest apart are kept.
-//! 4. No triangle of another patch may enter the hull with them (see `contain`). If one does, all
-//!    are pulled back toward the surface alike until none does, and then let in again one by one;
-//!    and if that fails, they are tried one by one from the start.
+//!    where the solid is thicker (`way_in`). The path belongs to the vertex, so that neighbouring
+//!    patches share it and their pieces leave no gap. A facet that is wide relative to the
+//!    thickness below it has a further path from its middle.
+//! 2. A piece takes those points of its paths that lie below all planes of its patch, so that every
+//!    facet stays on the hull. The patch must also be the nearest surface there, or nearly: past
+//!    the medial axis the piece would report its own large depth where another surface is nearer.
+//! 3. Points that lie close together are merged. If many are left, those farthest apart are kept.
+//! 4. No triangle of another patch may enter the hull of the patch and these points (see
+//!    `contain`). If one does, all points are pulled back toward the surface by the same share
+//!    until none does; then each point is moved deeper again by itself. If that fails, the points
+//!    are tried one by one from the start.
 //!
 //! The patch's own facets stay original; a face with a corner inside is virtual. Pieces overlap a
 //! little along the walls between them. A patch that is a whole convex component needs nothing. An
 //! open surface has no inside: its pieces stay thin.
 //!
 //! Limits: one convex piece cannot be thick all along a thin wall that bends, so a large patch of a
-//! coarse mesh leaves parts of such a wall uncovered. A patch of thousands of facets stays as it
-//! is: its hull is deep in itself, and each corner would cost the square of its size.
+//! coarse mesh leaves parts of such a wall uncovered. A patch of thousands of facets is not
+//! thickened: its hull is already deep, and the cost of each corner would grow with the square of
+//! the patch's size.
 
 #[cfg(test)]
 mod tests;
@@ -49,7 +50,8 @@ pub(crate) use way_in::WaysIn;
 /// The further corners of a patch's piece: inside the solid, below every facet of the patch; empty
 /// without an inward path.
 ///
-/// A function of its arguments alone: pieces can be thickened in any order, and at the same time.
+/// The result depends on the arguments alone, so pieces can be thickened in any order and in
+/// parallel.
 pub(crate) fn inner_corners(
     surface: &Surface<'_>,
     facets: &Facets,
@@ -73,13 +75,13 @@ pub(crate) fn inner_corners(
     }
 }
 
-/// A corner that a piece would have.
+/// A candidate for a further corner of a piece.
 #[derive(Clone, Copy, Debug)]
 struct Wish {
-    /// The point of the surface that its way starts from.
+    /// The point of the surface at which its inward path starts.
     from: DVec3,
     point: DVec3,
-    /// How far it is below the nearest plane of the patch.
+    /// Its depth below the nearest plane of the patch.
     below: f64,
 }
 
@@ -89,7 +91,7 @@ impl Wish {
     }
 }
 
-/// Steps 1 and 2: the points of all ways that the patch may have.
+/// Steps 1 and 2: the points of all inward paths that the patch may take.
 fn wishes(surface: &Surface<'_>, facets: &Facets, tree: &TriangleTree, ways: &WaysIn, patch: &Patch) -> Vec<Wish> {
     let mut wishes = Vec::new();
     let mut wish = |from: DVec3, way: &[WayPoint]| {
@@ -130,7 +132,7 @@ fn corners_of(facets: &Facets, patch: &Patch) -> Vec<u32> {
     corners
 }
 
-/// Step 3: the deepest, then always the one farthest from those taken.
+/// Step 3: takes the deepest point, then repeatedly the point farthest from all taken ones.
 fn few(wishes: Vec<Wish>) -> Vec<Wish> {
     let mut taken: Vec<Wish> = Vec::new();
     let mut gaps = vec![f64::INFINITY; wishes.len()];
@@ -149,13 +151,13 @@ fn few(wishes: Vec<Wish>) -> Vec<Wish> {
     taken
 }
 
-/// Step 4: hulls of the patch and of further corners, held against the surface.
+/// Step 4: tests hulls of the patch and further corners against the surface.
 struct Trial<'a> {
     facets: &'a Facets,
     tree: &'a TriangleTree,
     /// The patch's facets, ascending.
     members: Vec<u32>,
-    /// The patch's vertices, and behind them, for a while, corners on trial.
+    /// The patch's vertices, followed during a trial by the corners being tried.
     points: Vec<DVec3>,
     noise: f64,
     hull: TrialHull,
@@ -179,8 +181,8 @@ impl<'a> Trial<'a> {
         }
     }
 
-    /// Makes the hull of the patch and of these corners; false, and no hull, if it is flat or
-    /// entered.
+    /// Makes the hull of the patch and these corners. Returns false, without a hull, if the hull is
+    /// flat or a triangle enters it.
     fn takes_these(&mut self, corners: impl Iterator<Item = DVec3>) -> bool {
         let own = self.points.len();
         self.points.extend(corners);
@@ -193,12 +195,12 @@ impl<'a> Trial<'a> {
         good
     }
 
-    /// All corners at once, at a share of their ways.
+    /// All corners at once, each at the same share of its distance from the surface.
     fn takes_all(&mut self, wishes: &[Wish], share: f64) -> bool {
         self.takes_these(wishes.iter().map(|wish| wish.at(share)))
     }
 
-    /// Adds one corner if the hull then still is entered by nothing.
+    /// Adds one corner if no triangle enters the larger hull.
     fn takes(&mut self, corner: DVec3) -> bool {
         if self.hull.is_empty() {
             return self.takes_these(std::iter::once(corner));
@@ -206,7 +208,7 @@ impl<'a> Trial<'a> {
         let mark = self.hull.mark();
         self.hull.insert(corner);
         match self.hull.gained_since(mark) {
-            // In the hull already.
+            // The corner is already in the hull.
             None => true,
             Some(bounds) if self.is_entered(&bounds) => {
                 self.hull.undo(mark);
@@ -219,8 +221,8 @@ impl<'a> Trial<'a> {
         }
     }
 
-    /// Corners that all are taken at a share of their ways, one after the other as much deeper as
-    /// the hull can have them.
+    /// Takes corners that the hull accepts at a common `share` of their distance, and then moves
+    /// each one deeper, in turn, if the hull accepts that.
     fn deepen(&mut self, wishes: &[Wish], share: f64) -> Vec<DVec3> {
         let mut deeper = |wish: &Wish| {
             let shares = [1.0, 0.5 + 0.5 * share, 0.25 + 0.75 * share];
@@ -229,7 +231,8 @@ impl<'a> Trial<'a> {
         wishes.iter().map(&mut deeper).collect()
     }
 
-    /// The corners that the hull can have, one after the other, each as deep as halving finds.
+    /// Tries the corners one after the other. Each is moved half way back to the surface until the
+    /// hull accepts it.
     fn take_singly(&mut self, wishes: &[Wish]) -> Vec<DVec3> {
         let mut taken = Vec::new();
         for wish in wishes {
@@ -239,7 +242,7 @@ impl<'a> Trial<'a> {
         taken
     }
 
-    /// Does a triangle outside the patch come into the hull, looking only near `bounds`?
+    /// True if a triangle outside the patch enters the hull; looks only near `bounds`.
     fn is_entered(&mut self, bounds: &Aabb) -> bool {
         let Self { facets, tree, members, hull, clipper, fence, noise, .. } = self;
         let depth = THICK_ENTERED * *noise;

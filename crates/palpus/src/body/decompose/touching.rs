@@ -7,7 +7,7 @@ use crate::body::decompose::facet::{Bend, Facets};
 pub(super) enum Neighbours<'a> {
     /// Facets across sides that are not reflex.
     Sides(&'a Facets),
-    /// These, and facets that share a vertex.
+    /// Facets across sides that are not reflex, and facets that share a vertex.
     Vertices(&'a Facets, &'a Touching),
 }
 
@@ -18,7 +18,7 @@ impl<'a> Neighbours<'a> {
         }
     }
 
-    /// Visits the neighbours of facet `f`, those across sides first; some may come twice.
+    /// Visits the neighbours of facet `f`, those across sides first. It may visit a facet twice.
     pub(super) fn of(self, f: u32, mut visit: impl FnMut(u32)) {
         for link in self.facets().links(f).iter().filter(|link| link.bend != Bend::Reflex) {
             visit(link.facet);

@@ -1,14 +1,14 @@
 //! A convex hull that grows point by point and can take the last points back.
 //!
-//! The decomposition asks for thousands of hulls that differ by one vertex and throws most of them
-//! away, so it needs neither adjacency nor merged faces, only the half-spaces. Faces are triangles;
-//! which faces a new point sees is decided by the exact sign of a determinant, so coplanar and
-//! collinear points do no harm: a point in the plane of a face does not see it.
+//! The decomposition computes thousands of hulls that differ by one vertex and discards most of
+//! them. It needs only their half-spaces, neither adjacency nor merged faces. Faces are triangles.
+//! The exact sign of a determinant decides which faces a new point sees, so coplanar and collinear
+//! points cause no errors: a point in the plane of a face does not see the face.
 //!
-//! 1. A start from four points that span a solid, as far apart as a greedy choice finds them.
+//! 1. Start from four points that span a solid, chosen greedily to be far apart.
 //! 2. Each further point removes the faces that it sees and is joined to the sides of the hole (the
 //!    horizon).
-//! 3. [`TrialHull::mark`] remembers a state, [`TrialHull::undo`] returns to it.
+//! 3. [`TrialHull::mark`] records a state; [`TrialHull::undo`] returns to it.
 
 use glam::DVec3;
 
@@ -23,8 +23,8 @@ pub(in crate::body) struct TrialFace {
     pub(in crate::body) corners: [u32; 3],
     /// Outward.
     pub(in crate::body) plane: Plane,
-    /// How far off `plane` may be at a point of the hull's size away, metres; infinite for needles,
-    /// whose normal is noise.
+    /// Error of `plane` at a distance of the hull's size, metres; infinite for needles, whose
+    /// normal is noise.
     pub(in crate::body) slack: f64,
     pub(in crate::body) alive: bool,
 }
@@ -54,7 +54,7 @@ impl TrialFace {
     }
 }
 
-/// A state to return to.
+/// A state that the hull can return to.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Mark {
     points: usize,
@@ -72,7 +72,7 @@ pub(crate) struct TrialHull {
     /// Faces that are neither alive nor to be revived.
     dead: usize,
     horizon: Vec<(u32, u32)>,
-    /// Largest coordinate among the points: what rounding is relative to.
+    /// Largest coordinate among the points; rounding errors are relative to it.
     reach: f64,
 }
 
@@ -132,12 +132,12 @@ impl TrialHull {
         true
     }
 
-    /// The present state.
+    /// Records the current state.
     pub(crate) fn mark(&self) -> Mark {
         Mark { points: self.points.len(), faces: self.faces.len(), buried: self.buried.len() }
     }
 
-    /// Back to a marked state; only valid when [`TrialHull::settle`] has not been called since.
+    /// Returns to a marked state. Valid only if [`TrialHull::settle`] has not been called since.
     pub(crate) fn undo(&mut self, mark: Mark) {
         for k in self.buried.drain(mark.buried..) {
             self.faces[k as usize].alive = true;
@@ -146,11 +146,12 @@ impl TrialHull {
         self.points.truncate(mark.points);
     }
 
-    /// Makes the present state final: marks become invalid.
+    /// Makes the current state final; earlier marks become invalid.
     pub(crate) fn settle(&mut self) {
         self.dead += self.buried.len();
         self.buried.clear();
-        // Only now and then, so that growing does not move all faces with each point.
+        // Compacts only now and then, because doing so for each point would move all faces each
+        // time.
         if 2 * self.dead > self.faces.len() {
             self.faces.retain(|face| face.alive);
             self.dead = 0;
@@ -166,8 +167,8 @@ impl TrialHull {
         self.points[k as usize]
     }
 
-    /// Bounds of what the hull gained since a mark: the removed faces and the new points; `None`
-    /// when nothing.
+    /// Bounds of the hull's growth since a mark: the removed faces and the new points; `None`
+    /// without growth.
     pub(crate) fn gained_since(&self, mark: Mark) -> Option<Aabb> {
         if self.points.len() == mark.points {
             return None;

@@ -1,7 +1,7 @@
 //! Connected parts of the surface that are convex as a whole, each found to be one patch at once.
 //!
-//! Growing a patch facet by facet costs the square of its size, which a sphere of 80 000 triangles
-//! feels. A part without any reflex side is nearly always convex, and that is proven in one go:
+//! Growing a patch facet by facet costs the square of its size, which is slow for a sphere of 80
+//! 000 triangles. A part without any reflex side is nearly always convex. One test proves it:
 //!
 //! 1. The hull of all its vertices.
 //! 2. Each facet's plane supports the hull: its extreme vertex, found by climbing from the last

@@ -1,17 +1,18 @@
-//! The hull of a large patch: as `trial_hull`, with neighbours, so that no step looks at all of it.
+//! The hull of a large patch. Unlike `trial_hull` it stores neighbours, so that no step visits the
+//! whole hull.
 //!
-//! A patch of fifty thousand facets is asked fifty thousand times whether it takes one more. Each
-//! question is local:
+//! A patch of fifty thousand facets has tested fifty thousand times whether one more may join. Each
+//! of these tests is local:
 //!
-//! 1. *Insertion* starts at a face that the new point sees, found at a vertex beside it, floods
-//!    over the faces that it sees and closes the hole with a fan. Signs are exact, as in
-//!    `trial_hull`. A journal takes insertions back.
+//! 1. *Insertion* starts at a face that the new point sees, found from a vertex near the point. It
+//!    removes all faces that the point sees and closes the hole with a fan. Signs are exact, as in
+//!    `trial_hull`. A journal makes insertions undoable.
 //! 2. *Support*: the highest vertex along a direction, by climbing from vertex to vertex.
-//! 3. *Entering*: does a triangle come deeper than so much into the hull? It is clipped by one
-//!    plane at a time: by that of the face that its middle is most beyond, as seen from a point of
-//!    the interior; without such a face the middle is inside. The face is found by climbing from
+//! 3. *Entering*: does a triangle enter the hull deeper than a given depth? The triangle is clipped
+//!    by one plane at a time: the plane that its middle is most beyond, seen from an interior
+//!    point. If its middle is beyond no plane, it is inside. The face is found by climbing from
 //!    face to face: the faces are the vertices of the polar body, where "most beyond" is a linear
-//!    function. Where faces lie in one plane but for rounding, the climb looks at all of them.
+//!    function. Where faces lie in one plane up to rounding, the climb looks at all of them.
 
 use glam::DVec3;
 
@@ -48,13 +49,13 @@ pub(crate) struct WideHull {
     vertices: Vec<u32>,
     faces: Vec<WideFace>,
     free: Vec<u32>,
-    /// A face at each point; none for a point that is no corner of the hull.
+    /// A face at each point; `NONE` for a point that is not a corner of the hull.
     face_at: Vec<u32>,
     journal: Vec<Change>,
     inner: DVec3,
     /// Largest coordinate among the points.
     reach: f64,
-    /// Faces that a search has come past carry its number.
+    /// For each face, the number of the last search that visited it.
     stamps: Vec<u32>,
     stamp: u32,
     queue: Vec<u32>,
@@ -117,7 +118,7 @@ impl WideHull {
         }));
     }
 
-    /// Back to the last final state.
+    /// Returns to the last final state.
     pub(crate) fn undo(&mut self) {
         while let Some(change) = self.journal.pop() {
             match change {
@@ -150,7 +151,8 @@ impl WideHull {
         Some(Aabb::around(corners.map(|k| self.points[k as usize])))
     }
 
-    /// The mesh vertices of the faces that were removed since the hull was final; some come often.
+    /// The mesh vertices of the faces that were removed since the last final state, with
+    /// repetitions.
     pub(crate) fn buried_vertices(&self, into: &mut Vec<u32>) {
         into.clear();
         for change in &self.journal {
@@ -162,8 +164,8 @@ impl WideHull {
         into.dedup();
     }
 
-    /// The planes of the largest new faces, needles left out: a few planes that most of what is
-    /// outside is above of.
+    /// The planes of the largest new faces, without needles. Most triangles outside the hull lie
+    /// above one of these few planes.
     pub(crate) fn fence(&mut self, into: &mut Vec<Plane>) {
         let born = self.journal.iter().filter_map(|change| match change {
             Change::Born(face) => Some(*face),
@@ -209,7 +211,7 @@ impl WideHull {
         }
     }
 
-    /// One of these places that is a corner of the hull, or else any corner.
+    /// A corner of the hull among these places if there is one, else any corner.
     pub(crate) fn corner_among(&self, places: &[u32]) -> u32 {
         let corner = places.iter().copied().find(|&k| self.face_at[k as usize] != NONE);
         corner.unwrap_or_else(|| self.any_corner())
@@ -227,7 +229,7 @@ impl WideHull {
         }
         let mut cuts = std::mem::take(&mut self.cuts);
         cuts.begin(triangle);
-        // Gained parts lie below the new faces.
+        // Whatever the hull has gained lies below the new faces.
         if !fence.iter().all(|&plane| cuts.cut(plane, depth)) {
             self.cuts = cuts;
             return false;
@@ -335,7 +337,8 @@ impl WideHull {
         near.into_iter().find(|&face| self.sees(p, face))
     }
 
-    /// The face that `p` is most beyond, in depths of the inner point below it.
+    /// The face that `p` is most beyond: its height above the plane, relative to the depth of the
+    /// inner point below that plane, is largest.
     fn most_beyond(&mut self, p: DVec3, start: u32) -> u32 {
         self.stamp += 1;
         let Self { faces, stamps, stamp, queue, .. } = self;
@@ -353,7 +356,7 @@ impl WideHull {
                     continue;
                 }
                 if !is_plain(g) {
-                    // A needle's plane says nothing; what is behind it may.
+                    // A needle's plane is noise, but the faces behind it may be usable.
                     queue.push(g);
                     continue;
                 }

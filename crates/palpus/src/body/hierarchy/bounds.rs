@@ -1,6 +1,6 @@
-//! Bounding volumes of a node: cheap to test, and holding every point exactly as their own
-//! arithmetic measures it (`distance(center)` for the sphere, coordinates along the axes for the
-//! box).
+//! Bounding volumes of a node: cheap to test. Each holds every point of its node by the arithmetic
+//! of its own test: `distance(center)` for the sphere, coordinates along the axes for the box.
+//! Rounding therefore excludes no point.
 //!
 //! The tests between pairs of them belong to the collision room.
 
@@ -65,7 +65,7 @@ impl OrientedBox {
         self
     }
 
-    /// Surface instead of volume, since flat nodes have none of the latter.
+    /// Compares surfaces, because the volume of a flat node is zero.
     fn surface(&self) -> f64 {
         let h = self.half;
         h.x * h.y + h.y * h.z + h.z * h.x

@@ -42,12 +42,12 @@ impl Hierarchy {
     }
 }
 
-/// The parts of the work that the top's cuts and the subtrees are, for the progress report; the
-/// top's hulls are the rest.
+/// Shares of the work for the progress report: the top's splits, and the subtrees. The top's hulls
+/// are the rest.
 const CUT_SHARE: f64 = 0.1;
 const SUBTREE_SHARE: f64 = 0.65;
 
-/// The top of the tree, whose parts are too large for one hand.
+/// The top of the tree, whose parts are too large for one worker.
 struct Crown {
     /// The root first, then level by level.
     parts: Vec<Part>,
@@ -56,9 +56,9 @@ struct Crown {
 }
 
 struct Part {
-    /// Its pieces in the order.
+    /// Range of its pieces in the order.
     range: Range<usize>,
-    /// The parts that it was cut into; none for one that is a subtree.
+    /// The two parts that it was split into; `None` for a subtree.
     halves: Option<[usize; 2]>,
 }
 
@@ -151,7 +151,7 @@ impl Crown {
         Hierarchy { nodes: whole.nodes, hulls: whole.hulls, depth }
     }
 
-    /// Appends a part and all below it; answers its node and depth.
+    /// Appends a part and all below it; returns its node and depth.
     fn append(
         &self,
         part: usize,
@@ -191,7 +191,7 @@ impl Subtree {
         Ok(tree)
     }
 
-    /// Builds the node over `order` and answers its index and depth.
+    /// Builds the node over `order` and returns its index and depth.
     fn grow(&mut self, maker: &Maker<'_>, order: &mut [u32]) -> Result<(u32, usize), HierarchyError> {
         if let [piece] = *order {
             let (sphere, oriented_box) = bounds_of(&maker.pieces[piece as usize]);
@@ -243,7 +243,7 @@ struct Maker<'a> {
 }
 
 impl Maker<'_> {
-    /// Sorts the pieces along the direction of largest spread and answers where the second part
+    /// Sorts the pieces along the direction of largest spread and returns where the second part
     /// begins.
     fn split(&self, order: &mut [u32]) -> usize {
         let centroids: Vec<DVec3> = order.iter().map(|&piece| self.pieces[piece as usize].centroid()).collect();
@@ -274,7 +274,8 @@ impl Maker<'_> {
 
     fn hull(&self, left: &Polytope, right: &Polytope) -> Result<Polytope, HullError> {
         let points: Vec<DVec3> = left.vertices().iter().chain(right.vertices()).copied().collect();
-        // Merging is a convenience for walks; where it finds no volume, exact coplanarity decides.
+        // Merging only makes walks shorter. If the merged hull has no volume, merge only exactly
+        // coplanar faces.
         for coplanar in [self.coplanar, 0.0] {
             if let Some((polytope, inputs)) = convex_hull(&points, coplanar)?.into_polytope() {
                 return Ok(tag(polytope, &inputs, left, right, self.coplanar));
@@ -284,8 +285,8 @@ impl Maker<'_> {
     }
 }
 
-/// Finds the cut of a row of boxes in two with the least sum over both parts of surface times
-/// number: the likely cost of a traversal below them.
+/// Splits a row of boxes where the sum of surface times number over both parts is least: the
+/// expected cost of a traversal below them.
 fn cheapest_cut(extents: &[Aabb]) -> usize {
     let count = extents.len();
     let mut costs = vec![0.0; count];

@@ -1,7 +1,7 @@
 //! The walker of the tree's invariants.
 //!
-//! 1. One tree: children stand before their parent, every node but the root has one parent, every
-//!    piece one leaf.
+//! 1. One tree: children come before their parent, every node but the root has one parent, and
+//!    every piece is in one leaf.
 //! 2. Each inner hull encloses the hulls of its children, but for the merge distance.
 //! 3. The ball and the box of a node hold every vertex of the pieces below it.
 //!
@@ -17,7 +17,8 @@ use crate::body::Polytope;
 /// A broken invariant of a hierarchy.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum HierarchyFault {
-    /// A child does not stand before its parent, or has two of them, or the tree has several roots.
+    /// A child does not come before its parent, a node has two parents, or the tree has several
+    /// roots.
     #[error("node {0} is not the child of exactly one later node")]
     Parent(u32),
     /// A piece is in no leaf or in several, or a leaf names a piece that does not exist.

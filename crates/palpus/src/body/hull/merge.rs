@@ -1,19 +1,19 @@
 //! Merges the coplanar triangles of a hull into planar faces.
 //!
-//! 1. The largest triangle that has no face yet founds one. Its plane supports the whole hull
-//!    exactly, and so it stays the face's plane: no drift along a chain of merges.
+//! 1. The largest triangle without a face starts a new face. Its plane supports the whole hull
+//!    exactly and stays the face's plane, so a chain of merges causes no drift.
 //! 2. The face grows across sides to triangles whose corners lie within the merge distance below
 //!    that plane, and only so that it stays a disc with a simple border and does not fold over a
 //!    sharp edge.
-//! 3. A vertex inside one face is gone; one between only two faces lies on a straight side and is
-//!    dropped from both.
+//! 3. A vertex inside one face is dropped. A vertex of only two faces lies on a straight side and
+//!    is dropped from both.
 //! 4. A face that has no three corners left, that is turned over or has a reflex corner, or whose
 //!    dropped vertices do not lie on the side that replaces them (two faces at a tiny angle), has
-//!    merged too much: its triangles start again with a smaller merge distance, then with exact
-//!    coplanarity, and if that fails too, every triangle is a face.
+//!    merged too much. Its triangles are merged anew with a smaller merge distance, then with exact
+//!    coplanarity. If that fails too, every triangle is a face.
 //!
-//! Vertices nearer to each other than the merge distance are not welded; a mesh is welded before it
-//! comes here.
+//! Vertices nearer to each other than the merge distance are not welded here; the mesh is already
+//! welded.
 
 use glam::DVec3;
 
@@ -31,11 +31,11 @@ use crate::{
 
 const NONE: u32 = u32::MAX;
 
-/// Which triangles make which face.
+/// The assignment of triangles to faces.
 struct Faces {
     /// The face of each triangle.
     of: Vec<u32>,
-    /// For each face, the triangle that founded it and the normal of that.
+    /// For each face, its first triangle and that triangle's normal.
     founders: Vec<(u32, DVec3)>,
 }
 
@@ -62,9 +62,9 @@ pub(super) fn merged(points: &[DVec3], shell: &Shell, coplanar: f64) -> Result<(
             }
         }
     }
-    // Exact coplanarity is not transitive: of points on a lattice that rounding has bent, some
-    // triples are exactly coplanar and some are not, and a vertex between two faces need not lie on
-    // a straight side. Every triangle alone is a face.
+    // Exact coplanarity is not transitive: on a lattice that rounding has bent, some points are
+    // exactly coplanar and some are not, and a vertex between two faces need not lie on a straight
+    // side. Every triangle alone is a face.
     match assemble(points, shell, &unmerged(points, shell), 0.0) {
         Ok(Some(answer)) => Ok(answer),
         Ok(None) => Err(Unmergeable { collinear: Vec::new() }),
@@ -72,10 +72,10 @@ pub(super) fn merged(points: &[DVec3], shell: &Shell, coplanar: f64) -> Result<(
     }
 }
 
-/// Triangles so narrow that rounding leaves them no normal.
+/// Triangles so narrow that their normal is rounding noise.
 pub(super) struct Unmergeable {
-    /// Their corners opposite their longest sides: points that lie on a segment of others but for
-    /// rounding.
+    /// The corners opposite their longest sides: points that lie, up to rounding, on a segment
+    /// between other points.
     pub(super) collinear: Vec<u32>,
 }
 
@@ -92,7 +92,7 @@ fn middles(points: &[DVec3], shell: &Shell, spoilt: &[bool]) -> Vec<u32> {
     middles
 }
 
-/// Each triangle a face of its own.
+/// Makes each triangle its own face.
 fn unmerged(points: &[DVec3], shell: &Shell) -> Faces {
     let normal = |corners: &[u32; 3]| {
         let [a, b, c] = corners.map(|v| points[v as usize]);
@@ -102,8 +102,8 @@ fn unmerged(points: &[DVec3], shell: &Shell) -> Faces {
     Faces { of: (0..shell.triangles.len() as u32).collect(), founders }
 }
 
-/// A spoilt face that cannot retreat owes it to its neighbours: a triangle whose corner lies on
-/// another face's side.
+/// If an invalid face cannot shrink, its neighbours are the cause: it is a triangle with a corner
+/// on another face's side.
 fn spoil_neighbours(shell: &Shell, faces: &Faces, distances: &[f64], spoilt: &mut [bool]) {
     let at_end: Vec<u32> = (0..faces.of.len() as u32)
         .filter(|&t| spoilt[faces.of[t as usize] as usize] && distances[t as usize] <= 0.0)
@@ -173,8 +173,8 @@ fn keeps_a_disc(shell: &Shell, face_of: &[u32], touched: &[u32], t: u32, face: u
     }
 }
 
-/// Steps 3 and 4. `Err` tells the faces that have merged too much, `Ok(None)` that some have and it
-/// is not known which.
+/// Steps 3 and 4. Returns `Err` with the faces that have merged too much, or `Ok(None)` if some
+/// have but it is not known which.
 #[allow(clippy::type_complexity, reason = "the three outcomes of one private step")]
 fn assemble(
     points: &[DVec3],
@@ -182,7 +182,8 @@ fn assemble(
     faces: &Faces,
     coplanar: f64,
 ) -> Result<Option<(Polytope, Vec<u32>)>, Vec<bool>> {
-    // A face passes a vertex of its border once, so a vertex has as many faces as borders leave it.
+    // A border passes each of its vertices once, so the number of faces at a vertex is the number
+    // of borders that leave it.
     let mut valence = vec![0u32; points.len()];
     let mut first_side = vec![(NONE, 0); faces.founders.len()];
     for (t, corners) in shell.triangles.iter().enumerate() {

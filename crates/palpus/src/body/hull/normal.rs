@@ -1,15 +1,16 @@
 //! Normals of triangles to full precision, however thin the triangle.
 //!
-//! A plain cross product of a needle's sides loses as many digits as the needle is thin, and a
-//! plane with such a normal is no supporting plane of the hull. Here differences and products carry
-//! their rounding errors along (Dekker's double-double), so that the result is right to about
-//! 1e-31 of the product of the sides.
+//! A plain cross product of a needle's sides loses more digits the thinner the needle is. A plane
+//! with such a normal does not support the hull. Here differences and products carry their rounding
+//! errors along (Dekker's double-double), so that the result is right to about 1e-31 of the product
+//! of the sides.
 
 use glam::DVec3;
 
 /// (b − a) × (c − a), rounded once.
 pub(super) fn cross_of(a: DVec3, b: DVec3, c: DVec3) -> DVec3 {
-    // The same whichever corner comes first; the two shorter sides cancel least.
+    // Uses the two shorter sides: they cancel least, and the result does not depend on which corner
+    // comes first.
     let (ab, bc, ca) = (a.distance_squared(b), b.distance_squared(c), c.distance_squared(a));
     let [a, b, c] = if bc >= ab && bc >= ca {
         [a, b, c]

@@ -10,11 +10,11 @@
 //! 4. The points that waited at the removed facets wait at a new facet that they lie above, or are
 //!    inside.
 //!
-//! Why exact signs are enough, with coplanar counted as *not above*: seen from the apex, the facets
-//! strictly below it project one to one onto a convex polygon, so they form a disc and no side of
-//! the horizon is in line with the apex: no facet is ever degenerate. And a point above both facets
-//! at a side of the horizon is above the new facet there, whose normal is a non-negative
-//! combination of theirs: no point outside is lost in step 4.
+//! Exact signs are sufficient if coplanar counts as *not above*. Seen from the apex, the facets
+//! strictly below it project one to one onto a convex polygon. So they form a disc, no side of the
+//! horizon is in line with the apex, and no new facet is degenerate. At a side of the horizon, the
+//! new facet's normal is a non-negative combination of the normals of the two facets there. So a
+//! point above both is above the new facet, and step 4 loses no outside point.
 
 use glam::DVec3;
 

@@ -28,7 +28,7 @@ fn volume(polytope: &Polytope) -> f64 {
     sum / 6.0
 }
 
-/// Everything that a hull owes to its points; `what` names the set.
+/// Checks every property of a hull of these points; `what` names the set.
 fn assert_hull(points: &[DVec3], hull: &Hull, coplanar: f64, what: &str) {
     let slack = 2.0 * coplanar + 1e-13 * size_of(points);
     match hull {

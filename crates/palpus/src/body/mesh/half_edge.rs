@@ -63,8 +63,8 @@ impl HalfEdges {
         answer
     }
 
-    /// The triangle across side `k` of triangle `t`, and its side that is the same edge;
-    /// `None` where there is no unique one of the same orientation.
+    /// The triangle across side `k` of triangle `t`, and the index of the common edge there; `None`
+    /// if there is no unique neighbour of the same orientation.
     #[inline]
     pub fn neighbour(&self, t: u32, k: usize) -> Option<(u32, usize)> {
         let twin = self.twins[3 * t as usize + k];
@@ -102,8 +102,8 @@ fn turned(mesh: &Mesh, side: u32) -> [DVec3; 3] {
 }
 
 /// Coplanar when each triangle's far corner is within `height_tolerance` of the other's plane and
-/// neither folds back onto the other; else what the exact side of the far corner says. A fold of
-/// exactly no opening counts as reflex, the kind that nothing is grown across.
+/// neither folds back onto the other; else the exact side of the far corner decides. A fold of
+/// opening angle zero counts as reflex, so that no patch grows across it.
 fn classify(mesh: &Mesh, first: u32, second: u32, height_tolerance: f64) -> EdgeKind {
     let ([a, b, c], [_, _, d]) = (turned(mesh, first), turned(mesh, second));
     let (n_first, n_second) = (mesh.triangle_normal(first / 3), mesh.triangle_normal(second / 3));

@@ -9,7 +9,7 @@
 //!    taken apart.
 //! 4. Self-intersections: pairs of triangles that cross, overlap in a plane or touch, by exact
 //!    tests of all pairs whose boxes overlap. The number of tests is bounded.
-//! 5. All of it once more in plain words ([`Notice`]).
+//! 5. Notices of these findings for the user ([`Notice`]).
 
 mod components;
 mod notice;
@@ -27,7 +27,7 @@ pub use self_intersections::SelfIntersections;
 /// Health of a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Health {
-    /// Changes that made a mesh of the file.
+    /// Changes that were made to the file's polygons.
     pub cleaning: Cleaning,
     /// Each component, in the order of its first triangle.
     pub components: Vec<ComponentHealth>,
@@ -41,7 +41,7 @@ pub struct Health {
     pub pinched_vertices: usize,
     /// Each edge is used as often in either direction: the surface has no boundary.
     pub closed: bool,
-    /// `None` when they were not looked for.
+    /// `None` if self-intersections were not tested.
     pub self_intersections: Option<SelfIntersections>,
 }
 
@@ -94,7 +94,7 @@ impl Health {
         if self.closed && self.is_manifold() { self.components.iter().map(|c| c.genus).sum() } else { None }
     }
 
-    /// All that a user should know, the most consequential first.
+    /// All notices for the user, the most important first.
     pub fn notices(&self) -> Vec<Notice> {
         let cleaning = &self.cleaning;
         let mut notices = Vec::new();

@@ -4,14 +4,14 @@
 //!    edges, each triangle is turned to agree with the one before; if most of a component would
 //!    turn, the others turn instead.
 //! 2. A component is closed when each of its edges is used as often in either direction. The sign
-//!    of its volume then tells its orientation; that of open ones is left as the file has it.
+//!    of its volume then tells its orientation. Open components keep the file's orientation.
 //! 3. Closed components nest. An outermost one of negative volume is inside out, and with it
 //!    everything in it: all of it is turned. A component inside another and of opposite sign is a
-//!    cavity, which is right as it is. Only where the file contradicted itself within a component
-//!    is the sign taken from the depth: even is solid, odd is a cavity.
+//!    cavity and stays as it is. Only if the file's orientation is inconsistent within a component
+//!    does the nesting depth decide: even is solid, odd is a cavity.
 //!
-//! A component lies inside another when its box does and so do sample vertices; where components
-//! cross, neither is inside.
+//! A component lies inside another if its box and its sample vertices do. If components cross,
+//! neither is inside the other.
 
 use glam::DVec3;
 
@@ -63,7 +63,8 @@ pub(in crate::body) fn orient(vertices: &[DVec3], triangles: &mut [[u32; 3]]) ->
         }
     }
     if answer.inverted > 0 && !answer.balanced {
-        // Turning a whole component can also mend or break what it shares with others.
+        // Turning a whole component can also repair or break the orientation at edges that it
+        // shares with others.
         let uses = EdgeUses::new(vertices.len(), triangles);
         answer.balanced = Balance::new(&uses, triangles, &answer.component, members.len()).whole;
     }
@@ -181,7 +182,8 @@ fn inside_out(
         if !trusted[c] {
             return (volumes[c] < 0.0) == holders.len().is_multiple_of(2);
         }
-        // The outermost holder is the one that nothing holds; it speaks for all that lies in it.
+        // The outermost enclosing component lies in no other. Its sign decides for everything
+        // inside it.
         holders.iter().any(|&h| around[h].is_empty() && volumes[h] < 0.0)
     };
     candidates.iter().copied().filter(|&c| inverted(c)).collect()
@@ -209,7 +211,7 @@ fn containers(
             let tree =
                 tree.get_or_insert_with(|| TriangleTree::over(vertices, triangles, members[outer].clone(), true));
             let step = members[inner].len().div_ceil(tolerance::NESTING_SAMPLES);
-            // Samples on the outer surface itself say nothing.
+            // Samples on the outer surface itself do not decide.
             let mut windings = members[inner]
                 .iter()
                 .step_by(step)

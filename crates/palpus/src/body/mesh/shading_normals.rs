@@ -1,8 +1,8 @@
 //! Per-corner normals for force shading, split at creases \[MS96\].
 //!
 //! The normal at a corner of a triangle is the mean of the normals of the faces around that vertex,
-//! weighted by their angles there, so that how a flat face is cut into triangles does not count (G.
-//! Thürmer, C. Wüthrich, *Computing vertex normals from polygonal facets*, 1998). Only the
+//! weighted by their angles there, so that it does not matter how a flat face is cut into triangles
+//! (G. Thürmer, C. Wüthrich, *Computing vertex normals from polygonal facets*, 1998). Only the
 //! faces that can be reached around the vertex without crossing a crease take part: sharp edges
 //! stay sharp, and a triangle with creases on both sides of a corner keeps its own normal there. A
 //! crease is an edge where the normal turns by more than the crease angle, or that has no unique
@@ -20,7 +20,7 @@ pub struct ShadingNormals {
 
 impl ShadingNormals {
     /// The normals of `mesh` with creases where the normal turns by more than `crease_angle`
-    /// (radians; 0 makes all faces flat but those in one plane, π none).
+    /// (radians; at 0 every bend is a crease, at π none is).
     pub fn new(mesh: &Mesh, edges: &HalfEdges, crease_angle: f64) -> Self {
         let count = mesh.triangles().len() as u32;
         let fans = Fans {
@@ -58,7 +58,7 @@ impl ShadingNormals {
     pub fn at(&self, t: u32, weights: DVec3) -> DVec3 {
         let corners = &self.corners[t as usize];
         let sum = corners[0] * weights.x + corners[1] * weights.y + corners[2] * weights.z;
-        // Opposite normals cancel only between needles: then the nearest corner's.
+        // Opposite normals cancel only between needles. Then use the nearest corner's normal.
         sum.try_normalize().unwrap_or(corners[weights.max_position()])
     }
 

@@ -2,8 +2,9 @@
 
 use glam::DVec3;
 
-/// Polygons over a list of vertices, as read from a file: nothing about it is trusted but that
-/// indices are in range and coordinates are finite, which the readers check (they know the line).
+/// Polygons over a list of vertices, as read from a file: the readers check only that indices are
+/// in range and coordinates are finite, since they know the line of an error. Everything else may
+/// be wrong.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PolygonSoup {
     /// In model units.

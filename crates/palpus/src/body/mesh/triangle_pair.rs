@@ -1,18 +1,18 @@
 //! Do two triangles cross? Decided by exact predicates only.
 //!
-//! Corners at the very same coordinates are shared. What two triangles have in common *because*
-//! they share a vertex or an edge is not counted, so neighbours in a sound mesh are
-//! [`TrianglePair::Apart`].
+//! Corners at the very same coordinates are shared. Common points *because* of a shared vertex or
+//! edge do not count, so neighbours in a valid mesh are [`TrianglePair::Apart`].
 //!
-//! 1. Which side of each plane are the other triangle's corners on? All strictly on one side:
-//!    apart. All in it: coplanar, decided in a projection that drops one coordinate, which is
-//!    exact.
-//! 2. Both triangles reach strictly to both sides of the other's plane: each meets the line common
-//!    to the planes in an interval; they cross when the open intervals overlap, decided by two more
-//!    predicates (Guigue and Devillers, *Fast and Robust Triangle–Triangle Overlap Test*, 2003).
-//! 3. Not crossing, they may still touch: some edge of one meets the other. With one shared vertex
-//!    only the edges opposite it can: what two triangles have in common is convex, and leaves both
-//!    through such an edge.
+//! 1. Find the side of each triangle's plane on which the other's corners lie. If all lie strictly
+//!    on one side, the triangles are apart. If all lie in the plane, the triangles are coplanar,
+//!    and an exact projection that drops one coordinate decides.
+//! 2. If each triangle has corners strictly on both sides of the other's plane, each meets the
+//!    common line of the planes in an interval. They cross if the open intervals overlap, which two
+//!    more predicates decide (Guigue and Devillers, *Fast and Robust Triangle–Triangle Overlap
+//!    Test*, 2003).
+//! 3. Triangles that do not cross may still touch: an edge of one meets the other. With one shared
+//!    vertex, only the edges opposite it need a test: the common part is convex and leaves the
+//!    triangles through such an edge.
 //!
 //! Triangles without area must not be given; their answer means nothing (nothing panics).
 
@@ -118,8 +118,8 @@ impl Shared {
 }
 
 /// On which side of the triangle's plane each of the points lies. The predicate is slowest where
-/// the answer is zero, so the two commonest reasons for that are looked at first: corners of the
-/// triangle itself, and a plane along two axes.
+/// the answer is zero, so the two most common such cases are tested first: corners of the triangle
+/// itself, and a plane along two axes.
 fn sides(triangle: &[DVec3; 3], points: &[DVec3; 3]) -> [f64; 3] {
     let [a, b, c] = *triangle;
     let level = a.cmpeq(b) & b.cmpeq(c);
@@ -143,8 +143,8 @@ fn straddles(sides: [f64; 3]) -> bool {
 fn intervals_overlap(a: [DVec3; 3], sides_of_a: [f64; 3], b: [DVec3; 3], sides_of_b: [f64; 3]) -> bool {
     let ([p1, mut q1, mut r1], a_above) = loner_first(a, sides_of_a);
     let ([p2, mut q2, mut r2], b_above) = loner_first(b, sides_of_b);
-    // Orient each so that the other's loner is above it; the loners then see the two intervals in
-    // the same direction.
+    // Orient each triangle so that the other's single corner is above it. Both intervals then run
+    // in the same direction.
     if !a_above {
         std::mem::swap(&mut q2, &mut r2);
     }
@@ -334,7 +334,8 @@ mod tests {
             };
             let (a, b) = (triangle(), triangle());
             let real = |t: [Whole; 3]| t.map(|p| DVec3::from(p.map(|x| x as f64 * 0.1)));
-            // Tenths are not exact; only whole numbers keep planes planar.
+            // Multiples of 0.1 are not exact; only integer coordinates keep the corners in one
+            // plane.
             let whole = |t: [Whole; 3]| real(t).map(|p| (p * 10.0).round());
             let answer = TrianglePair::new(whole(a), whole(b));
             assert_eq!(answer, oracle(a, b), "seed {SEED}, case {case}: {a:?} {b:?}");
@@ -345,8 +346,8 @@ mod tests {
             let shared = a.iter().filter(|p| b.contains(p)).count();
             seen[shared * 4 + answer as usize] += 1;
         }
-        // Everything that can be was there: with two shared corners triangles neither touch nor
-        // cross, with three they overlap.
+        // Every possible case occurred. With two shared corners triangles neither touch nor cross;
+        // with three they overlap.
         for (kind, &count) in seen.iter().enumerate() {
             let possible = kind < 8 || [8, 11, 15].contains(&kind);
             assert_eq!(count > 0, possible, "seed {SEED}, {} shared, kind {}: {count}", kind / 4, kind % 4);

@@ -157,8 +157,8 @@ impl TriangleTree {
         )
     }
 
-    /// True if `is_one` says so of a triangle near `query`: of those in the leaves whose boxes
-    /// overlap it and do not lie wholly above one of `planes` lowered by `depth`.
+    /// True if `is_one` holds for a triangle near `query`. It is asked for the triangles in leaves
+    /// whose boxes overlap `query` and do not lie wholly above one of `planes`, lowered by `depth`.
     pub(in crate::body) fn any_below(
         &self,
         query: &Aabb,

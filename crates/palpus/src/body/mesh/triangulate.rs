@@ -8,8 +8,8 @@
 //!    it turns strictly left and no other corner lies in its closed triangle. Straight corners are
 //!    no ears, so corners on a side of the polygon end in triangles of positive area and the
 //!    neighbour across that side still fits.
-//! 4. When no ear is left, the polygon crosses itself: the sharpest left turn is cut regardless,
-//!    and the answer says so.
+//! 4. If no ear is left, the polygon crosses itself. Then the sharpest left turn is cut anyway, and
+//!    the result says so.
 //!
 //! Source of the ear theorem: G. Meisters, *Polygons have ears*, 1975.
 
@@ -20,7 +20,7 @@ use glam::{DVec2, DVec3};
 
 use crate::body::mesh::triangle_pair::turn;
 
-/// How the cutting of one polygon went.
+/// Result of cutting one polygon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cut {
     /// Into `n − 2` triangles of the polygon's orientation.
@@ -171,9 +171,9 @@ impl<'a> EarCutter<'a> {
         turn(a, b, c) > 0.0 && !self.blunt.iter().any(|&j| self.alive[j] && apart(j) && covered(self.flat[j]))
     }
 
-    /// The ear with the shortest cut. Cutting elsewhere can only unblock a corner, and corners next
-    /// to a cut are offered anew; corners that a far cut has unblocked are found by asking all
-    /// again once none is known.
+    /// The ear with the shortest cut. A cut elsewhere can only unblock a corner. Corners next to a
+    /// cut are tested again at once. Corners that a distant cut has unblocked are found when no ear
+    /// is known and all corners are tested again.
     fn best_ear(&mut self) -> Option<usize> {
         if let Some(ear) = self.pop_ear() {
             return Some(ear);

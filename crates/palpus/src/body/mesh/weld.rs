@@ -17,8 +17,8 @@ use crate::body::Aabb;
 use crate::body::mesh::edge_uses::EdgeUses;
 
 /// For each vertex the first vertex that it is merged with (itself, for most). `used` marks the
-/// vertices of faces: the others must not stretch the extent that the tolerance is relative to
-/// (which is not 0), and stay themselves.
+/// vertices of faces. The other vertices are not merged and do not count for the extent (not 0)
+/// that the tolerance is relative to.
 pub(in crate::body) fn weld(vertices: &[DVec3], used: &[bool]) -> Vec<u32> {
     let mut answer: Vec<u32> = (0..vertices.len() as u32).collect();
     let bounds = Aabb::around(vertices.iter().zip(used).filter(|(_, used)| **used).map(|(p, _)| *p));
@@ -50,8 +50,8 @@ fn cells_between(low: [i64; 3], high: [i64; 3]) -> impl Iterator<Item = [i64; 3]
         .flat_map(move |x| (low[1]..=high[1]).flat_map(move |y| (low[2]..=high[2]).map(move |z| [x, y, z])))
 }
 
-/// The side (k) that is longest, if the triangle is lower over it than the register allows: then it
-/// has no area.
+/// The longest side (k) of a triangle without area: its height over that side is below the
+/// register's tolerance.
 pub(in crate::body) fn empty_over(corners: [DVec3; 3]) -> Option<usize> {
     let sides = [0, 1, 2].map(|k| corners[(k + 1) % 3] - corners[k]);
     let longest = if sides[0].length_squared() >= sides[1].length_squared() { 0 } else { 1 };

@@ -11,16 +11,16 @@
 //! * along an edge at which the mesh bends inward, nothing but the face's normal;
 //! * at a vertex, every direction along which no neighbour of the vertex on the mesh lies higher.
 //!
-//! All of it supports the piece: the piece lies within the solid, so its own arc at a convex edge
-//! contains the true one. An edge at which the mesh ends has no true normal on the other side;
-//! there the arc goes on to a right angle, as far as the hull's does.
+//! Each of these normals supports the piece: the piece lies within the solid, so the hull's arc at
+//! a convex edge contains the true arc. At an edge where the mesh ends there is no true normal on
+//! the other side. There the arc spans a right angle, or ends with the hull's arc.
 //!
-//! Borrowed normals make what is minimised over a piece's normals continuous: where an edge pair
-//! ceases at the end of an arc, that end takes over, and at the same pose the neighbour's own face
-//! has the same depth.
+//! Borrowed normals make the minimum over a piece's normals continuous in the pose. Where an edge
+//! pair ceases to exist at the end of an arc, the normal at that end has the same depth. So has the
+//! neighbour's own face at the same pose.
 //!
-//! Deviation from \[K02\], which knows original and virtual features and nothing of where an edge's
-//! arc ends.
+//! Deviation from \[K02\], which distinguishes original and virtual features but does not limit an
+//! edge's arc.
 
 mod apart;
 mod build;
@@ -48,7 +48,7 @@ pub struct Admissible {
     caps: Vec<Cap>,
     ring_starts: Vec<u32>,
     ring: Vec<u32>,
-    /// How far a vertex of a plane may be off it, metres.
+    /// Largest distance of a plane's vertices from the plane, metres.
     noise: f64,
 }
 
@@ -84,8 +84,8 @@ pub struct Borrowed {
 pub struct OwnArc {
     /// Index in the polytope.
     pub edge: u32,
-    /// The plane to the left of the edge: a face of the polytope, or, counted on from there, a
-    /// borrowed one.
+    /// The plane to the left of the edge. Numbers below the face count are faces of the polytope;
+    /// the following ones are borrowed planes.
     pub left: u32,
     /// The plane to the right.
     pub right: u32,
@@ -179,7 +179,7 @@ impl<'a> OwnNormals<'a> {
         [arc.left, arc.right].map(|plane| self.plane(plane).normal)
     }
 
-    /// A plane by the number that arcs give it.
+    /// The plane of a number as stored in the arcs.
     #[inline]
     pub fn plane(&self, index: u32) -> Plane {
         match (index as usize).checked_sub(self.polytope.face_count()) {
@@ -242,8 +242,8 @@ impl<'a> OwnNormals<'a> {
         let edge = self.polytope.edge(arc.edge);
         let along = self.polytope.vertex(edge.head) - self.polytope.vertex(edge.tail);
         let slack = ADMISSIBLE_ANGLE * along.length();
-        // Between the ends: not before the left one, not after the right one, on the way of less
-        // than half a turn.
+        // True between the two ends: not before the left one and not after the right one, along the
+        // shorter arc.
         along.dot(left.cross(direction)) >= -slack
             && along.dot(direction.cross(right)) >= -slack
             && direction.dot(left + right) > 0.0

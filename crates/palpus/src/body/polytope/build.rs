@@ -1,10 +1,10 @@
-//! How polytopes are made: of their faces, as plates, and again of what was kept of them.
+//! Makes polytopes from their faces, as plates, and from stored parts.
 //!
 //! 1. Number the edges as the loops meet them first; each is met once in either direction.
-//! 2. Pair each corner of a loop with that at which its edge is met again.
-//! 3. Around each vertex, go from the edge that leaves it in a face across that face to the edge
-//!    that enters it: the ring.
-//! 4. Write all of it into one list, and see what follows from the coordinates.
+//! 2. Pair each corner of a loop with the corner at which its edge occurs again.
+//! 3. Make each vertex's ring: in each face, go from the edge that leaves the vertex to the edge
+//!    that enters it.
+//! 4. Write all indices into one list, and compute what follows from the coordinates.
 
 use glam::DVec3;
 
@@ -141,8 +141,8 @@ impl Polytope {
     }
 }
 
-/// Makes solid polytopes again from their stored parts; its working memory is used again for the
-/// next.
+/// Restores solid polytopes from their stored parts; its working memory serves one polytope after
+/// another.
 #[derive(Debug, Default)]
 pub struct PolytopeRestorer {
     skin: Skin,
@@ -153,7 +153,7 @@ pub struct PolytopeRestorer {
 }
 
 impl PolytopeRestorer {
-    /// Begins with the first face of a polytope that has so many vertices.
+    /// Starts a polytope with the given number of vertices, at its first face.
     pub fn begin(&mut self, vertices: usize) {
         let Skin { loop_starts, loop_vertices, loop_edges, edges } = &mut self.skin;
         for list in [&mut *loop_starts, loop_vertices, loop_edges] {
@@ -166,8 +166,8 @@ impl PolytopeRestorer {
         self.met.resize(vertices, u32::MAX);
     }
 
-    /// Appends a corner to the face under way: its vertex, and whether its edge was met before, and
-    /// then which it is.
+    /// Appends a corner to the current face: its vertex, and the index of its edge if that occurred
+    /// before.
     #[inline]
     pub fn corner(&mut self, vertex: u32, edge: Option<u32>) {
         let fresh = self.skin.edges.len() as u32;
@@ -225,8 +225,8 @@ impl PolytopeRestorer {
         }
         let mut polytope = skin.assembled(room, vertices, planes, |f| originals[f], false).ok()?;
         polytope.set_bulge(bulge);
-        // A vertex of two corners would make a fold; one that is not finite shows in the sphere
-        // around all.
+        // A vertex with only two corners would make a fold. A vertex that is not finite makes the
+        // bounding sphere not finite.
         let whole = (0..polytope.vertices.len() as u32).all(|v| polytope.ring(v).len() >= 3);
         (whole && polytope.centroid.is_finite() && polytope.radius.is_finite()).then_some(polytope)
     }
@@ -245,7 +245,8 @@ struct Skin {
 /// Memory for assembling.
 #[derive(Debug, Default)]
 struct Room {
-    /// For each edge, the corner at which it was met first; later any.
+    /// For each edge, the corner at which it first occurred; after pairing, either of its two
+    /// corners.
     met: Vec<u32>,
     /// For each corner, that at which its edge runs the other way.
     twins: Vec<u32>,
@@ -342,7 +343,7 @@ impl Skin {
             if k >= corners {
                 return Err(PolytopeError::OpenRing(v as u32));
             }
-            // Ends where it began, since no two corners go on to the same one.
+            // The walk ends where it began, since no two corners have the same successor.
             loop {
                 let neighbour = self.loop_vertices[twins[k] as usize];
                 all.extend([neighbour, self.loop_edges[k], face_of[k]]);

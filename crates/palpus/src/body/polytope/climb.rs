@@ -10,9 +10,9 @@ impl Polytope {
     ///
     /// A climb ends at a global maximum, since the polytope is convex; it moves only to strictly
     /// higher vertices, so a plateau cannot make it cycle. On a rough polytope ([`Self::is_rough`])
-    /// the edge may be missing that led on: there it ends only where no vertex of the faces around
-    /// is higher. From the vertex of a near direction it looks at one or two rings, which is less
-    /// than [`Self::support`] does; from any other, more.
+    /// the edge to the next higher vertex may be missing. There the climb ends only if no vertex of
+    /// the faces around is higher. If `from` supports a near direction, the climb visits one or two
+    /// rings, fewer vertices than [`Self::support`]; otherwise it visits more.
     #[inline]
     pub fn climb(&self, from: u32, direction: DVec3) -> (u32, f64) {
         match &self.lists.all {
@@ -44,7 +44,7 @@ impl Polytope {
         }
     }
 
-    /// The same, and the height of the highest of the neighbours there.
+    /// As [`Self::climb`], with the height of the highest neighbour of the vertex found.
     #[inline]
     pub fn climb_apart(&self, from: u32, direction: DVec3) -> (u32, f64, f64) {
         match &self.lists.all {
@@ -78,8 +78,8 @@ impl Polytope {
         }
     }
 
-    /// From vertex `here`, at `height`, above which no neighbour is: the highest vertex of the
-    /// faces around that is, and its height.
+    /// From vertex `here`, which has no neighbour above its `height`: the highest vertex above it
+    /// among the faces around, and that vertex's height.
     #[inline]
     fn over_missing_edge(&self, here: u32, height: f64, direction: DVec3) -> Option<(u32, f64)> {
         if self.rough { self.highest_around(here, height, direction) } else { None }
@@ -90,7 +90,7 @@ impl Polytope {
         let mut best = (here, height);
         for spoke in self.ring(here).iter() {
             let corners = self.face_vertices(spoke.left);
-            // All of a triangle are neighbours.
+            // All vertices of a triangle are neighbours.
             if corners.len() > 3 {
                 for v in corners {
                     let h = direction.dot(self.vertex(v));

@@ -1,10 +1,10 @@
 //! Starting vertices for the search of a polytope's support, for directions without a hint.
 //!
-//! * A small polytope keeps its coordinates by fours, x beside x, and all are looked at without a
-//!   branch.
+//! * A small polytope stores its coordinates in groups of four, x beside x, and tests all vertices
+//!   without a branch.
 //! * A larger one keeps a map of the sphere of directions, unfolded to a square as an octahedron
-//!   is, with about one cell per vertex; each cell knows the vertex farthest along its middle. A
-//!   climb from there has one or two rings to look at, at any number of vertices.
+//!   is, with about one cell per vertex; each cell stores the vertex farthest along its middle
+//!   direction. A climb from there visits one or two rings, for any number of vertices.
 
 use glam::DVec3;
 
@@ -77,7 +77,7 @@ impl Directory {
         Self::Map { side: side as u32, starts: starts.into_boxed_slice() }
     }
 
-    /// The farthest vertex, if the polytope is so small that all are looked at.
+    /// The farthest vertex, if the polytope is small enough to test all vertices.
     #[inline]
     pub(in crate::body) fn scan(&self, direction: DVec3) -> Option<u32> {
         match self {
@@ -172,7 +172,7 @@ mod tests {
                 let found = height(&polytope.vertex(polytope.support(d)));
                 assert!(scan - found <= 1e-15, "{n} vertices, {d}: {found}, not {scan}");
             }
-            // Whatever comes in, a vertex comes out.
+            // Any input gives a valid vertex, even NaN.
             for d in [DVec3::ZERO, DVec3::NAN, DVec3::INFINITY, DVec3::splat(f64::MIN_POSITIVE)] {
                 assert!((polytope.support(d) as usize) < polytope.vertices().len());
             }

@@ -11,9 +11,9 @@ use super::Spoke;
 /// A list that does not change.
 #[derive(Clone, Debug)]
 pub(super) enum Numbers {
-    /// All are below 2¹⁶.
+    /// Every index is below 2¹⁶.
     Narrow(Box<[u16]>),
-    /// Some are not.
+    /// Some index is 2¹⁶ or more.
     Wide(Box<[u32]>),
 }
 
@@ -35,7 +35,7 @@ impl Numbers {
         }
     }
 
-    /// So many from `k` on.
+    /// The given number of entries, from `k` on.
     #[inline]
     pub(super) fn some<const N: usize>(&self, k: usize) -> [u32; N] {
         match self {
@@ -58,7 +58,7 @@ impl Numbers {
         }
     }
 
-    /// Changes a number, to one that the list has room for.
+    /// Replaces a number by one that fits the list's width.
     pub(super) fn set(&mut self, k: usize, number: u32) {
         match self {
             Self::Narrow(numbers) => numbers[k] = number as u16,
@@ -111,7 +111,7 @@ impl<'a> Loop<'a> {
         self.at(self.len() - 1)
     }
 
-    /// Is it one of them?
+    /// True if the list holds this index.
     #[inline]
     pub fn contains(self, index: u32) -> bool {
         self.iter().any(|other| other == index)
@@ -219,7 +219,7 @@ impl<'a> Ring<'a> {
         self.at(self.len() - 1)
     }
 
-    /// Some of them, by place.
+    /// The spokes at some places.
     #[inline]
     pub fn part(self, places: Range<usize>) -> Self {
         let numbers = SPOKE * places.start..SPOKE * places.end;

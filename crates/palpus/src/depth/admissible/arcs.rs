@@ -1,5 +1,5 @@
-//! The own arcs in steps 2 and 3 of the search: which of them are looked at, and where a's cross
-//! b's.
+//! The own arcs in steps 2 and 3 of the search: selects arcs, and crosses those of a with those of
+//! b.
 
 use glam::DVec3;
 
@@ -38,7 +38,7 @@ impl Arc {
 }
 
 /// True if the other body's vertex at `point` (in the piece's frame) lies less than `bar` below the
-/// plane at an end of the arc. If it does not, h is not below the bar anywhere on the arc.
+/// plane at an end of the arc. If not, h is at least the bar everywhere on the arc.
 #[inline]
 fn dips(normals: &OwnNormals<'_>, arc: &OwnArc, point: DVec3, bar: f64) -> bool {
     -normals.plane(arc.left).height(point) < bar || -normals.plane(arc.right).height(point) < bar
@@ -54,7 +54,7 @@ impl Search<'_> {
             if !self.cap_a.may_meet(left, right) {
                 continue;
             }
-            // For most arcs a look from the last support is enough.
+            // The last support rejects most arcs.
             if dips(self.b, own, self.point_a, self.bar) {
                 let arc = Arc::of(self.b, own);
                 let a = self.cso.a.support_from(self.hub.a, self.cso.toward_b(arc.left + arc.right));

@@ -13,8 +13,8 @@ use crate::algebra::tolerance::FLUSH_WITNESS;
 use crate::body::{Feature, Polytope};
 
 impl Search<'_> {
-    /// The witness on the features themselves: where the one that owns the normal is nearest to the
-    /// other.
+    /// The witness on the features themselves: the nearest points of the feature that owns the
+    /// normal and the other feature.
     pub(super) fn facing(&self, found: &Found, depth: f64, clip: &mut Clip) -> (DVec3, DVec3) {
         let Found { normal, features, hub } = *found;
         let antipodal = match (features.a, features.b) {
@@ -40,9 +40,9 @@ impl Search<'_> {
         witness(&self.cso, &Facet::at(&self.cso, &corner, FLUSH_WITNESS), &corner, clip)
     }
 
-    /// The witness points. A vertex that lies beside the feature that owns the normal faces a
-    /// neighbouring piece there, and the point stays with it: the contacts of the two pieces are
-    /// then one.
+    /// The witness points. If a vertex lies beside the feature that owns the normal, it faces a
+    /// neighbouring piece. The witness then stays at the vertex, so that the contacts of both
+    /// pieces coincide.
     pub(super) fn witness(&self, found: &Found, depth: f64, facing: (DVec3, DVec3)) -> (DVec3, DVec3) {
         let Found { normal, features, hub } = *found;
         match (features.a, features.b) {

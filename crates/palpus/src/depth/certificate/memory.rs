@@ -7,16 +7,16 @@ use super::super::inner::{Joint, Surface};
 use crate::algebra::Placement;
 use crate::algebra::tolerance::{KEPT_CORNERS, KEPT_TRIANGLES, PROOF_GATHERED};
 
-/// The state of the proofs of one pair of polytopes from tick to tick. It holds for that pair only;
-/// any pose will do, near ones save time.
+/// The state of the proofs of one pair of polytopes from tick to tick. It is valid for that pair
+/// only, at any pose; a near pose saves time.
 #[derive(Clone, Debug)]
 pub struct CertificateMemory {
     pub(super) hubs: Vec<HubPair>,
     pub(super) triangles: Vec<Joint>,
-    /// For each triangle its distance from the origin when it was measured, plus `moved` at that
-    /// time.
+    /// For each triangle, its distance from the origin at its last measurement, plus `moved` at
+    /// that time.
     pub(super) awake_at: Vec<f64>,
-    /// At least how far any point has moved since the surface was judged whole.
+    /// Upper bound of the motion of any point since the whole surface was measured.
     pub(super) moved: f64,
     /// The last pose.
     pose_ba: Placement,
@@ -27,8 +27,8 @@ pub struct CertificateMemory {
 }
 
 impl CertificateMemory {
-    /// Empty, with room for a surface of [`KEPT_CORNERS`] corners (about 12 kB). What needs more is
-    /// proven from nothing each time.
+    /// Empty, with room for a surface of [`KEPT_CORNERS`] corners (about 12 kB). A larger surface
+    /// is not kept: the next proof starts from nothing.
     pub fn new() -> Self {
         Self {
             hubs: Vec::with_capacity(KEPT_CORNERS),
@@ -48,12 +48,12 @@ impl CertificateMemory {
         self.awake_at.clear();
     }
 
-    /// True if it holds a surface, and of these two polytopes.
+    /// True if it holds a surface of these two polytopes.
     pub(super) fn serves(&self, cso: &Cso<'_>) -> bool {
         !self.triangles.is_empty() && self.pair == pair_of(cso)
     }
 
-    /// Counts the motion from the last pose to this one.
+    /// Adds the motion from the last pose to this one.
     pub(super) fn advance(&mut self, cso: &Cso<'_>) {
         let (from, to) = (&self.pose_ba, cso.pose_ba);
         let centre = cso.a.centroid();

@@ -21,9 +21,9 @@ use crate::collision::StopReason;
 enum Ground {
     /// The pair touches.
     Touching,
-    /// A surface of an earlier tick, measured where that was needed.
+    /// A surface of an earlier tick, measured only where necessary.
     Asleep,
-    /// A surface of an earlier tick, judged whole and repaired.
+    /// A surface of an earlier tick, measured as a whole and repaired.
     Kept,
     /// A surface grown from nothing.
     Grown,
@@ -33,13 +33,14 @@ pub(super) struct Search<'s, 'p> {
     cso: &'s Cso<'p>,
     /// The direction of the least h found so far.
     best: Start,
-    /// The answer there, unless the direction is newer.
+    /// The answer along `best`; `None` if `best` is newer than the answer.
     answer: Option<Depth>,
-    /// Corners of the facet there, if a triangle of the surface lies in it.
+    /// Corners of the facet along `best`, if a triangle of the surface lies in that facet.
     facet: Option<[HubPair; 3]>,
     /// Moves of walks.
     steps: u32,
-    /// Heights nearer than this to the depth are as good, beside [`PROOF_RELATIVE`] of the depth.
+    /// Heights within this of the depth count as equal to it, in addition to [`PROOF_RELATIVE`] of
+    /// the depth.
     rounding: f64,
     pub(super) growths: u32,
     surface: &'s mut Surface,
@@ -72,7 +73,7 @@ impl<'s, 'p> Search<'s, 'p> {
         }
     }
 
-    /// The proof, warm or cold, and the answer that is proven or the best known.
+    /// Runs the proof, warm or cold; returns the proven answer, or the best known one.
     pub(super) fn run(&mut self, memory: &mut CertificateMemory) -> Depth {
         let outcome = match self.warm(memory) {
             Err(_) if self.answer.is_none() => self.cold(PROOF_BLIND).or_else(|_| {
@@ -113,7 +114,7 @@ impl<'s, 'p> Search<'s, 'p> {
         Ok(Ground::Kept)
     }
 
-    /// True if those triangles of the kept surface that may have come too near have not.
+    /// Measures the triangles of the kept surface that may have come too near; true if none has.
     fn sleeps(&self, memory: &mut CertificateMemory) -> bool {
         let bar = self.bar();
         let CertificateMemory { hubs, triangles, awake_at, moved, .. } = memory;
@@ -143,20 +144,21 @@ impl<'s, 'p> Search<'s, 'p> {
         self.best.offset - self.tolerance()
     }
 
-    /// Heights nearer than this to the depth are as good.
+    /// Heights within this of the depth count as equal to it.
     #[inline]
     fn tolerance(&self) -> f64 {
         PROOF_RELATIVE * self.best.offset.max(0.0) + self.rounding
     }
 
-    /// Lengths below this are rounding; of a depth that is known, part of what the proof may leave.
+    /// Heights below this are rounding: a quarter of the tolerance if the answer is known, else a
+    /// quarter of the rounding.
     fn slack(&self) -> f64 {
         0.25 * if self.answer.is_some() { self.tolerance() } else { self.rounding }
     }
 
-    /// Goes on from where a walk ends that starts from the best direction. With the depth known
-    /// exactly, fewer triangles come near enough to be grown, and those of nearly flush features,
-    /// which rounding may tear, mostly not.
+    /// Replaces the best direction by the end of a walk from it. With the exact depth, fewer
+    /// triangles are near enough to grow. Triangles of nearly flush features, where rounding may
+    /// tear the surface, then mostly do not grow.
     fn believe_walk(&mut self) {
         let Depth { hub, normal, depth, .. } = self.answer();
         self.best = Start { hub, normal, offset: depth };
@@ -169,7 +171,8 @@ impl<'s, 'p> Search<'s, 'p> {
         }
         self.surface.clear(self.slack(), false);
         if !self.begin()? {
-            // No volume: then some direction has an h of rounding, and it was found.
+            // The CSO has no volume. Then h is zero up to rounding along some direction, and the
+            // search has found it.
             return if self.touches()? { Ok(Ground::Touching) } else { Err(StopReason::Stalled) };
         }
         self.grow(most)?;
@@ -210,12 +213,13 @@ impl<'s, 'p> Search<'s, 'p> {
         if one >= other { toward } else { away }
     }
 
-    /// The support along `normal`, which is noted if h is less there than anywhere else so far.
+    /// The support along `normal`. Stores the direction as the best one if its h is the least so
+    /// far.
     #[inline]
     fn support(&mut self, normal: DVec3) -> HubPair {
         let (hub, offset) = self.cso.support_anew(normal);
-        // A value lower by no more than rounding is no better than the answer with its exact
-        // normal.
+        // A value that is lower only by rounding does not replace the answer, whose normal is
+        // exact.
         if offset < self.best.offset - 0.5 * self.tolerance() {
             self.best = Start { hub, normal, offset };
             self.answer = None;
@@ -223,11 +227,11 @@ impl<'s, 'p> Search<'s, 'p> {
         hub
     }
 
-    /// The answer at the best direction: where a walk from there ends.
+    /// The answer at the end of a walk from the best direction.
     ///
-    /// If features are parallel but for rounding, the walk separates corners less finely than the
-    /// proof does and may end a little above where it began. Then the direction itself is the
-    /// answer, next to the features where the walk ended.
+    /// If features are parallel up to rounding, the walk distinguishes corners less finely than the
+    /// proof and may end slightly above its start. Then the answer has the best direction and the
+    /// features at the end of the walk.
     fn answer(&mut self) -> Depth {
         if let Some(answer) = self.answer {
             return answer;

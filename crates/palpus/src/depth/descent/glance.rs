@@ -65,8 +65,8 @@ impl Glance {
     }
 
     /// True if no normal of vertex `v` of p has an offset below the bar at the hubs of `v` and the
-    /// two ends of an edge of q (in p's frame): at that of them, for each normal, whose end
-    /// supports it. The facet itself lies on the arc of p's edge `own`.
+    /// two ends of an edge of q (in p's frame). For each normal, the hub is that of the end which
+    /// supports the normal. The facet itself lies on the arc of p's edge `own`.
     #[inline]
     fn is_clear(&self, view: &View<'_>, v: u32, own: u32, [tail, head]: [DVec3; 2]) -> bool {
         let (planes, ring, bar) = (view.p.planes(), view.p.ring(v), self.bar);
@@ -74,8 +74,8 @@ impl Glance {
             return false;
         }
         let along = head - tail;
-        // Offsets at the tail, and how much lower the head stands: where it is negative, the head
-        // supports.
+        // The offset at the tail, and how much lower the head lies. If that is negative, the head
+        // supports the normal.
         let sight = |face: u32| {
             let plane = &planes[face as usize];
             (plane.offset - plane.normal.dot(tail), plane.normal.dot(along))
@@ -87,8 +87,8 @@ impl Glance {
             if offset - drop.min(0.0) < bar {
                 return false;
             }
-            // Between normals of different ends, the offset is least, if less than at both, where
-            // the ends change.
+            // Between two normals supported by different ends, any smaller offset is least where
+            // the support changes from one end to the other.
             if offset.min(last_offset) < bar && drop * last_drop < 0.0 && spoke.edge != own {
                 let (here, there) = (last_drop.abs(), drop.abs());
                 let between = view.p.plane(spoke.left).normal * here + view.p.plane(last_face).normal * there;
@@ -116,8 +116,7 @@ impl Doubt {
         &self.hubs[..self.count]
     }
 
-    /// Facets of more hubs than there is room for are not looked around wholly, as their sides are
-    /// not.
+    /// Facets with more hubs than there is room for are tested only in part, as are their sides.
     #[inline]
     fn push(&mut self, hub: HubPair) {
         if self.count < FACET_HUBS {

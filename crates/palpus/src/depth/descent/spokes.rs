@@ -26,19 +26,20 @@ pub(super) struct Lowest {
     pub(super) met: Option<Met>,
 }
 
-/// The spokes of a vertex of q and how far each lies above the supporting plane (not at all: all
-/// are below it).
+/// The spokes of a vertex of q, and the height of each over the supporting plane (all are
+/// negative).
 pub(super) struct Spokes {
     vertex: u32,
     normal: DVec3,
     heights: [f64; FACET_SPOKES],
-    /// The spoke that lies in the plane, since its edge is one of the facet's: see [`side_of`].
+    /// The spoke that lies in the plane because its edge belongs to the facet: see [`side_of`].
     within: u32,
 }
 
 impl Spokes {
     /// The spokes of vertex `w` over the plane of p's `normal`; `within` is the edge that lies in
-    /// it. Odd if the vertex does not support it or another spoke is flush with it.
+    /// it. Fails with `Odd` if the vertex does not support the plane, or another spoke is flush
+    /// with the plane.
     #[inline]
     pub(super) fn of(view: &View<'_>, w: u32, normal: DVec3, within: Option<u32>) -> Result<Self, Odd> {
         let ring = view.q.ring(w);
@@ -93,13 +94,13 @@ impl Spokes {
     }
 }
 
-/// The edge itself; of a plate, which has two along each side, that of the front.
+/// The edge itself. A plate has two edges along each side; then the front's edge.
 #[inline]
 fn side_of(polytope: &Polytope, edge: u32) -> u32 {
     if polytope.is_flat() { edge % (polytope.edge_count() as u32 / 2) } else { edge }
 }
 
-/// The edge itself; of a plate, that of the two along its side which supports `direction`.
+/// The edge itself. Of a plate's two edges along the side, the one that supports `direction`.
 #[inline]
 fn edge_toward(polytope: &Polytope, edge: u32, direction: DVec3) -> u32 {
     if !polytope.is_flat() {

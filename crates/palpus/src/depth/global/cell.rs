@@ -2,18 +2,19 @@
 //!
 //! 1. Visit the triangles of the surface from the nearest to the farthest from the seed, through
 //!    the triangle tree.
-//! 2. A triangle that lies beyond a plane found so far is done, and so is a whole box of them.
-//! 3. Any other gives a plane that leaves it outside: its own, where that leaves the cell large and
-//!    keeps the wanted point, else the plane through its nearest point across the line to the seed.
-//! 4. The cell is what lies below all planes. No point of the surface lies in its interior, and the
-//!    seed lies in the solid: so the whole cell does.
+//! 2. Skip a triangle that lies beyond a plane found so far. Skip a box of triangles likewise.
+//! 3. Any other triangle adds a plane that excludes it. This is the triangle's own plane if the
+//!    cell stays large and keeps the wanted point, else the plane through its point nearest to the
+//!    seed, perpendicular to the line to the seed.
+//! 4. The cell is the set of points below all planes. No point of the surface lies in its interior
+//!    and the seed lies in the solid, so the whole cell lies in the solid.
 //!
 //! The planes' common polytope comes from the hull of their dual points. Its corners are drawn
 //! towards the seed until each lies below every plane, so that rounding never puts a cell
 //! outside of its solid.
 //!
 //! After R. Deits and R. Tedrake, *Computing Large Convex Regions of Obstacle-Free Space through
-//! Semidefinite Programming*, 2014, with one round of planes and a ball in the place of their
+//! Semidefinite Programming*, 2014, with one round of planes, and a ball in place of their
 //! ellipsoids.
 
 use std::cmp::Reverse;
@@ -32,7 +33,7 @@ pub(super) struct Cell {
     pub(super) corners: Vec<DVec3>,
     /// A point inside.
     pub(super) center: DVec3,
-    /// Radius of a ball about `center` inside.
+    /// Radius of a ball about `center` that lies in the cell.
     pub(super) inner: f64,
     /// Radius of a ball about `center` that holds the cell.
     pub(super) outer: f64,
@@ -46,7 +47,7 @@ impl Cell {
         p.distance_squared(self.center) <= self.outer * self.outer && self.planes.iter().all(|q| q.height(p) <= 0.0)
     }
 
-    /// The cell of one triangle, which has no inside.
+    /// A cell that is one triangle and has no inside.
     pub(super) fn flat(corners: [DVec3; 3]) -> Self {
         let center = corners.iter().sum::<DVec3>() / 3.0;
         let outer = corners.iter().map(|p| p.distance(center)).fold(0.0, f64::max);
@@ -88,7 +89,7 @@ impl Cell {
     }
 }
 
-/// Something of the tree to visit, by its distance from the seed.
+/// A node or triangle of the tree to visit, ordered by its distance from the seed.
 struct Visit {
     squared: f64,
     what: What,

@@ -1,22 +1,22 @@
-//! The lower bound, and with it the search: a growing surface about the origin within which all
+//! The search, which gives the lower bound: a growing surface about the origin within which all
 //! translations are blocked.
 //!
-//! 1. Directions are cut into cones over spherical triangles, twenty at first. Each knows how far
-//!    it is blocked along its three corner directions; the tetrahedron between these three points
+//! 1. Directions are cut into cones over spherical triangles, twenty at first. Each cone stores how
+//!    far it is blocked along its three corner directions. The tetrahedron of these three points
 //!    and the origin is proven to be blocked.
 //! 2. Take the cone whose triangle comes nearest to the origin. The least of these distances is the
 //!    lower bound.
-//! 3. Look for an obstacle that holds all three points. The points where the corner directions
-//!    leave it are its new ones: an obstacle is convex, so all between the old triangle and the new
-//!    one is blocked.
-//! 4. If none holds all three, look at the triangle's nearest point. If nothing blocks it, it is
-//!    free, the upper bound equals the lower one, and the search ends.
+//! 3. Look for an obstacle that holds all three points. Replace them by the points where the corner
+//!    directions leave the obstacle. An obstacle is convex, so everything between the old triangle
+//!    and the new one is blocked.
+//! 4. If no obstacle holds all three, test the point of the triangle nearest to the origin. If it
+//!    is free, the upper bound equals the lower one and the search ends.
 //! 5. Else cut the cone in two across the triangle's longest side.
-//! 6. Now and then project such a point to a free translation beside it, and slide that down, for a
-//!    better upper bound.
+//! 6. Now and then project such a nearest point to a free translation beside it, and slide that one
+//!    toward the origin for a better upper bound.
 //!
-//! The search ends if the bounds are near enough, or the budget is spent; both bounds hold at any
-//! time.
+//! The search ends if the bounds are close enough or the budget is spent. Both bounds are valid at
+//! any time.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
@@ -43,8 +43,8 @@ struct Cone {
     /// The point of the triangle nearest to the origin, and its distance.
     foot: DVec3,
     bound: f64,
-    /// Pairs of cells that may block more of the cone; those of the cone that it was cut from until
-    /// they are needed. `None`: all.
+    /// Pairs of cells that may block more of the cone. Until they are needed, these are the pairs
+    /// of the parent cone. `None` means all pairs.
     candidates: Option<Arc<[Pair]>>,
     filtered: bool,
     /// Obstacles that held points of the cone, in the order in which they did.
@@ -111,18 +111,18 @@ pub(super) struct Search<'s, 'a> {
     cones: BinaryHeap<Reverse<Cone>>,
     /// A verified free translation, the shortest known.
     best: DVec3,
-    /// Obstacles that may hold the origin; looked for when first needed.
+    /// Obstacles that may hold the origin; computed when first needed.
     first_tries: Option<Arc<[Key]>>,
     numbered: u64,
-    /// It began with the cones of an earlier search.
+    /// True if the search started with the cones of an earlier one.
     warm: bool,
 }
 
 impl<'s, 'a> Search<'s, 'a> {
-    /// A search that knows `free`, a verified free translation.
+    /// Prepares a search; `free` is a verified free translation.
     ///
-    /// It begins with `leaves`, the cones that an earlier search at a near pose ended with, or
-    /// without any from nothing.
+    /// It starts from `leaves`, the final cones of an earlier search at a near pose, or from the
+    /// initial cones if there are none.
     pub(super) fn new(scene: &'s mut Scene<'a>, goal: Goal, free: DVec3, leaves: &[Leaf]) -> Self {
         let mut search = Self {
             scene,
@@ -143,7 +143,7 @@ impl<'s, 'a> Search<'s, 'a> {
     /// Returns the lower bound, the shortest free translation and the cones at the end.
     pub(super) fn run(mut self) -> (f64, DVec3, Vec<Leaf>) {
         let mut cuts = 0;
-        // The least bound of cones that cannot be improved.
+        // The least bound among cones that cannot be improved.
         let mut stuck = f64::INFINITY;
         while let Some(Reverse(mut cone)) = self.cones.pop() {
             let done = cone.bound.min(stuck) >= self.best.length() - self.goal.gap;
@@ -185,7 +185,7 @@ impl<'s, 'a> Search<'s, 'a> {
                     self.cones.push(Reverse(cone));
                     continue;
                 }
-                // A narrow wedge between obstacles, perhaps: its corner is hardly met by chance.
+                // Perhaps a narrow wedge between obstacles. A cut is unlikely to hit its corner.
                 self.seek_way_out(&cone);
                 stuck = stuck.min(cone.bound);
                 continue;
@@ -214,7 +214,8 @@ impl<'s, 'a> Search<'s, 'a> {
         self.cones.push(Reverse(cone));
     }
 
-    /// Begins with the cones of a search at a near pose, each moved through its obstacles again.
+    /// Starts with the cones of a search at a near pose and advances each through its obstacles
+    /// again.
     fn resume(&mut self, leaves: &[Leaf]) {
         let mut at_origin: BTreeMap<Key, bool> = BTreeMap::new();
         let mut exits: BTreeMap<(Key, [u64; 3]), f64> = BTreeMap::new();
@@ -247,8 +248,8 @@ impl<'s, 'a> Search<'s, 'a> {
         }
     }
 
-    /// Moves the cone's triangle to the exit of the obstacle that brings it farthest, and returns
-    /// by how much the bound rises.
+    /// Moves the cone's triangle to the exit of the obstacle that moves it farthest; returns the
+    /// increase of the bound.
     fn advance(&mut self, cone: &mut Cone) -> f64 {
         let hints = cone.hints().to_vec();
         let mut gain = self.advance_within(cone, &hints);
@@ -256,8 +257,8 @@ impl<'s, 'a> Search<'s, 'a> {
             return gain;
         }
         if self.warm {
-            // An obstacle that blocked a near pose mostly blocks this one; if not, a smaller cone
-            // may do.
+            // An obstacle that blocked the cone at a near pose mostly blocks it here. If not, it
+            // may block a smaller cone.
             let known = self.scene.promising(Candidates::Known, &cone.corners(), CONE_FIRST_TRIES);
             gain += self.advance_within(cone, &known);
             if gain > 0.0 || cone.bound > 0.0 && self.scene.holder(Candidates::Known, cone.foot).is_some() {
@@ -334,7 +335,8 @@ impl<'s, 'a> Search<'s, 'a> {
         };
         match place {
             Place::Free if self.scene.verified(t) => self.best = t,
-            // A pocket that does not count, or nearer than a hair to something.
+            // Either a pocket, which does not count as free, or a translation within `hair` of
+            // contact.
             Place::Free => {}
             Place::Blocked(k) => cone.add(k),
             Place::Unclear => {}
@@ -374,14 +376,16 @@ impl<'s, 'a> Search<'s, 'a> {
         }
     }
 
-    /// The candidates of a cone: pairs of cells whose obstacles come into it, beyond its triangle.
+    /// The candidates of a cone: pairs of cells whose obstacles reach into the cone beyond its
+    /// triangle.
     fn candidates(&mut self, cone: &mut Cone) -> Arc<[Pair]> {
         let before = cone.candidates.as_ref();
         if let Some(before) = before.filter(|before| cone.filtered || before.len() < CONE_FILTER) {
             return Arc::clone(before);
         }
         let (directions, reaches) = (&cone.along, &cone.reach);
-        // The cone from the old triangle to the length of what is known to be free.
+        // The part of the cone from the old triangle to the length of the shortest known free
+        // translation.
         let limit = self.best.length();
         let widest = closest_on_triangle(DVec3::ZERO, directions[0], directions[1], directions[2]).length();
         let inner = [0, 1, 2].map(|k| directions[k] * reaches[k]);

@@ -1,14 +1,14 @@
-//! Does one body lie in the other, as a whole?
+//! Containment: whether one whole body lies in the other.
 
 use glam::DVec3;
 
 use crate::algebra::Pose;
 use crate::body::{Body, Mesh};
 
-/// Does one body lie in the other, with their surfaces apart?
+/// Which body lies in the other, if their surfaces are apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Containment {
-    /// Neither does.
+    /// Neither body lies in the other.
     Neither,
     /// The whole of a lies in b's solid.
     AInB,

@@ -1,4 +1,4 @@
-//! Containment at any pose, with the surfaces looked at.
+//! Containment at any pose, with a test of the surfaces.
 
 use glam::DVec3;
 

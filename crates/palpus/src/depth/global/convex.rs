@@ -1,8 +1,8 @@
-//! Two convex solids: the certified depth, or the distance, of their pieces is the answer.
+//! Two convex solids: the answer is the certified depth, or the distance, of their pieces.
 //!
 //! A plane between all vertices of the two meshes verifies each free translation. A piece may reach
-//! beyond its solid by rounding of the file. The cell lies within the solid, and the lower bound
-//! is that of the cells.
+//! beyond its solid because the file's coordinates are rounded. The cell lies within the solid, so
+//! the lower bound is computed with the cells.
 
 use glam::DVec3;
 
@@ -13,7 +13,7 @@ use crate::body::{Body, FeaturePair, Polytope};
 use crate::collision::{Proximity, initial_features, march};
 use crate::depth::{Certainty, CertificateMemory, ProofScratch, WalkScratch, depth_proven};
 
-/// Minima that run beside each other.
+/// Number of minima computed in parallel.
 const LANES: usize = 8;
 
 /// Working memory of the certified depth.
@@ -87,8 +87,8 @@ fn parted(query: &GlobalDepth<'_>, pose_ba: &Pose, normal: DVec3, t: DVec3) -> b
     low + normal.dot(pose_ba.translation + t) > high
 }
 
-/// The least height of the points along `normal`. With several running minima, points do not wait
-/// for each other: 1.1 µs for 2000 points where one minimum takes 3.0.
+/// The least height of the points along `normal`. Several running minima avoid a dependency from
+/// point to point: 1.1 µs for 2000 points, against 3.0 µs with one minimum.
 fn lowest(points: &[DVec3], normal: DVec3) -> f64 {
     let mut least = [f64::INFINITY; LANES];
     let (chunks, rest) = points.as_chunks::<LANES>();
@@ -101,8 +101,8 @@ fn lowest(points: &[DVec3], normal: DVec3) -> f64 {
     rest.iter().map(|point| normal.dot(*point)).chain(least).fold(f64::INFINITY, f64::min)
 }
 
-/// True if a vertex of `body`, placed at `pose` in the frame of `other`, clearly lies outside of
-/// that.
+/// True if a vertex of `body`, placed at `pose` in the frame of `other`, lies clearly outside
+/// `other`.
 fn sticks_out(body: &Body, other: &Polytope, pose: &Pose) -> bool {
     let hair = DEPTH_HAIR * body.size();
     let place = pose.placement();

@@ -1,7 +1,7 @@
 //! The point nearest to the origin in common half-spaces, found one half-space after another (R.
 //! Seidel, *Small-Dimensional Linear Programming and Convex Hulls Made Easy*, 1991): if the newest
-//! one leaves the last answer outside, the new answer lies on its plane, and the same holds on
-//! planes and lines.
+//! one excludes the last answer, the new answer lies on its plane. The same step is then applied
+//! within that plane, and within lines.
 
 use glam::DVec3;
 
@@ -22,8 +22,8 @@ impl HalfSpace {
     }
 }
 
-/// Returns the common point of all `spaces` nearest to the origin; `None` if they have none. Within
-/// `slack`.
+/// Returns the common point of all `spaces` nearest to the origin; `None` if they have none. The
+/// half-spaces may be violated by `slack`.
 pub(super) fn nearest_common(spaces: &[HalfSpace], slack: f64) -> Option<DVec3> {
     let mut best = DVec3::ZERO;
     for (k, space) in spaces.iter().enumerate() {

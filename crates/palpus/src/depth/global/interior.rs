@@ -1,12 +1,12 @@
-//! The inside of a solid as convex cells that overlap, made once for a body.
+//! The inside of a solid as overlapping convex cells, computed once for each body.
 //!
-//! 1. Take sample points of the surface: of each triangle its middle and one near each corner, and
-//!    more in large ones.
-//! 2. Below each, find the largest ball in the solid that touches the surface there (shrinking
-//!    ball: J. Ma, S. Bae, S. Choi, *3D Medial Axis Point Approximation Using Nearest Neighbors and
-//!    the Normal Field*, 2012).
-//! 3. From the largest ball to the smallest, grow a cell about its centre, unless the sample
-//!    already lies in one.
+//! 1. Sample the surface: take the middle of each triangle, a point near each corner, and more
+//!    points in large triangles.
+//! 2. Below each sample, find the largest ball in the solid that touches the surface there
+//!    (shrinking ball: J. Ma, S. Bae, S. Choi, *3D Medial Axis Point Approximation Using Nearest
+//!    Neighbors and the Normal Field*, 2012).
+//! 3. In order of falling radius, grow a cell about each ball's centre, unless its sample already
+//!    lies in a cell.
 //!
 //! A surface that is not closed has no inside and no cells.
 
@@ -22,8 +22,8 @@ use crate::algebra::tolerance::{
 use crate::algebra::{Workers, map_in_order};
 use crate::body::{Body, Mesh};
 
-/// Convex cells that fill a solid as far as it matters to [`GlobalDepth`](super::GlobalDepth). In
-/// the body's frame.
+/// Convex cells that fill a solid as far as [`GlobalDepth`](super::GlobalDepth) needs it. In the
+/// body's frame.
 #[derive(Clone, Debug)]
 pub struct Interior {
     pub(super) cells: Vec<Cell>,
@@ -81,10 +81,10 @@ impl Interior {
 /// How far the one piece of a convex body reaches beyond its solid at most; `None` for other
 /// bodies.
 ///
-/// If the piece reaches beyond the planes of the triangles by no more than e, the surface lies
-/// within e of the piece's, and the solid holds the piece without its outermost e. That holds the
-/// piece drawn towards its centroid by the share e / r, where r is the radius of a ball about the
-/// centroid in the piece.
+/// If the piece reaches beyond the triangles' planes by at most e, the solid's surface lies within
+/// e of the piece's surface. So the solid holds the piece without its outermost layer of thickness
+/// e. This in turn holds the piece shrunk towards its centroid by the share e / r, where r is the
+/// radius of a ball about the centroid in the piece.
 fn shortfall(body: &Body) -> Option<f64> {
     let mesh = body.mesh();
     let [piece] = body.polytopes() else { return None };
@@ -162,7 +162,7 @@ fn cover(body: &Body, mut samples: Vec<Sample>, workers: &dyn Workers, progress:
     let mut cells: Vec<Cell> = Vec::new();
     let all = samples.len().max(1) as f64;
     while !samples.is_empty() && cells.len() < CELLS {
-        // How many are grown at once does not depend on the workers.
+        // The number of cells grown at once does not depend on the workers.
         let batch: Vec<Sample> = samples.drain(..samples.len().min(CELL_BATCH)).collect();
         let grow = |k: usize| Cell::grow(body.tree(), batch[k].center, batch[k].keep, body.size());
         let grown = map_in_order(workers, batch.len(), 1, grow, &mut |_| ());

@@ -8,10 +8,10 @@
 //!    *portal*) the ray passes.
 //! 2. Move the portal outwards along its normal until no support point lies beyond it.
 //!
-//! The portal consists of points of the set, so the distance to it is one that the ray surely goes
-//! inside; the plane through the last support point is a proven half-space outside of the set.
-//! Deviation: the answer is always the inner distance, so a blocked translation is blocked even if
-//! the search stops early.
+//! The portal consists of points of the set, so the ray is certainly inside up to the portal. The
+//! plane through the last support point bounds a half-space that is proven to be outside. Deviation
+//! from XenoCollide: the answer is always the distance to the portal, so a translation reported as
+//! blocked is blocked even if the search stops early.
 
 use glam::DVec3;
 
@@ -24,9 +24,9 @@ pub(super) struct Obstacle<'a> {
     pub(super) moving: &'a [DVec3],
     /// Corners of a cell of the fixed body.
     pub(super) fixed: &'a [DVec3],
-    /// A translation inside.
+    /// A translation in the set.
     pub(super) center: DVec3,
-    /// Radius of a ball about `center` inside.
+    /// Radius of a ball about `center` that lies in the set.
     pub(super) inner: f64,
     /// Radius of a ball about `center` that holds the set.
     pub(super) outer: f64,
@@ -35,7 +35,7 @@ pub(super) struct Obstacle<'a> {
 /// The point at which a ray leaves an obstacle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Exit {
-    /// Along the ray: at least this far the ray runs inside.
+    /// Distance along the ray up to which it certainly runs inside.
     pub(super) distance: f64,
     /// Unit, outwards.
     pub(super) normal: DVec3,
@@ -43,8 +43,7 @@ pub(super) struct Exit {
     pub(super) offset: f64,
 }
 
-/// A support point as the corners of both cells, by their numbers: the moving one's, the fixed
-/// one's.
+/// A support point as a pair of corner numbers: of the moving cell, of the fixed cell.
 type Name = [u32; 2];
 
 /// Three support points by name: the triangle through which a ray was found to leave an obstacle.
@@ -89,8 +88,8 @@ impl Obstacle<'_> {
         self.exit_by(from, along, &mut None)
     }
 
-    /// The same. Begins at `gate`, the one of a near ray or pose, if the ray passes it, and leaves
-    /// the one found there.
+    /// As [`Self::exit`], starting from `gate`, the portal of a near ray or pose, if the ray passes
+    /// it. Stores the portal found in `gate`.
     pub(super) fn exit_by(&self, from: DVec3, along: DVec3, gate: &mut Option<Gate>) -> Option<Exit> {
         if self.moving.is_empty() {
             return self.exit_of_ball(from, along);
@@ -151,7 +150,7 @@ impl Obstacle<'_> {
         }
         let mut aside = v1.cross(along);
         if aside.length_squared() <= PORTAL_ROUNDING * PORTAL_ROUNDING * v1.length_squared() {
-            // The ray meets the support point itself; any side will do.
+            // The ray meets the support point itself; choose any side.
             aside = along.any_orthogonal_vector();
         }
         let (mut v2, mut name2) = support(aside);
@@ -175,8 +174,8 @@ impl Obstacle<'_> {
         None
     }
 
-    /// Moves the portal outwards; with `wanted` only until it is clear on which side of that
-    /// distance the exit lies. Returns the last portal too.
+    /// Moves the portal outwards. With `wanted`, stops as soon as the exit is known to be nearer or
+    /// farther than that distance. Also returns the last portal.
     fn refine(&self, portal: Portal, from: DVec3, along: DVec3, wanted: Option<f64>) -> Option<(Exit, Gate)> {
         let Portal { mut v, mut names } = portal;
         let mut best: Option<Exit> = None;

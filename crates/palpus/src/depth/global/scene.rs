@@ -19,7 +19,7 @@ use crate::algebra::tolerance::{DEPTH_PROBES, DEPTH_TRIES, RECENT_HOLDERS};
 use crate::algebra::{Placement, Pose};
 use crate::body::Body;
 
-/// A cell of each interior.
+/// A pair of cells, one of each interior.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Pair {
     moving: u32,
@@ -31,11 +31,11 @@ pub(super) struct Pair {
 pub(super) enum Key {
     /// The obstacle of two prepared cells.
     Pair(Pair),
-    /// One that was added at this pose.
+    /// An obstacle that was added at this pose.
     Added(u32),
 }
 
-/// A pair of cells, and the direction of a ray from the origin by its bits.
+/// A pair of cells, and the bits of the direction of a ray from the origin.
 pub(super) type Ray = (Pair, [u64; 3]);
 
 /// Classification of a translation.
@@ -45,7 +45,7 @@ pub(super) enum Place {
     Blocked(Key),
     /// Verified free.
     Free,
-    /// Neither was shown: the surfaces cross, by less than can be resolved.
+    /// Neither blocked nor free could be shown: the surfaces cross by less than can be resolved.
     Unclear,
 }
 
@@ -62,7 +62,7 @@ pub(super) struct Leaf {
 /// A cell of the moving body in b's frame.
 struct PlacedCell {
     center: DVec3,
-    /// It may block a translation that is not too long.
+    /// True if the cell may block a translation within reach.
     near: bool,
     /// Placed when first needed.
     corners: OnceCell<Vec<DVec3>>,
@@ -81,14 +81,15 @@ pub(super) struct Scene<'a> {
     /// The cells of a in b's frame.
     cells: Vec<PlacedCell>,
     added: Vec<Added>,
-    /// Length that is neither blocked nor free: a free translation keeps at least so far off.
+    /// Clearance of a free translation from the obstacles: shorter lengths are neither blocked nor
+    /// free.
     pub(super) hair: f64,
-    /// Pockets do not count as free.
+    /// True if pockets do not count as free.
     outside: bool,
     /// Obstacles looked at closely, and surfaces compared.
     pub(super) evaluations: u64,
     scores: Vec<(f64, u32, Key)>,
-    /// The obstacles that held the last translations asked for, the newest first.
+    /// The obstacles that held the last queried translations, the newest first.
     recent: Vec<Key>,
     /// The obstacles that blocked something at this pose or at a near one, in order.
     known: Vec<Key>,
@@ -222,8 +223,8 @@ impl<'a> Scene<'a> {
         exit.map_or(0.0, |exit| exit.distance)
     }
 
-    /// Up to `most` obstacles, out of `candidates` and those added, that may hold all `points`; the
-    /// deepest first, as far as their slabs tell.
+    /// Up to `most` obstacles, out of `candidates` and those added, that may hold all `points`;
+    /// sorted by the depth that their slabs estimate, the deepest first.
     pub(super) fn promising(&mut self, candidates: Candidates<'_>, points: &[DVec3], most: usize) -> Vec<Key> {
         let mut scores = std::mem::take(&mut self.scores);
         scores.clear();
@@ -278,7 +279,7 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// An obstacle that holds `t`, if there is any among `candidates` and those added.
+    /// An obstacle that holds `t`, if there is one among `candidates` and the added obstacles.
     pub(super) fn holder(&mut self, candidates: Candidates<'_>, t: DVec3) -> Option<Key> {
         if let Some(k) = self.recent.iter().position(|&key| self.obstacle(key).holds(t)) {
             self.recent[..=k].rotate_right(1);
@@ -307,8 +308,8 @@ impl<'a> Scene<'a> {
         None
     }
 
-    /// Finds out what `t` is. If no known obstacle holds it, the surfaces tell, and an obstacle may
-    /// be added.
+    /// Classifies `t`. If no known obstacle holds it, the surfaces decide, and an obstacle may be
+    /// added.
     pub(super) fn classify(&mut self, candidates: Candidates<'_>, t: DVec3) -> Place {
         let place = self.place(candidates, t);
         if let Place::Blocked(Key::Added(k)) = place {
@@ -319,7 +320,7 @@ impl<'a> Scene<'a> {
 
     fn place(&mut self, candidates: Candidates<'_>, t: DVec3) -> Place {
         if !self.known.is_empty() && matches!(candidates, Candidates::All) {
-            // Near the last answer, one of few obstacles blocks a translation, or none does.
+            // Near the last answer, a translation is mostly free or blocked by one of few obstacles.
             if let Some(&k) = self.known.iter().find(|&&key| self.obstacle(key).holds(t)) {
                 return Place::Blocked(k);
             }
@@ -388,13 +389,13 @@ impl<'a> Scene<'a> {
         free
     }
 
-    /// Which body lies in the other where they are.
+    /// Which body lies in the other, without a translation.
     pub(super) fn containment(&self) -> Containment {
         self.surfaces.containment(DVec3::ZERO)
     }
 }
 
-/// Which obstacles to look at, beside those that were added.
+/// Which obstacles to test, in addition to the added ones.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Candidates<'a> {
     All,

@@ -1,9 +1,10 @@
 //! Slabs about convex sets: how far they reach along many axes, both ways.
 //!
-//! The Minkowski difference of two sets reaches exactly as far as the two together, so the least
-//! rest along these axes bounds the depth of a translation in an obstacle from above. That sorts
-//! out most obstacles and ranks the others. With the seven axes of a cube and its corners alone the
-//! best obstacle is rarely among the first dozen; with these it mostly is.
+//! Along an axis, the extent of a Minkowski difference is the sum of the extents of both sets. So
+//! the least remaining extent along these axes is an upper bound of the depth of a translation in
+//! an obstacle. This bound rejects most obstacles and ranks the others. With only the seven axes
+//! through a cube's faces and corners, the best obstacle is rarely among the first dozen; with the
+//! axes used here it mostly is.
 //!
 //! Slabs only choose the order of obstacles, so they are kept in single precision.
 
@@ -77,8 +78,8 @@ impl Slabs {
         (corner(&self.low), corner(&self.high))
     }
 
-    /// How deep `points` lie at most in the obstacle of a moving set and a fixed one with these
-    /// slabs: an upper bound, which is not positive only if one of them lies outside.
+    /// Upper bound of the depth of `points` in the obstacle of a moving set and a fixed one with
+    /// these slabs. If it is not positive, at least one point lies outside.
     pub(super) fn depth(moving: &Self, fixed: &Self, points: &Self) -> f64 {
         let mut least = f32::INFINITY;
         for block in 0..LANES / BLOCK {
@@ -96,7 +97,7 @@ impl Slabs {
         f64::from(least)
     }
 
-    /// False only if no translation of `points`' hull may lie in the obstacle.
+    /// False only if no translation in the hull of `points` lies in the obstacle.
     pub(super) fn may_meet(moving: &Self, fixed: &Self, points: &Self) -> bool {
         (0..LANES / BLOCK).all(|block| {
             let mut meets = true;
@@ -109,7 +110,7 @@ impl Slabs {
     }
 }
 
-/// `min` without its care for what is not a number, which takes several instructions.
+/// `min` without the handling of NaN, which takes several instructions.
 fn lesser(p: f32, q: f32) -> f32 {
     if p < q { p } else { q }
 }

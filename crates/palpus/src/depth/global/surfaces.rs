@@ -1,12 +1,12 @@
-//! The surfaces of both bodies by themselves: do they cross, how far are they apart, does one lie
-//! inside the other.
+//! Queries of both surfaces: whether they cross, their distance, and whether one lies inside the
+//! other body.
 //!
-//! This is the judge of every free translation, and shares nothing with the cells that prove
-//! translations blocked: exact predicates on pairs of triangles ([`TrianglePair`]) and exact
-//! winding numbers.
+//! These queries verify every free translation. They share nothing with the cells that prove
+//! translations blocked: they use exact predicates on pairs of triangles ([`TrianglePair`]) and
+//! exact winding numbers.
 //!
-//! Boxes of the moving body are placed where they are met, a little too large; after some questions
-//! at a pose all are placed once, exactly.
+//! Boxes of the moving body are first placed during the traversal, slightly too large. After some
+//! queries at one pose, all boxes are placed once, with their exact size.
 
 use std::cell::{Cell, OnceCell};
 use std::cmp::Reverse;
@@ -38,8 +38,8 @@ pub(super) struct Surfaces<'a> {
     components_a: &'a [DVec3],
     components_b: &'a [DVec3],
     placement: Placement,
-    /// Questions asked so far, and the exact boxes of the moving body's tree in b's frame, made
-    /// when they are worth it.
+    /// Number of queries so far, and the exact boxes of the moving body's tree in b's frame, once
+    /// enough queries justify them.
     questions: Cell<u32>,
     exact: OnceCell<Vec<Aabb>>,
 }
@@ -149,9 +149,9 @@ impl<'a> Surfaces<'a> {
             || closed(self.a) && self.components_b.iter().any(|&p| self.a.tree().inside(back.point(p - t)))
     }
 
-    /// True if a, moved by `t`, which must be free, can go on along a straight line until the
-    /// bodies are apart for good. Each step is no longer than the distance of the surfaces, so that
-    /// no step can pass through anything.
+    /// True if a, moved by `t`, can move on along a straight line until the bodies are apart for
+    /// good. `t` must be free. Each step is no longer than the distance of the surfaces, so that no
+    /// step can pass through anything.
     pub(super) fn escapes(&self, t: DVec3) -> bool {
         let axes = [t.normalize_or_zero(), DVec3::X, DVec3::Y, DVec3::Z, DVec3::NEG_X, DVec3::NEG_Y, DVec3::NEG_Z];
         axes.into_iter().filter(|along| *along != DVec3::ZERO).any(|along| self.escapes_along(t, along))
@@ -271,8 +271,8 @@ fn triangle_distance_squared(p: &[DVec3; 3], q: &[DVec3; 3]) -> f64 {
     best
 }
 
-/// A point near the middle of what two triangles have in common: the mean of the places where sides
-/// pierce.
+/// A point near the middle of the intersection of two triangles: the mean of the points where a
+/// side of one pierces the other.
 fn common_point(p: [DVec3; 3], q: [DVec3; 3]) -> DVec3 {
     let mut sum = DVec3::ZERO;
     let mut count = 0.0;
@@ -295,7 +295,7 @@ fn common_point(p: [DVec3; 3], q: [DVec3; 3]) -> DVec3 {
     if count > 0.0 { sum / count } else { closest_on_triangle(p[0], q[0], q[1], q[2]) }
 }
 
-/// A distance as a key.
+/// A distance as a sort key.
 #[derive(Clone, Copy, PartialEq)]
 struct Ordered(f64);
 

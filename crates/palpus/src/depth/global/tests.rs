@@ -1,6 +1,6 @@
-//! Identities and known depths. The oracle of small shapes is a grid of translations judged by the
-//! surfaces alone; its weakness: it sees only as fine as the grid. Exact answers of harder pairs
-//! are held by `.ci/hold_reference.py`.
+//! Identities and known depths. The oracle of small shapes is a grid of translations that only the
+//! surfaces classify. Its weakness: its resolution is the grid's. `.ci/hold_reference.py` checks
+//! exact answers of harder pairs.
 
 mod identities;
 mod known;

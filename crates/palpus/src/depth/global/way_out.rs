@@ -1,12 +1,12 @@
-//! Free translations that are short: the upper bound.
+//! Short free translations, which give the upper bound.
 //!
-//! * *Project*: from a blocked translation x to a free one beside it. Look at the translation
-//!   nearest to x that meets all half-spaces found so far. While an obstacle blocks it, add the
-//!   half-space behind the obstacle's facet that seems nearest.
-//! * *Slide*: from a free translation g down to a local minimum. Look at the translation nearest to
-//!   the origin that meets all half-spaces found so far (at first none). While an obstacle blocks
-//!   it, add the half-space behind the facet through which the way to g leaves that obstacle. g
-//!   meets all of them, so the end is free and no longer than g. After L. Zhang and others,
+//! * *Project*: leads from a blocked translation x to a free one beside it. Test the translation
+//!   nearest to x that lies in all half-spaces found so far. While an obstacle blocks it, add the
+//!   half-space behind the facet of that obstacle that seems nearest.
+//! * *Slide*: leads from a free translation g to a local minimum. Test the translation nearest to
+//!   the origin that lies in all half-spaces found so far (at first none). While an obstacle blocks
+//!   it, add the half-space behind the facet through which the line to g leaves that obstacle. g
+//!   lies in all of them, so the result is free and no longer than g. After L. Zhang and others,
 //!   *PolyDepth*, 2012 (G. Je and others), with exact obstacles in the place of local contact
 //!   planes.
 
@@ -26,7 +26,7 @@ pub(super) fn project(scene: &mut Scene<'_>, x: DVec3, limit: f64) -> Option<DVe
             Place::Unclear => return None,
             Place::Blocked(k) => {
                 let exit = scene.obstacle(k).nearest_exit(t)?;
-                // Relative to x, so that the nearest common point is the nearest to x.
+                // Half-spaces relative to x, so that the result is the point nearest to x.
                 let offset = exit.offset + scene.hair - exit.normal.dot(x);
                 spaces.push(HalfSpace { normal: exit.normal, offset });
             }

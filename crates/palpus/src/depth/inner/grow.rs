@@ -36,7 +36,7 @@ impl Surface {
         Ok(())
     }
 
-    /// The tip that lies there.
+    /// The existing tip at that point.
     #[cold]
     fn known(&self, at: DVec3) -> Option<u16> {
         let near = self.slack * self.slack;
@@ -46,14 +46,14 @@ impl Surface {
     /// Takes away the triangles around `seed` that see the point `at` or have the tip `known`
     /// there, and lists the rim of the hole.
     ///
-    /// Each is crossed from the edge by which it was reached, counter-clockwise, so that the rim
-    /// comes in order if the hole is a disk.
+    /// The edges of each triangle are visited counter-clockwise from the edge by which it was
+    /// reached. So the rim is in order if the hole is a disk.
     fn open(&mut self, seed: usize, at: DVec3, known: Option<u16>) -> Result<(), Refusal> {
         const ONWARD: [[usize; 2]; 4] = [[1, 2], [2, 0], [0, 1], [0, 1]];
         let Self { joints, normals, offsets, free, ahead, rim, .. } = self;
-        // The tip of a convex surface may lie in a neighbour's plane and beyond the edge to it:
-        // unless that gives way too, it is folded under. Moved along with the bodies, what lies in
-        // the plane may have the tip already.
+        // On a convex surface the new tip may lie in a neighbour's plane, beyond the edge to that
+        // neighbour. Unless the neighbour is removed too, the fan folds under it. On a surface that
+        // moved with the bodies, a triangle in that plane may already have the tip.
         let least = if self.folded { self.slack } else { -self.slack };
         rim.clear();
         ahead.clear();
@@ -109,7 +109,7 @@ impl Surface {
     /// Closes a hole whose rim is a ring with a fan about a new tip.
     fn fan_ring(&mut self, tip: u16) {
         let Self { tips, joints, normals, offsets, free, rim, .. } = self;
-        // As many places as the rim has edges, at the end of the free ones.
+        // Takes as many free places as the rim has edges, from the end.
         while free.len() < rim.len() {
             free.push(joints.len() as u16);
             let across = [Half::new(0, 0); 3];

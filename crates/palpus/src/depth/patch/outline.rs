@@ -1,4 +1,5 @@
-//! The outlines of what is flat enough of a piece to take part in a patch (step 1 of [`super`]).
+//! The outlines of those faces or edges of a piece that are flat enough for a patch (step 1 of
+//! [`super`]).
 
 use glam::{DVec2, DVec3};
 
@@ -39,7 +40,7 @@ impl Side {
         [self.from, self.from + self.along]
     }
 
-    /// How far `p` lies inside of it, times its length.
+    /// Distance of `p` on the inner side of this side's line, times the side's length.
     pub(super) fn inward(&self, p: DVec2) -> f64 {
         self.along.perp_dot(p - self.from)
     }
@@ -66,7 +67,7 @@ impl Frame {
         Self { origin: touch.point_a.midpoint(touch.point_b), x, y, z: touch.normal }
     }
 
-    /// The same frame, as a body sees it which `place` places.
+    /// The same frame, in the frame of a body whose pose is `place`.
     pub(super) fn seen_from(&self, place: &Placement) -> Self {
         let axis = |axis| place.inverse_vector(axis);
         Self { origin: place.inverse_point(self.origin), x: axis(self.x), y: axis(self.y), z: axis(self.z) }
@@ -217,8 +218,8 @@ fn is_flat(along: DVec3, frame: &Frame, slope: f64) -> bool {
     rise * rise < slope * slope * (along.length_squared() - rise * rise)
 }
 
-/// True if no edge at vertex `v` is flat, and so no face there: most single points of contact are,
-/// and cost no more than this.
+/// True if no edge at vertex `v` is flat, and therefore no face there. Most single contact points
+/// are of this kind, and need no further work.
 fn is_steep(polytope: &Polytope, v: u32, frame: &Frame, slope: f64) -> bool {
     let from = polytope.vertex(v);
     polytope.ring(v).iter().all(|spoke| !is_flat(polytope.vertex(spoke.neighbour) - from, frame, slope))
@@ -239,7 +240,7 @@ impl NearFaces<'_> {
     fn visit(&mut self, face: u32) {
         let normal = self.polytope.plane(face).normal;
         let upright = normal.dot(self.up);
-        // Most faces are steep, and cost no more than this.
+        // Most faces are steep and need no further work.
         if upright <= 0.0 || upright * upright * (1.0 + self.slope * self.slope) <= 1.0 {
             return;
         }

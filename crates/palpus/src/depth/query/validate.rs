@@ -1,6 +1,6 @@
 //! Invariants of every answer of the depth, whatever its start.
 //!
-//! 1. The normal is unit and leads over minus the depth from point b to point a.
+//! 1. The normal is unit, and point a is point b minus the depth times the normal.
 //! 2. The depth is the gap between the two supports along the normal.
 //! 3. The witness points lie in the supporting planes, and that of b within the faces around its
 //!    support.

@@ -1,4 +1,5 @@
-//! The depth along normals that the pieces of a bumpy ball own, against all that they own.
+//! The admissible depth of the pieces of a bumpy ball, compared with an exhaustive search of their
+//! own normals.
 
 use super::*;
 use crate::body::{Body, BodySettings, FeaturePair, OwnNormals, PolygonSoup};
@@ -44,7 +45,7 @@ fn is_global([a, b]: [&OwnNormals<'_>; 2], placement: &Placement, walked: &Depth
     walked.depth - exhaustive_depth(a.polytope(), b.polytope(), placement).0 < 1e-9
 }
 
-/// The least h over everything that both own, without a thought of order or bounds.
+/// The least h over all normals that both pieces own, by exhaustive search.
 fn exhaustive(a: &OwnNormals<'_>, b: &OwnNormals<'_>, pose_ba: &Placement) -> f64 {
     let cso = Cso { a: a.polytope(), b: b.polytope(), pose_ba };
     let support = |n: DVec3| (a.polytope().support(cso.toward_b(n)), b.polytope().support(n));

@@ -45,7 +45,7 @@ fn aligned(rng: &mut Random) -> DQuat {
     DQuat::from_rotation_x(quarter * rng.below(4) as f64) * DQuat::from_rotation_z(quarter * rng.below(4) as f64)
 }
 
-/// A pose of the kind; that of a coherent one is a small motion from `last`.
+/// A pose of the given kind; a coherent pose is a small motion from `last`.
 fn sweep_pose(rng: &mut Random, kind: Kind, a: &Polytope, b: &Polytope, last: &Pose) -> Pose {
     let axis = [DVec3::X, DVec3::Y, DVec3::Z, -DVec3::X, -DVec3::Y, -DVec3::Z][rng.below(6)];
     let (rotation, direction, depth) = match kind {
@@ -110,12 +110,12 @@ impl Sweep {
     }
 }
 
-/// Everything that one pair of a sweep goes through.
+/// The checks of one pair of a sweep.
 struct Bench {
     walk: WalkScratch,
     proof: ProofScratch,
     memory: CertificateMemory,
-    /// For proofs from nothing.
+    /// Memory for proofs from nothing.
     blank: CertificateMemory,
 }
 
@@ -194,7 +194,7 @@ fn sweep(poses: u64) -> Sweep {
         bench.memory.clear();
         let mut pose = sweep_pose(&mut rng, Kind::Random, &a, &b, &Pose::IDENTITY);
         for _ in 0..200 {
-            // Half of all are coherent, so that they come in runs.
+            // Half of the poses are coherent, so that they come in runs.
             let k = rng.below(2 * KINDS.len() - 2).min(KINDS.len() - 1);
             pose = sweep_pose(&mut rng, KINDS[k], &a, &b, &pose);
             let what = || {

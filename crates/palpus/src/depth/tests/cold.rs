@@ -1,4 +1,5 @@
-//! Queries without a past, on random poses: aligned, concentric, nearly aligned, deep and shallow.
+//! Queries without a previous answer, on random poses: aligned, concentric, nearly aligned, deep
+//! and shallow.
 
 use super::*;
 use crate::algebra::tolerance::FLUSH_WITNESS;
@@ -82,10 +83,9 @@ fn nearly_degenerate(seed: u64, rounds: usize) {
         if exact >= 0.0 {
             assert!(answer.depth >= exact - 1e-12 * size, "{what}: {} below {exact}", answer.depth);
             assert_eq!(answer.stop, crate::collision::StopReason::Converged, "{what}");
-            // Common points after separation are what makes a minimum of h a local one. Flush
-            // features lie off each other's planes by the angle; beyond that angle points that
-            // stray by x cost h only x · angle, of which the walk cannot see what is below
-            // rounding.
+            // A minimum of h is a local one if the bodies have common points after separation.
+            // Flush features may be tilted by the angle. A point that is off by x then changes h
+            // only by x · angle, which the walk cannot resolve below rounding.
             let stray = 2e-9 + 3.0 * tilt.min(FLUSH_WITNESS) + 3e-14 / tilt.max(FLUSH_WITNESS);
             assert_points_on_bodies(a, b, &placement, &answer, stray, &what);
             total.add(answer.depth, exact, size);
@@ -166,7 +166,7 @@ fn rough_faces(seed: u64, poses: u32) {
         let size = a.radius() + b.radius();
         let what = format!("{i} on {j}, pose {k}, seed {seed:#x}, {pose:?}");
         let answer = depth(a, b, &placement, &[], &mut scratch);
-        // A climb knows edges, and a merged face has corners that none of its edges lead up to.
+        // A climb follows edges, and a merged face may have a corner that no edge leads up to.
         assert_identities_within(a, b, &placement, &answer, 2e-8, &what);
         let (exact, _) = exhaustive_depth(a, b, &placement);
         if exact >= 0.0 {
@@ -180,7 +180,7 @@ fn rough_faces(seed: u64, poses: u32) {
         }
     }
     assert!(total.share() < 0.02, "seed {seed:#x}: {} of {}", total.local, total.poses);
-    // Overlaps of cones over rough faces may contradict each other for as long as a walk is taken
-    // up again.
+    // Overlaps of cones over rough faces may contradict each other each time that the walk is
+    // resumed.
     assert!(f64::from(stalls) <= 1e-3 * f64::from(poses), "seed {seed:#x}: {stalls} stalls");
 }

@@ -1,4 +1,4 @@
-//! Flat on flat, edge on face, and other contacts in which many points are the witness.
+//! Face on face, edge on face, and other contacts in which many points could be the witness.
 
 use super::*;
 

@@ -11,8 +11,8 @@ fn soft_support(polytope: &Polytope, direction: DVec3) -> DVec3 {
     polytope.vertices().iter().map(|v| *v * weight(v)).sum::<DVec3>() / total
 }
 
-/// A pose at which a's support rests on b's and the offset along `normal` is `depth`: an overlap is
-/// not deeper.
+/// A pose at which a's support rests on b's and the offset along `normal` is `depth`, so an overlap
+/// is at most that deep.
 fn pose_at_depth(a: &Polytope, b: &Polytope, rotation: DQuat, normal: DVec3, depth: f64) -> Pose {
     let rest = soft_support(b, normal) - rotation * soft_support(a, rotation.conjugate() * -normal);
     let rested = Pose { rotation, translation: rest };

@@ -1,9 +1,9 @@
-//! Judges of a decomposition that share nothing with it: every triangle in one piece and on its
+//! Checks of a decomposition that share no code with it: every triangle in one piece and on its
 //! hull; no piece leaves the solid, by samples of its interior and by crossings of its faces.
 //!
-//! Weakness: samples miss parts thinner than their spacing. Crossings are looked for with hulls
-//! shrunk a little toward their centroid, so that touching is not crossing, and a piece may stand
-//! out by less than that.
+//! Weakness: samples miss parts thinner than their spacing. Crossings are tested with hulls shrunk
+//! a little toward their centroid, so that touching does not count. A piece that protrudes by less
+//! than the shrinkage is not noticed.
 
 use std::ops::ControlFlow;
 
@@ -46,8 +46,8 @@ pub(in crate::body) fn assert_samples_inside(body: &Body, slack: f64, per_piece:
     }
 }
 
-/// No face of a piece crosses the surface by more than `slack`: of a piece shrunk so far that each
-/// face has moved by that much. Pieces so thin that nothing would be left are passed over.
+/// No face of a piece crosses the surface by more than `slack`. To test this, the piece is shrunk
+/// until each face has moved by `slack`. Pieces too thin for that are skipped.
 pub(in crate::body) fn assert_no_crossing(body: &Body, slack: f64) {
     for (k, polytope) in body.polytopes().iter().enumerate() {
         let centroid = polytope.centroid();

@@ -1,4 +1,4 @@
-//! How much of a solid its pieces cover, and how honest the depths below their patches are.
+//! How much of a solid its pieces cover, and how accurate the depths below their patches are.
 //!
 //! Weakness: depths here are heights below planes of original faces; a sweep over the whole
 //! pipeline is in the scenes' crate.
@@ -32,7 +32,7 @@ fn holds(polytope: &Polytope, p: DVec3, slack: f64) -> bool {
     polytope.planes().iter().all(|plane| plane.height(p) <= slack)
 }
 
-/// How deep below the piece's original faces.
+/// Depth of a point below the piece's original faces.
 fn depth(polytope: &Polytope, p: DVec3) -> f64 {
     let original = (0..polytope.face_count() as u32).filter(|&f| polytope.face_provenance(f) == Provenance::Original);
     original.map(|f| -polytope.plane(f).height(p)).fold(f64::INFINITY, f64::min)
@@ -62,8 +62,8 @@ fn a_torus_is_covered_and_its_pieces_are_honest() {
         too_deep += u32::from(deepest > 1.25 * distance + ROUGHNESS);
     }
     assert!(seen >= 285, "seed {SEED:#x}: {seen} of {inside} points are seen");
-    // The large patches of the ring's outer half are bulky by themselves; of theirs the force stage
-    // believes what is true.
+    // The large patches of the ring's outer half are bulky by themselves. The force stage uses
+    // only that part of their depths that is true of the solid.
     assert!(too_deep <= 30, "seed {SEED:#x}: {too_deep} points are too deep in a piece");
     assert!(seen_by_thin < 100, "seed {SEED:#x}: thin pieces see {seen_by_thin} points");
 }

@@ -1,23 +1,23 @@
-//! Ways from the vertices of a closed surface to where the solid is locally thickest, along its
-//! medial axis.
+//! Inward paths from the vertices of a closed surface to where the solid is locally thickest, along
+//! its medial axis.
 //!
-//! The distance to the surface grows fastest, seen from a vertex, along the axis of the narrowest
-//! cone around the inward normals of its facets: straight down from a plane, along the bisector
-//! from an edge, of a reflex one too.
+//! From a vertex, the distance to the surface grows fastest along the axis of the narrowest cone
+//! around the inward normals of the vertex's facets. Inside a plane that is straight down; at an
+//! edge, convex or reflex, it is the bisector.
 //!
-//! 1. From the vertex along that direction, as far as its own facets stay the nearest surface, or
-//!    hardly not: until then the point belongs to them, there the way meets the medial axis.
-//! 2. There some other surface is as near. From its direction and the facets' normals follows the
-//!    direction in which the distance to all of them grows: along the medial axis. On, as far as
-//!    the distance to the surface grows as theirs does.
-//! 3. The way ends where no direction leads away from all that is near (opposite walls), or after a
-//!    few steps.
+//! 1. Go from the vertex along that direction as long as its own facets are the nearest surface, or
+//!    nearly. The path leaves them where it meets the medial axis.
+//! 2. There some other surface is as near. Its direction and the facets' normals give the direction
+//!    in which the distance to all of them grows: along the medial axis. Go on as long as the
+//!    distance to the whole surface grows at that rate.
+//! 3. The path ends where no direction leads away from all near surfaces (opposite walls), or after
+//!    a few steps.
 //!
-//! How far a step may go is a root: a surface point `x` that turns out to be nearer than the
-//! distance promised there cuts the step to where the promise holds against `x`, and then another
-//! may be found; the steps shrink to the right length as in the shrinking ball of J. Ma, S. Bae, S.
-//! Choi, *3D medial axis point approximation using nearest neighbors and the normal field*, 2012.
-//! Each look asks only for surface nearer than the promise, which is what makes it cheap.
+//! The length of a step is a root. If a surface point `x` is nearer than the distance promised at
+//! the step's end, the step is cut to where the promise holds for `x`; then the next such point is
+//! looked for. The length converges as in the shrinking ball of J. Ma, S. Bae, S. Choi, *3D medial
+//! axis point approximation using nearest neighbors and the normal field*, 2012. Each query is
+//! cheap because it asks only for surface points nearer than promised.
 
 use glam::DVec3;
 
@@ -33,7 +33,7 @@ use crate::body::decompose::facet::{Facets, Surface};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct WayPoint {
     pub(crate) point: DVec3,
-    /// No surface is nearer, m.
+    /// Lower bound of the distance to the surface, m.
     pub(crate) distance: f64,
 }
 
@@ -42,7 +42,7 @@ pub(crate) struct WayPoint {
 pub(crate) struct WaysIn {
     starts: Vec<u32>,
     points: Vec<WayPoint>,
-    /// Vertices that have a way, if there is any.
+    /// Vertices that have an inward path.
     wanted: Vec<bool>,
 }
 
@@ -76,13 +76,13 @@ impl WaysIn {
         ways
     }
 
-    /// True if the patch is one of those that have ways.
+    /// True if the patch has inward paths.
     pub(super) fn reach(&self, patch: &Patch, facets: &Facets) -> bool {
         let corner = facets.corners(patch.facets[0])[0];
         self.wanted.get(corner as usize).is_some_and(|&wanted| wanted)
     }
 
-    /// The way of vertex `v`, from the vertex on.
+    /// The inward path of vertex `v`, starting at the vertex.
     pub(crate) fn of(&self, v: u32) -> &[WayPoint] {
         if self.starts.is_empty() {
             return &[];
@@ -91,7 +91,7 @@ impl WaysIn {
     }
 }
 
-/// Which vertices are corners of a patch that wants ways.
+/// For each vertex, whether it is a corner of a patch that needs inward paths.
 fn wanted(surface: &Surface<'_>, facets: &Facets, patches: &[Patch]) -> Vec<bool> {
     let sizes = surface.component_sizes();
     let mut wanted = vec![false; surface.vertex_count()];
@@ -135,8 +135,8 @@ impl Around {
     }
 }
 
-/// Appends the inward path from `vertex`, whose facets have these outward normals (which are added
-/// to).
+/// Appends the inward path from `vertex`. `normals` are the outward normals of its facets; each
+/// step appends the direction of the surface that ended it.
 pub(super) fn way_in(
     vertex: DVec3,
     normals: &mut Vec<DVec3>,
@@ -178,9 +178,10 @@ impl Step {
         self.distance + self.slope * length
     }
 
-    /// How far the promise holds, and the surface that ends it; none if the step is hardly one.
+    /// The step's length up to which the promise holds, and the surface point that limits it;
+    /// `None` if the step is too short.
     fn length(&self, tree: &TriangleTree, noise: f64) -> Option<(f64, DVec3)> {
-        // A hit at once is on the surface at which the path starts.
+        // A hit at the very start is on the surface at which the path starts.
         let mut wall = f64::INFINITY;
         let _ = tree.visit_ray(self.from, self.along, f64::INFINITY, |hit| {
             if hit.t > noise && hit.t < wall {
@@ -206,7 +207,7 @@ impl Step {
         None
     }
 
-    /// The first length at which `x` is as near as promised.
+    /// The smallest step length at which `x` is exactly as far as promised.
     fn reach_against(&self, x: DVec3) -> f64 {
         // |w + t u|² = (d + s t)²
         let w = self.from - x;
@@ -214,8 +215,8 @@ impl Step {
         let half = w.dot(self.along) - self.distance * self.slope;
         let rest = w.length_squared() - self.distance * self.distance;
         let root = (half * half - square * rest).max(0.0).sqrt();
-        // The smaller root; written so that nothing cancels, as half is negative where there is
-        // one.
+        // The smaller root, written without cancellation: `half` is negative wherever a root
+        // exists.
         if half < 0.0 { rest / (root - half) } else { 0.0 }
     }
 }

@@ -33,7 +33,7 @@ impl Fans {
             }
             answer.at_vertex[mesh.triangles()[t as usize][k] as usize] += 1;
             answer.of_component[mesh.component(t) as usize] += 1;
-            // Around in one direction, and in the other if a boundary cut that short.
+            // Goes around in one direction, and then in the other if it met a boundary.
             let mut corner = Some((t, k));
             while let Some((t, k)) = corner.filter(|&(t, k)| !seen[3 * t as usize + k]) {
                 seen[3 * t as usize + k] = true;

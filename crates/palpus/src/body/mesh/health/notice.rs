@@ -9,7 +9,7 @@ pub enum Notice {
     Open(usize),
     /// Triangles that cross or overlap others.
     SelfIntersecting(usize),
-    /// The same, not all having been looked at.
+    /// Triangles that cross or overlap others, if not all pairs were tested.
     SelfIntersectingAtLeast(usize),
     /// Edges of three or more triangles.
     NonManifoldEdges(usize),
@@ -42,7 +42,7 @@ pub enum Notice {
 }
 
 impl Notice {
-    /// Does it limit what can be felt, or was it only tidying up?
+    /// True if the finding limits what can be felt, false if it only reports a repair.
     pub fn is_warning(&self) -> bool {
         matches!(
             self,

@@ -70,7 +70,8 @@ fn whatever_comes_in_everything_is_answered() {
         let grid = 2 + random.below(3);
         let count = 3 + random.below(10);
         for _ in 0..count {
-            // Few places, so that corners coincide, polygons fold and triangles have no area.
+            // Uses few distinct positions, so that corners coincide, polygons fold and triangles
+            // have no area.
             let jitter = random.vector() * if random.below(3) == 0 { 1e-10 } else { 0.0 };
             let place = [0; 3].map(|_| random.below(grid) as f64);
             soup.vertices.push(DVec3::from(place) + jitter);
@@ -112,8 +113,8 @@ fn whatever_comes_in_everything_is_answered() {
 type Known = (&'static str, usize, bool, Option<usize>, bool, usize);
 
 /// Counts that come from other programs: closed, genus and the number of the file's triangles for
-/// all; self-intersections where that program looked for exact crossings. Coplanar folds of the
-/// hole's stitched rim it did not look for.
+/// all; self-intersections only where that program tests for exact crossings. It does not test for
+/// the coplanar folds of the hole's stitched rim.
 const KNOWN: [Known; 17] = [
     ("paper/teacup_500.obj", 500, true, Some(1), false, 1),
     ("paper/teacup_4972.obj", 4972, true, Some(1), true, 1),

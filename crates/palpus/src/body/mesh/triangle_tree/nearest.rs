@@ -8,7 +8,7 @@ use crate::algebra::closest_on_triangle;
 /// The point of a surface nearest to a query point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
-    /// Index of a triangle that holds the point; of several the one first met.
+    /// Index of a triangle that holds the point; of several, the first found.
     pub triangle: u32,
     /// On that triangle.
     pub point: DVec3,
@@ -27,7 +27,7 @@ impl TriangleTree {
         self.nearest_among(p, limit, |_| true)
     }
 
-    /// The same of the triangles that `counts` holds for.
+    /// As [`Self::nearest_within`], among the triangles for which `counts` holds.
     pub(crate) fn nearest_among(&self, p: DVec3, limit: f64, counts: impl Fn(u32) -> bool) -> Option<SurfacePoint> {
         let mut best = None;
         let mut best_squared = limit * limit;
@@ -58,8 +58,8 @@ impl TriangleTree {
         best
     }
 
-    /// Returns some point of the surface nearer to `p` than `limit`: cheaper than the nearest, and
-    /// near it.
+    /// Returns a point of the surface nearer to `p` than `limit`. It is close to the nearest point
+    /// and cheaper to find.
     pub(in crate::body) fn some_within(&self, p: DVec3, limit: f64) -> Option<DVec3> {
         let mut best = None;
         let mut best_squared = limit * limit;

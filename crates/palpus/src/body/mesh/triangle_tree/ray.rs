@@ -31,9 +31,9 @@ impl TriangleTree {
         best
     }
 
-    /// Calls `visit` with each triangle that the ray meets at `0 ≤ t ≤ limit`, in no order, until
-    /// it breaks; `visit` returns the limit from there on. A ray through an edge meets the
-    /// triangles on both sides.
+    /// Calls `visit` with each triangle that the ray meets at `0 ≤ t ≤ limit`, in any order, until
+    /// it breaks; `visit` returns the new limit. A ray through an edge meets the triangles on both
+    /// sides.
     pub fn visit_ray(
         &self,
         origin: DVec3,
@@ -96,7 +96,7 @@ impl Ray {
             let p = p - self.origin;
             DVec3::new(p[x] - self.shear.x * p[z], p[y] - self.shear.y * p[z], self.shear.z * p[z])
         });
-        // Each is computed alike, up to its sign, for both triangles of an edge.
+        // Both triangles of an edge compute the same value, up to its sign.
         let (u, v, w) = (c.x * b.y - c.y * b.x, a.x * c.y - a.y * c.x, b.x * a.y - b.y * a.x);
         if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
             return None;

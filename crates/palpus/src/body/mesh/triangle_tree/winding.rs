@@ -57,7 +57,7 @@ impl Dipole {
         Self { moment, spread: DMat3::ZERO, center, area: moment.length(), radius_squared: 0.0 }
     }
 
-    /// The parts as one, about their area-weighted centroid.
+    /// Combines the parts, about their area-weighted centroid.
     fn sum(parts: impl Iterator<Item = Self> + Clone) -> Self {
         let area: f64 = parts.clone().map(|part| part.area).sum();
         let moment = parts.clone().map(|part| part.moment).sum();
@@ -66,7 +66,7 @@ impl Dipole {
         Self { moment, spread, center, area, radius_squared: 0.0 }
     }
 
-    /// The solid angle seen from a point that the centre lies at `offset` from.
+    /// The approximate solid angle seen from a point; `offset` leads from the point to the centre.
     fn solid_angle(&self, offset: DVec3) -> f64 {
         let squared = offset.length_squared();
         let trace = self.spread.x_axis.x + self.spread.y_axis.y + self.spread.z_axis.z;
@@ -76,9 +76,9 @@ impl Dipole {
 }
 
 impl TriangleTree {
-    /// Is the winding number of `p` at least one half? On closed surfaces this is exact, and
-    /// points of the surface itself are inside. On open ones it is a judgement: the surface is
-    /// closed off in the least surprising way.
+    /// Is the winding number of `p` at least one half? On closed surfaces this is exact, and points
+    /// of the surface itself are inside. On open surfaces it is an estimate, as if the openings
+    /// were closed off plausibly.
     pub fn inside(&self, p: DVec3) -> bool {
         if !self.bounds().holds(p) {
             return false;

@@ -1,7 +1,7 @@
 //! Reading the own normals of all pieces from the mesh.
 //!
-//! 1. Which face of which piece each triangle lies in: a neighbour's normal is that of its piece's
-//!    face.
+//! 1. Find the face of the piece in which each triangle lies. A neighbour's normal is the normal of
+//!    that face.
 //! 2. For each piece its own faces, and how much of each is covered.
 //! 3. For each edge beside an own face, the sides of the face's triangles along it, and how the
 //!    mesh bends there; where it bends outward, an arc.
@@ -20,7 +20,8 @@ use crate::body::piece::face_area;
 use crate::body::{EdgeKind, HalfEdges, Mesh, Piece, Polytope};
 
 impl Admissible {
-    /// The own normals of all pieces; `noise` is how far a vertex of a plane may be off it, metres.
+    /// The own normals of all pieces; `noise` is the largest distance of a plane's vertices from
+    /// the plane, metres.
     pub(crate) fn new(
         mesh: &Mesh,
         half_edges: &HalfEdges,
@@ -115,8 +116,8 @@ impl<'s> Source<'s> {
         let true_normals = map_in_order(workers, mesh.triangles().len(), NORMALS_PER_PART, normal, &mut |_| ());
         let mut source = Self { mesh, half_edges, true_normals, normals: Vec::new(), noise };
         let mut normals = source.true_normals.clone();
-        // Neighbours must agree on where an arc ends: at the normal of the face in which the
-        // triangle lies.
+        // Neighbours must agree on where an arc ends. So it ends at the normal of the face in which
+        // the triangle lies.
         let within = |part: usize| {
             let some = part * OWNERS_PER_PART..pieces.len().min((part + 1) * OWNERS_PER_PART);
             let mut within = Vec::new();
@@ -225,8 +226,8 @@ impl Sides {
         Self { sides }
     }
 
-    /// The true normal beyond edge `e` of its left (or right) face, no farther than that of the
-    /// other face; none where the mesh does not bend outward.
+    /// The true normal across edge `e`, seen from its left (or right) face. The turn is limited by
+    /// the normal of the other face. `None` if the mesh does not bend outward.
     fn turn(&self, source: &Source<'_>, polytope: &Polytope, e: u32, of_left: bool) -> Option<DVec3> {
         let edge = polytope.edge(e);
         let (face, other) = if of_left { (edge.left, edge.right) } else { (edge.right, edge.left) };
@@ -262,7 +263,7 @@ impl Sides {
 
 /// The mesh vertex at each vertex of the piece, among the corners of its triangles.
 fn corners(mesh: &Mesh, polytope: &Polytope, piece: &Piece, corners: &mut Vec<u32>) {
-    // Positive zero: hulls and meshes need not agree on the sign of nothing.
+    // Adds a positive zero, because hulls and meshes may differ in the sign of zero.
     let key = |p: DVec3| (p + DVec3::ZERO).to_array();
     let order =
         |p: &[f64; 3], q: &[f64; 3]| p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])).then(p[2].total_cmp(&q[2]));
@@ -280,7 +281,7 @@ fn corners(mesh: &Mesh, polytope: &Polytope, piece: &Piece, corners: &mut Vec<u3
 /// The neighbours of each mesh vertex, ascending, in flat arrays: starts and members.
 fn rings(mesh: &Mesh) -> (Vec<u32>, Vec<u32>) {
     let sides = || mesh.triangles().iter().flat_map(|t| (0..3).map(move |k| (t[k], t[(k + 1) % 3])));
-    // Each neighbour once for each side to it: the sides' two ends, counted into place.
+    // Counting sort of the two ends of each side; a neighbour occurs once for each side to it.
     let mut next = vec![0_u32; mesh.vertices().len() + 1];
     for (v, w) in sides() {
         next[v as usize + 1] += 1;

@@ -1,12 +1,12 @@
 //! A cap of directions that holds all normals of a piece: most normals of another piece are
 //! outside of it.
 //!
-//! Faces, borrowed normals and the arcs between them lie in every cap of less than a half
-//! sphere that holds the ends. A vertex owns the directions along which no neighbour on the mesh is
+//! Faces, borrowed normals and the arcs between them lie in every cap of less than a half sphere
+//! that holds the ends. A vertex owns the directions along which no neighbour on the mesh is
 //! higher. These lie between the normals of the triangles around it: the triangles from the vertex
 //! to a plane below it close a cone whose areas, as vectors, add up to the area of its base, which
 //! faces in that direction. So the direction is a sum of the triangles' normals. The slack of
-//! vertices is added to the cap's angle, twice, and by as much more as a triangle is blunt there.
+//! vertices is added to the cap's angle twice, and is larger where a triangle has a wide angle.
 //!
 //! A piece with a vertex where the mesh ends, or whose normals need half a sphere or more, has the
 //! whole sphere.
@@ -126,9 +126,9 @@ impl<'m> Around<'m> {
         Self { mesh, starts, triangles, open }
     }
 
-    /// The least cosine between `axis` and the normals around mesh vertex `v`, and that of half the
-    /// widest angle of a triangle there: by its inverse a slack of two neighbours turns the
-    /// direction between them. None where the mesh ends.
+    /// The least cosine between `axis` and the normals around mesh vertex `v`, and the cosine of
+    /// half the widest angle of a triangle there. Slack at two neighbours turns the direction
+    /// between them by the slack over this cosine. `None` where the mesh ends.
     fn most(&self, v: u32, axis: DVec3) -> Option<(f64, f64)> {
         let some = self.starts[v as usize] as usize..self.starts[v as usize + 1] as usize;
         let (mut most, mut narrow) = (1.0_f64, 1.0_f64);

@@ -19,7 +19,7 @@ pub(super) struct Added {
     pub(super) moving: Vec<DVec3>,
     pub(super) fixed: Vec<DVec3>,
     pub(super) fixed_cell: Option<Cell>,
-    /// It blocked a translation that was asked for.
+    /// True if it blocked a queried translation.
     pub(super) used: bool,
     pub(super) center: DVec3,
     pub(super) inner: f64,
@@ -33,7 +33,7 @@ impl Scene<'_> {
     pub(super) fn obstacle_at(&self, crossings: &[Crossing], t: DVec3) -> Option<Added> {
         let closed = |body: &Body| body.mesh().is_closed();
         let (p, q) = if closed(self.a) && closed(self.b) {
-            // A few of the crossings, from all over.
+            // Takes a few crossings, spread over all of them.
             let stride = crossings.len().div_ceil(DEPTH_LENSES);
             let lenses = crossings.iter().step_by(stride).filter_map(|crossing| self.lens(crossing, t));
             let deepest = lenses.max_by(|p, q| p.depth.total_cmp(&q.depth))?;
@@ -43,7 +43,7 @@ impl Scene<'_> {
                 Cell::grow(self.b.tree(), z, z, self.b.size())?
             })
         } else {
-            // At a surface that bounds no solid, two triangles.
+            // If a surface bounds no solid, its cell is a triangle.
             let crossing = crossings.first()?;
             (
                 Cell::flat(self.a.mesh().triangle_points(crossing.moving)),
@@ -83,8 +83,8 @@ impl Scene<'_> {
         }
     }
 
-    /// Takes out the cells of the added obstacles that `leaves` name or that were met at this pose,
-    /// and names them by their new order. Returns where rays left obstacles, too.
+    /// Extracts the cells of the added obstacles that `leaves` name or that blocked something at
+    /// this pose, and renumbers them. Also returns where rays left obstacles.
     pub(in super::super) fn keep(self, leaves: &mut [Leaf]) -> (Vec<(Cell, Cell)>, BTreeMap<Ray, Gate>) {
         let [_, gates] = self.gates;
         let mut used: Vec<bool> = self.added.iter().map(|added| added.used).collect();

@@ -4,7 +4,7 @@ use super::*;
 
 const SEED: u64 = 0x1de7_717e;
 
-/// Brackets of one depth have a common point.
+/// Asserts that two brackets of one depth have a common point.
 fn agree(p: &DepthBracket, q: &DepthBracket, slack: f64) -> bool {
     p.lower <= q.upper + slack && q.lower <= p.upper + slack
 }
@@ -70,7 +70,7 @@ fn depth_changes_no_faster_than_the_body_moves() {
     }
 }
 
-/// Two threads, the second from the end.
+/// Two threads; the second takes the tasks from the end.
 struct Pair;
 
 impl Workers for Pair {

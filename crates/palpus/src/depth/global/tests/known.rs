@@ -1,4 +1,4 @@
-//! Depths that are known, and every answer against the surfaces.
+//! Known depths, and a check of every answer by the surfaces.
 
 use super::*;
 use crate::depth::{Certainty, CertificateMemory, ProofScratch, WalkScratch, depth_proven};
