@@ -91,6 +91,7 @@ fn contacts_have_the_promised_columns() {
         normal: DVec3::Z,
         separation: 0.5,
         slope: 0.0,
+        count: 1.0,
     };
     let mut writer = ContactWriter::new(Vec::new()).unwrap();
     writer.write(2, &[contact, contact]).unwrap();

@@ -161,6 +161,7 @@ mod tests {
             normal: -DVec3::Z,
             separation: 1.0,
             slope: 0.0,
+            count: 1.0,
         };
         let mut tick = Tick::new(100);
         tick.contacts.resize(100, contact);

@@ -29,6 +29,7 @@ fn contacts(n: u32, tick: u32) -> Vec<Contact> {
                 normal,
                 separation,
                 slope: 0.0875,
+                count: 1.0,
             }
         })
         .collect()

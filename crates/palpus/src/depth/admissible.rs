@@ -126,6 +126,31 @@ pub fn half_admissible_depth(
     search.answer(&mut walk.clip)
 }
 
+/// The least depth along the face normals that both pieces own: an upper bound of
+/// [`admissible_depth`], which also searches edge pairs. Climbs begin at the vertices `hub`. `None` if the pieces own no face normal together.
+pub(crate) fn admissible_bound(
+    a: &OwnNormals<'_>,
+    b: &OwnNormals<'_>,
+    pose_ba: &Placement,
+    hub: [u32; 2],
+) -> Option<AdmissibleBound> {
+    let cso = Cso { a: a.polytope(), b: b.polytope(), pose_ba };
+    let mut search = Search::new(cso, a, b, HubPair { a: hub[0], b: hub[1] });
+    search.planes();
+    search.found.map(|Found { normal, hub, .. }| AdmissibleBound { normal, hub: [hub.a, hub.b], depth: search.bar })
+}
+
+/// An upper bound of the depth of two pieces.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AdmissibleBound {
+    /// Unit, from b into a, in b's frame; both pieces own it.
+    pub(crate) normal: DVec3,
+    /// Vertices of a and b that support it.
+    pub(crate) hub: [u32; 2],
+    /// Along the normal, model units.
+    pub(crate) depth: f64,
+}
+
 /// The angle (rad) by which the pieces may turn relative to each other before both can own the
 /// normal of one facet, at any position; 0 if it is unknown.
 ///
