@@ -90,9 +90,9 @@ const BOX: DVec3 = DVec3::new(0.06, 0.04, 0.02);
 /// Half the range of tilts and the step between them, degrees.
 const TILT: f64 = 2.0;
 const TILT_STEP: f64 = 0.002;
-/// How deep the middle of the box's bottom stands under the table's top, m.
+/// Depth of the middle of the box's bottom below the table's top, m.
 const PRESSED: f64 = 0.0005;
-/// m.
+/// Contact tolerance, m.
 const TOLERANCE: f64 = 0.002;
 
 /// Returns the point where the load acts: the mean of the contacts, by tilt share and engagement;
