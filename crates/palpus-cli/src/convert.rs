@@ -1,4 +1,4 @@
-//! `palpus convert`: a recording in another format.
+//! `palpus convert`: writes a recording in another format.
 
 use std::process::ExitCode;
 

@@ -39,13 +39,14 @@ pub(crate) const NAMES: &str = "sim, replay:FILE, haply[#ARM][:ws://HOST:PORT], 
     force-dimension[#1][:LIBRARY], force-dimension-simulator[:LIBRARY], openhaptics[#NAME][:LIBRARY], \
     bridge:/path/to.sock, bridge:udp:127.0.0.1:PORT";
 
-/// The hardware called `name`, tested, and set down so that the grip begins at `start` (world);
-/// `None` when it is no hardware's name.
+/// Opens and tests the hardware called `name`, and places it so that the grip starts at `start`
+/// (world). `None` if `name` is not a hardware name.
 ///
-/// `notes` gets what is worth writing down of it; with `real_time`, threads of the device ask for
-/// priority like the loop does.
+/// `notes` gets messages for the recording. With `real_time`, threads of the device ask for
+/// priority like the loop.
 ///
 /// # Errors
+///
 /// Fails if the name is wrong, or the device is missing or fails its self test.
 pub fn open(
     name: &str,
@@ -143,12 +144,12 @@ fn haply(which: Option<&str>, place: Option<&str>, real_time: bool) -> HaplyOpti
     }
 }
 
-/// For a device's own thread, which the loop waits for: one more than the loop's.
+/// Priority of a device's own thread: one more than the loop's, because the loop waits for it.
 fn above_loop(real_time: bool) -> Option<u8> {
     RealTimeOptions::default().priority.filter(|_| real_time).map(|priority| priority + 1)
 }
 
-/// Says what a device can do, if that is less than six driven axes.
+/// Describes what a device can do, if it has fewer than six driven axes.
 pub(crate) fn not_felt(spec: &DeviceSpec) -> Option<String> {
     match (spec.force_max > 0.0, spec.actuated.rotation, spec.sensed.rotation) {
         (false, ..) => Some(format!("{} gives no force: contacts are found and counted, not felt", spec.name)),

@@ -1,4 +1,4 @@
-//! `palpus devices --conformance`: whether a driver of one's own keeps to the bridge's protocol.
+//! `palpus devices --conformance`: tests whether a user's driver follows the bridge's protocol.
 
 use std::process::ExitCode;
 
@@ -27,7 +27,7 @@ pub(super) fn conformance(address: &str, json: bool) -> anyhow::Result<ExitCode>
     Ok(if failed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// A line for each check; below one that failed, what to mend.
+/// Prints a line for each check, and advice below each failed one.
 fn table(checks: &[Check]) -> Vec<String> {
     let mut lines = Vec::new();
     for Check { name, outcome } in checks {

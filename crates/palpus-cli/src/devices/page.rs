@@ -3,9 +3,9 @@
 use palpus_device::{Axes, DeviceSpec, Finding, FindingState, SafetyLimits};
 use serde_json::{Map, Value, json};
 
-/// Columns of the page: those of the narrowest terminal that is common.
+/// Width of the page in columns: that of the narrowest common terminal.
 const WIDTH: usize = 80;
-/// Columns of the names of lines.
+/// Width of the names of lines, in columns.
 const MARGIN: usize = 14;
 
 pub(super) fn page(findings: &[Finding]) -> Vec<String> {
@@ -33,7 +33,7 @@ pub(super) fn page(findings: &[Finding]) -> Vec<String> {
     lines
 }
 
-/// Opening sentence: which devices were found, and that none is needed.
+/// Opening sentence: which devices were found, and that palpus works without one.
 fn opening(findings: &[Finding]) -> String {
     let hardware = |finding: &&Finding| finding.is_found() && finding.backend != "simulated";
     match findings.iter().filter(hardware).count() {
@@ -57,7 +57,7 @@ fn missing(lines: &mut Vec<String>, backend: &str, (looked_for, why): (&str, &st
     entry(lines, "looked for", &format!("{looked_for}; {why}"));
 }
 
-/// As the name of a section.
+/// The name as the title of a section.
 fn title(finding: &Finding) -> String {
     let Finding { backend, name, .. } = finding;
     if name == backend { format!("  {name}") } else { format!("  {name} ({backend})") }
@@ -138,7 +138,7 @@ fn safety(spec: &DeviceSpec, rate_hz: f64) -> String {
     )
 }
 
-/// A named line, wrapped behind its name.
+/// A named line with a hanging indent.
 fn entry(lines: &mut Vec<String>, name: &str, text: &str) {
     for (k, part) in wrapped(text, WIDTH - MARGIN - 4).into_iter().enumerate() {
         lines.push(format!("  {:>MARGIN$}  {part}", if k == 0 { name } else { "" }));

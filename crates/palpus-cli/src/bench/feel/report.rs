@@ -163,7 +163,7 @@ impl Pick<'_> {
         self.rows.iter().find(is_it).map(|row| row.value)
     }
 
-    /// One cell for each column; empty where nothing was measured.
+    /// Returns one cell for each column; cells without a measurement are empty.
     pub(super) fn cells(&self, method: &str, hand: &str, columns: &[Column]) -> Vec<String> {
         let cell = |column: &Column| {
             let values: Vec<f64> =
@@ -215,7 +215,7 @@ impl Pick<'_> {
     }
 }
 
-/// The table without empty rows and columns; the first `named` columns hold names.
+/// Removes empty rows and columns. The first `named` columns hold names.
 pub(super) fn without_empty(mut table: Table, named: usize) -> Table {
     table.rows.retain(|row| row[named..].iter().any(|cell| !cell.is_empty()));
     let kept: Vec<bool> = (0..table.head.len())
@@ -245,7 +245,7 @@ fn stiffness(value: f64, column: &Column) -> String {
     }
 }
 
-/// Values below this, in the unit of the table, are rounding.
+/// Smaller values, in the unit of the table, are rounding errors.
 const NOTHING: f64 = 1e-7;
 
 /// Returns the value with that many significant digits.

@@ -1,4 +1,4 @@
-//! Answers of an engine along a motion, as a file.
+//! The answers of an engine along a motion, as a file.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -17,7 +17,7 @@ const COLUMNS: [&str; 7] = ["force_x", "force_y", "force_z", "torque_x", "torque
 pub(super) struct Answers {
     /// On the probe, about its grip, along the environment's axes.
     pub(super) wrenches: Vec<Wrench>,
-    /// Time of each step, µs; empty if it is not known.
+    /// Time of each step, µs; empty if unknown.
     pub(super) micros: Vec<f64>,
 }
 
@@ -25,7 +25,7 @@ impl Answers {
     pub(super) fn write(&self, file: &Path) -> anyhow::Result<()> {
         let mut text = COLUMNS.join(",") + "\n";
         for (Wrench { force, torque }, micros) in self.wrenches.iter().zip(&self.micros) {
-            // A string takes everything.
+            // Writing to a string cannot fail.
             let _ = writeln!(
                 text,
                 "{:?},{:?},{:?},{:?},{:?},{:?},{micros:.2}",
