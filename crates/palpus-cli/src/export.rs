@@ -1,4 +1,4 @@
-//! `palpus export`: a built-in scene as files, to start one's own from.
+//! `palpus export`: writes a built-in scene as files that a user can edit.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -34,7 +34,8 @@ pub(crate) const SCENE_FILE: &str = "scene.toml";
 /// Writes the files of a built-in scene into a folder; returns their names.
 ///
 /// # Errors
-/// If a file cannot be written, or exists.
+///
+/// Fails if a file cannot be written or exists already.
 pub(crate) fn write_scene(scene: &Scene, folder: &Path) -> anyhow::Result<Vec<String>> {
     let problem = || format!("{} could not be made; name another folder", folder.display());
     fs::create_dir_all(folder).with_context(problem)?;
@@ -59,7 +60,7 @@ pub(crate) fn write_scene(scene: &Scene, folder: &Path) -> anyhow::Result<Vec<St
     Ok(files.into_iter().map(|(name, _)| name).collect())
 }
 
-/// Writes a new file; fails if the file exists, so that no edited file is lost.
+/// Writes a new file. Fails if the file exists, so that no edited file is lost.
 fn write_new(file: &Path, content: &str) -> anyhow::Result<()> {
     if file.exists() {
         bail!("{} is there already; name another folder, or move it away", file.display());
@@ -84,7 +85,7 @@ fn hand(path: &HandPath) -> String {
     for k in 0..=count {
         let pose = path.pose((k as f64 * POSE_PERIOD).min(path.duration()));
         let ([x, y, z], q) = ((pose.translation * UNITS_PER_METRE).to_array(), pose.rotation);
-        // A string takes everything.
+        // Writing to a string cannot fail.
         let _ = writeln!(text, "{x:?},{y:?},{z:?},{:?},{:?},{:?},{:?}", q.x, q.y, q.z, q.w);
     }
     text
@@ -150,7 +151,7 @@ fn objects(scene: &Scene, shapes: &[Arc<PolygonSoup>]) -> String {
                 )
             }
         };
-        // A string takes everything.
+        // Writing to a string cannot fail.
         let _ = write!(text, "\n[[object]]\nmesh = \"{}\"\n{}{motion}\n", shape_file(shape), place(&object.start));
     }
     text

@@ -6,7 +6,7 @@ use anyhow::{Context, bail};
 use glam::DVec3;
 use palpus_device::{Fault, Script};
 
-/// Names and what they mean.
+/// Names of the faults, and their meanings.
 const FAULTS: [(&str, Fault); 17] = [
     ("non-finite-pose", Fault::NonFinitePose),
     ("non-finite-wrench", Fault::NonFiniteWrench),
@@ -32,8 +32,8 @@ const LATE: Duration = Duration::from_millis(100);
 /// A delay of more than a period at 1 kHz, but below the timeout of every watchdog.
 const SLOW: Duration = Duration::from_millis(3);
 
-/// Out of words such as `pose-jump@1.5`: what happens, and after how many seconds. In simulated
-/// time (`fast`) nothing is late.
+/// Parses texts such as `pose-jump@1.5`: the kind of fault, and its time in seconds. In simulated
+/// time (`fast`) no tick is late.
 pub(crate) fn script(words: &[String], rate_hz: f64, fast: bool) -> anyhow::Result<Script> {
     if let Some(word) = words.iter().find(|word| fast && word.starts_with("late-")) {
         bail!("in simulated time nothing comes late, and so `{word}` does nothing; leave --fast out");

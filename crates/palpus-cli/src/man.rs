@@ -1,4 +1,4 @@
-//! `palpus man`: the help of all commands as man pages, or as the page docs/command-line.md.
+//! `palpus man`: prints the help of all commands as man pages, or as the page docs/command-line.md.
 
 use std::fmt::Write as _;
 use std::process::ExitCode;
@@ -9,7 +9,7 @@ use clap::Command;
 use crate::args::{ManArguments, command_tree};
 use crate::{files, output};
 
-/// Columns of the help texts on the page.
+/// Width of the help texts on the page, in columns.
 const WIDTH: usize = 100;
 
 pub(crate) fn man(arguments: &ManArguments) -> anyhow::Result<ExitCode> {
@@ -30,7 +30,7 @@ pub(crate) fn man(arguments: &ManArguments) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The help of every command, as Markdown.
+/// Returns the help of every command, as Markdown.
 fn page() -> String {
     let mut page = String::from(
         "# Command line\n\nThis page is what `palpus man --markdown` prints; a test compares the two. `palpus COMMAND --help` prints one \

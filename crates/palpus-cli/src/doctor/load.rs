@@ -12,7 +12,7 @@ pub(crate) struct Snapshot {
     stolen: u64,
     own: u64,
     cores: u64,
-    /// Every other program: its process id, its name, its time.
+    /// Every other program: its process id, its name and its time.
     programs: Vec<(u32, String, u64)>,
 }
 
@@ -104,7 +104,7 @@ fn programs() -> Vec<(u32, String, u64)> {
     numbers.filter(|number| *number != std::process::id()).filter_map(read).collect()
 }
 
-/// The programs with the highest load, in cores; programs of the same name are added up.
+/// The programs with the highest load, in cores. Programs of the same name are added up.
 fn busiest(before: &Snapshot, after: &Snapshot, ticks_per_core: f64) -> Vec<Program> {
     let spent = |(number, name, time): &(u32, String, u64)| {
         // A program that started during the measurement used all of its time within it.

@@ -1,4 +1,4 @@
-//! The verdict, and what would help.
+//! The verdict and the advice.
 
 use serde::Serialize;
 
@@ -17,11 +17,11 @@ pub(super) enum Fitness {
     NotFit,
 }
 
-/// The answer.
+/// Result of the judgement.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Verdict {
     pub(super) fitness: Fitness,
-    /// In one sentence.
+    /// The verdict in one sentence.
     pub(super) words: String,
     /// Problems; the ones that are easiest to solve come first.
     pub(super) notes: Vec<Note>,
@@ -48,11 +48,13 @@ impl Verdict {
     }
 }
 
-/// Share of late turns above which the report has a note. One late tick in a thousand is not felt.
+/// Share of late wake-ups above which the report has a note. One late tick in a thousand is not
+/// felt.
 const NOTED_LATE: f64 = 1e-3;
-/// Share of late turns above which the machine is not fit: ten late ticks a second feel rough.
+/// Share of late wake-ups above which the machine is not fast enough: ten late ticks per second
+/// feel rough.
 const UNFIT_LATE: f64 = 1e-2;
-/// Share of ticks with bounded work above which a note reports it.
+/// Share of ticks at the work limit above which the report has a note.
 const NOTED_BOUNDED: f64 = 0.01;
 /// Load by other programs (in cores) that can delay a loop without priority.
 const NOTED_LOAD: f64 = 0.5;
@@ -64,7 +66,7 @@ const CLOSE_OTHERS: &str = "close what else runs on this machine, browsers and b
 /// Advice for a real-time right that is refused because another one is missing.
 const FOLLOWS: &str = "get the priority first";
 
-/// Judges what was measured.
+/// Derives the verdict from the measurements.
 pub(super) fn of(
     timer: &Timer,
     scene: &SceneTimes,
