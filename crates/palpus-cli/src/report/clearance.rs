@@ -1,4 +1,4 @@
-//! The page of `palpus clearance`: room along the placements, and pictures of the tightest ones.
+//! The page of `palpus clearance`: clearance along the poses, and pictures of the tightest ones.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use super::html::{Html, Table};
 use crate::clearance::{Place, Shown};
 use crate::plots::{BLUE, Drawn, Figure, Mark, Panel, Series, bands, svg};
 
-/// Pixels.
+/// Size of the pictures, pixels.
 const WIDTH: usize = 960;
 const HEIGHT: usize = 600;
 
@@ -92,7 +92,7 @@ fn table(tightest: &[Place]) -> Table {
     }
 }
 
-/// A, B, …; numbers beyond Z.
+/// A, B, …; numbers after Z.
 fn letter(k: usize) -> String {
     u8::try_from(k).ok().filter(|&k| k < 26).map_or_else(|| (k + 1).to_string(), |k| char::from(b'A' + k).to_string())
 }

@@ -1,5 +1,5 @@
-//! Machine and program of a reproduction, for readers who judge the figures. Neither the machine
-//! nor its user is named.
+//! Describes the machine and the program of a reproduction, so that readers can judge the figures.
+//! The names of the machine and its user are not included.
 
 use std::fs::read_to_string;
 

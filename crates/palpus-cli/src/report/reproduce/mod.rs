@@ -1,13 +1,13 @@
-//! The page of the whole reproduction: every table and figure of the paper beside what is measured
-//! here, and what goes beyond it.
+//! The page of the whole reproduction: every table and figure of the paper with the results
+//! measured here, and the further benchmarks.
 //!
-//! 1. *Plan* ([`plan`]): one command a step, as a user would type it.
-//! 2. *Run* ([`ran`]): one after another, since most of them measure times. What came of a step is
-//!    kept beside its files.
-//! 3. *Page* ([`page`], [`paper`], [`sections`]): made of these files ([`data`]), so that it can be
-//!    made again without measuring. Every section says whether its figures were measured in this
-//!    run, by which command, and how long that took; figures from the documents ([`stored`]) are
-//!    marked as such.
+//! 1. *Plan* ([`plan`]): one command for each step, as a user would type it.
+//! 2. *Run* ([`ran`]): the steps run one after another, because most of them measure times. The
+//!    outcome of a step is stored with its files.
+//! 3. *Page* ([`page`], [`paper`], [`sections`]): made from these files ([`data`]), so that it can
+//!    be made again without measuring. Every section states whether its figures were measured in
+//!    this run, by which command, and how long it took. Figures from the documentation ([`stored`])
+//!    are marked.
 
 mod data;
 mod machine;
@@ -34,7 +34,7 @@ use crate::output;
 /// Description of a reproduction.
 #[derive(Debug, Serialize, Deserialize)]
 struct Reproduction {
-    /// When it began; names it.
+    /// Start time, which identifies the reproduction.
     run: String,
     command: String,
     quick: bool,
@@ -43,7 +43,7 @@ struct Reproduction {
     versions: Vec<(String, String)>,
 }
 
-/// In the folder of a reproduction.
+/// File in the folder of a reproduction.
 const FILE: &str = "reproduction.json";
 
 /// True if the folder holds a reproduction.
@@ -51,9 +51,9 @@ pub(super) fn is_in(folder: &Path) -> bool {
     folder.join(FILE).is_file()
 }
 
-/// Runs everything and makes the page of it in `folder`.
+/// Runs all steps and makes their page in `folder`.
 pub(super) fn reproduce(arguments: &ReportArguments, folder: &Path) -> anyhow::Result<()> {
-    // Steps are run elsewhere than here (cargo's benches), and have to find it.
+    // Some steps run in another folder (cargo's benches) and need an absolute path.
     let out = std::path::absolute(folder).context("the folder of the report has no path")?;
     let models = arguments.models.as_deref().map(std::path::absolute).transpose().context("--models has no path")?;
     if let Some(models) = models.as_deref().filter(|models| !models.is_dir()) {
@@ -108,7 +108,7 @@ pub(super) fn reproduce(arguments: &ReportArguments, folder: &Path) -> anyhow::R
     Ok(())
 }
 
-/// As it was typed, without places.
+/// The command as typed, without folders.
 fn command(arguments: &ReportArguments) -> String {
     let mut command = "palpus report DIR --reproduce".to_owned();
     if arguments.quick {
@@ -196,7 +196,8 @@ fn head(html: &mut Html, title: &str, data: &Data<'_>, reproduction: &Reproducti
     });
 }
 
-/// Under a section's title: whether its figures were measured in this run, by what, for how long.
+/// The line below a section's title: whether its figures were measured in this run, by which
+/// command, and how long it took.
 fn origin(html: &mut Html, data: &Data<'_>, id: &str, run: &str) {
     let Some(ran) = data.ran(id) else {
         html.element("p", "origin", |p| {

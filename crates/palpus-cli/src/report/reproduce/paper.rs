@@ -1,5 +1,5 @@
-//! Sections on the paper's Table 1 and Figures 4, 5 and 6. Its pictures are described, since we may
-//! not copy them.
+//! Sections on the paper's Table 1 and Figures 4, 5 and 6. The paper's pictures are described,
+//! because they may not be copied.
 
 use serde_json::Value;
 
@@ -8,7 +8,7 @@ use super::origin;
 use crate::numbers::{counted, number_of, said};
 use crate::report::html::{Html, Table, Tone};
 
-/// Pieces of the models.
+/// Number of pieces of the models.
 pub(super) fn table_1(html: &mut Html, data: &Data<'_>, run: &str) {
     html.section("table1", "Table 1: convex pieces", |section| {
         section.paragraph(
@@ -92,13 +92,13 @@ pub(super) fn figure_4(html: &mut Html, data: &Data<'_>, run: &str) {
 /// Figure 5 in numbers.
 pub(super) struct Profile {
     pub(super) most_contacts: f64,
-    /// µs, of query and force together.
+    /// Time of query and force together, µs.
     pub(super) half: f64,
     pub(super) most: f64,
     pub(super) force_half: f64,
     penetrating_share: f64,
     intervals: usize,
-    /// µs for each contact, apart and penetrating.
+    /// Time for each contact without and with overlap, µs.
     per_contact: [f64; 2],
 }
 
@@ -167,7 +167,7 @@ pub(super) fn figure_5(html: &mut Html, data: &Data<'_>, run: &str) {
     });
 }
 
-/// The most that a contact changed from one tick to the next.
+/// Largest change of a contact from one tick to the next.
 struct Smoothness {
     point_mm: f64,
     normal_degrees: f64,
@@ -217,7 +217,7 @@ pub(super) fn figure_6(html: &mut Html, data: &Data<'_>, run: &str) {
     });
 }
 
-/// Statements of the paper beside what was measured here.
+/// Statements of the paper, and the results measured here.
 pub(super) fn claims(html: &mut Html, data: &Data<'_>) {
     let pieces = |model: &str| {
         let rows = data.json::<Vec<Value>>("figures", "table1.json")?;

@@ -7,23 +7,23 @@ use std::process::{Command, Stdio};
 
 /// The parts of a reproduction to measure, and the folder for the results.
 pub(super) struct Wanted<'a> {
-    /// Absolute.
+    /// Absolute path.
     pub(super) out: &'a Path,
-    /// Folder of meshes that we may not distribute.
+    /// Folder of meshes that may not be distributed.
     pub(super) models: Option<&'a Path>,
     pub(super) quick: bool,
 }
 
 /// A command and its purpose.
 pub(super) struct Step {
-    /// Also the name of its folder in `data`.
+    /// Name of the step and of its folder in `data`.
     pub(super) id: &'static str,
     pub(super) what: &'static str,
     /// Approximate duration on two idle cores, s.
     pub(super) about: f64,
     /// The command, or the reason to skip the step.
     pub(super) command: Result<Invocation, String>,
-    /// Less than the whole is measured.
+    /// True if only a part of the step is measured.
     pub(super) is_quick: bool,
     /// True if a nonzero exit status does not mean that the step failed.
     pub(super) may_fail: bool,
@@ -52,7 +52,7 @@ impl Invocation {
         arguments.iter().fold(self, |invocation, argument| invocation.arg(argument))
     }
 
-    /// Adds a path that is shown under another name, since pages must not tell where files lie.
+    /// Adds a path that is shown under another name, because pages must not reveal folders.
     fn path(mut self, path: impl Into<OsString>, shown: &str) -> Self {
         self.arguments.push(path.into());
         self.shown += " ";
@@ -61,8 +61,8 @@ impl Invocation {
     }
 }
 
-/// Pairs that are timed beside Coal, with ticks of palpus and of Coal, and about how long that
-/// takes, s. Coal needs up to a second a tick.
+/// Pairs that are timed with Coal too, with the ticks for palpus and for Coal, and the approximate
+/// duration, s. Coal needs up to a second for a tick.
 pub(super) const PAIRS: [(&str, &str, [u32; 2], f64); 6] = [
     ("coal-spoon-cup", "spoon-cup", [20_000, 2000], 6.0),
     ("coal-armadillo-intestine", "armadillo-intestine", [20_000, 1000], 25.0),
@@ -72,7 +72,7 @@ pub(super) const PAIRS: [(&str, &str, [u32; 2], f64); 6] = [
     ("coal-lucy-embryo", "lucy-embryo", [2000, 200], 90.0),
 ];
 
-/// The first of [`PAIRS`] is quick.
+/// The first of [`PAIRS`] takes little time.
 const QUICK_PAIR: [u32; 2] = [4000, 500];
 
 /// The steps of [`plan`], in their order.
@@ -132,8 +132,8 @@ impl Wanted<'_> {
     }
 }
 
-/// This program. One that has been replaced since it was started, or that Python runs, is found by
-/// its name, as a user would.
+/// The path of this program. If the file has been replaced since the start, or Python runs the
+/// program, it is found by its name.
 fn program() -> PathBuf {
     let running = std::env::current_exe().ok().filter(|path| path.file_stem().is_some_and(|name| name == "palpus"));
     running.unwrap_or_else(|| "palpus".into())

@@ -1,5 +1,5 @@
-//! The sections beyond the paper: a run in real time, feel, scale, peers, penetration depth; and
-//! the machine.
+//! The sections beyond the paper: a run in real time, feel, scale, other libraries, penetration
+//! depth, and the machine.
 
 use palpus_io::scene::FilePolicy;
 use serde_json::Value;
@@ -86,7 +86,7 @@ pub(super) fn feel(html: &mut Html, data: &Data<'_>, run: &str) {
     });
 }
 
-/// Joins the tables of all scenes whose title begins with this text.
+/// Joins the tables of all scenes whose titles begin with this text.
 fn of_all_scenes(text: &str, begin: &str) -> Option<Table> {
     let scenes = text.lines().filter_map(|line| line.strip_prefix("## "));
     let mut whole: Option<Table> = None;
@@ -106,7 +106,7 @@ fn of_all_scenes(text: &str, begin: &str) -> Option<Table> {
     whole
 }
 
-/// The step against triangles and contacts.
+/// The time of a step as a function of triangles and contacts.
 pub(super) fn scale(html: &mut Html, data: &Data<'_>, run: &str) {
     html.section("scale", "What a step depends on", |section| {
         section.paragraph(
@@ -147,7 +147,7 @@ fn scale_row(row: &Value) -> Vec<String> {
     ]
 }
 
-/// Real pairs beside Coal.
+/// Real pairs, compared with Coal.
 pub(super) fn pairs(html: &mut Html, data: &Data<'_>, run: &str) {
     html.section("pairs", "Real pairs, beside Coal", |section| {
         section.paragraph(
@@ -193,7 +193,7 @@ fn is_stored(html: &mut Html, file: &str) {
     });
 }
 
-/// Penetration depth and distance of convex pairs, beside others.
+/// Penetration depth and distance of convex pairs, compared with other libraries.
 pub(super) fn convex(html: &mut Html, data: &Data<'_>, run: &str) {
     html.section("convex", "Convex pairs, beside parry, Coal and MuJoCo", |section| {
         section.paragraph(
@@ -225,7 +225,7 @@ pub(super) fn convex(html: &mut Html, data: &Data<'_>, run: &str) {
     });
 }
 
-/// Table of the bench alone, without Python's peers.
+/// Table of the bench alone, without the libraries that need Python.
 fn parry_alone(data: &Data<'_>) -> Option<Table> {
     let text = data.text("convex", "convex.csv")?;
     let row = |line: &str| {
@@ -312,7 +312,7 @@ fn command_row(id: &str, ran: &Ran, run: &str) -> Vec<String> {
     vec![id.to_owned(), command, what, took, ran.load.map_or(String::new(), |load| said(load, 2))]
 }
 
-/// Facts that the doctor measured.
+/// Facts measured by the doctor.
 fn from_doctor(data: &Data<'_>) -> Vec<(String, String)> {
     let Some(found) = data.json::<Value>("doctor", SAID) else { return Vec::new() };
     let mut facts = Vec::new();

@@ -13,7 +13,7 @@ fn fact(name: &str, value: impl Into<String>) -> (String, String) {
     (name.to_owned(), value.into())
 }
 
-/// Which scene, which device, which version.
+/// Scene, device and version.
 pub(super) fn of_header(header: &RecordingHeader) -> Facts {
     let scene = &header.scene;
     let source = match &scene.source {
@@ -134,7 +134,7 @@ pub(super) fn of_settings(settings: &Settings) -> Facts {
     facts
 }
 
-/// Lists settings that differ between two, by name: old and new value.
+/// Lists the settings that differ, by name: old and new value.
 pub(super) fn changed(before: &Settings, after: &Settings) -> String {
     let pairs = of_settings(before).into_iter().zip(of_settings(after));
     let each = pairs.filter(|(then, now)| then != now).map(|(then, now)| format!("{}: {} → {}", then.0, then.1, now.1));

@@ -1,13 +1,13 @@
 //! The page of one recorded run.
 //!
-//! 1. The recording is read, and measured from its rows ([`measures`]).
-//! 2. The engine runs again from it: every wrench is compared bit for bit, and moments worth a
-//!    picture are kept.
-//! 3. Pictures are painted without a display; plots, tables and facts ([`facts`]) stand around
-//!    them.
+//! 1. The recording is read and measured from its rows ([`measures`]).
+//! 2. The engine replays it: every wrench is compared bit for bit, and moments for pictures are
+//!    kept.
+//! 3. Pictures are painted without a display. Plots, tables and facts ([`facts`]) complete the
+//!    page.
 //!
-//! The page is made in any case, and lists parts that could not be made: a recording whose meshes
-//! are gone still has its rows.
+//! The page is always made, and lists parts that could not be made: if the meshes of a recording
+//! are missing, its rows are still available.
 
 mod facts;
 mod measures;
@@ -38,7 +38,7 @@ pub(super) struct Run {
     again: Result<Again, String>,
 }
 
-/// Results of running it again.
+/// Results of the replay.
 struct Again {
     stage: Stage,
     moments: Vec<Moment>,
@@ -47,7 +47,7 @@ struct Again {
 }
 
 impl Run {
-    /// Reads a recording and runs it again.
+    /// Reads a recording and replays it.
     pub(super) fn of(path: &Path, policy: FilePolicy) -> anyhow::Result<Self> {
         let recording = read_recording(path)?;
         let choices = choices(&recording.rows);
@@ -95,7 +95,7 @@ impl Run {
         )
     }
 
-    /// Writes the most important results, in a word or two each.
+    /// Writes the most important results in one or two words each.
     pub(super) fn badges(&self, html: &mut Html) {
         html.element("p", "", |badges| {
             match &self.again {
@@ -119,7 +119,7 @@ impl Run {
         });
     }
 
-    /// Everything below the title.
+    /// All content below the title.
     fn tell(&self, html: &mut Html) -> anyhow::Result<()> {
         self.tiles(html);
         let parts = [
@@ -152,7 +152,7 @@ impl Run {
         Ok(())
     }
 
-    /// The numbers that are seen first.
+    /// The key figures at the top.
     pub(super) fn tiles(&self, html: &mut Html) {
         let m = &self.measures;
         let depth = match m.least_separation {
@@ -203,7 +203,7 @@ impl Run {
         });
     }
 
-    /// Pictures of moments, and what their colours mean; nothing where there was no contact.
+    /// Pictures of moments, and the meanings of their colours; empty if there was no contact.
     pub(super) fn moments(&self, html: &mut Html) -> anyhow::Result<()> {
         let Ok(again) = &self.again else { return Ok(()) };
         let mut shots = Vec::new();
@@ -233,7 +233,7 @@ impl Run {
         Ok(())
     }
 
-    /// Force, torque, contacts, separation, times; and the histograms.
+    /// Plots of force, torque, contacts, separation and times, and the histograms.
     pub(super) fn plots(&self, html: &mut Html) {
         let rows = &self.recording.rows;
         if rows.len() < 2 {
