@@ -58,7 +58,7 @@ fn in_window(_: &ViewArguments) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The requested piece, or the one with most faces.
+/// Returns the requested piece, or the piece with most faces.
 fn chosen_piece(body: &Body, asked: Option<u32>) -> anyhow::Result<u32> {
     let count = body.polytopes().len();
     match (asked, richest_piece(body)) {
@@ -69,7 +69,7 @@ fn chosen_piece(body: &Body, asked: Option<u32>) -> anyhow::Result<u32> {
     }
 }
 
-/// The requested plane, or one through the middle.
+/// Returns the requested plane, or a plane through the middle.
 fn chosen_plane(body: &Body, arguments: &ViewArguments) -> anyhow::Result<SectionPlane> {
     let axis = arguments.axis.into();
     let [low, middle, high] = [0.0, 0.5, 1.0].map(|part| SectionPlane::through(body, axis, part));

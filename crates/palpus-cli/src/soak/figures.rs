@@ -1,4 +1,4 @@
-//! The plots of a soak: over time, and how late the turns were.
+//! The plots of a soak run: values over time, and the distribution of the lateness.
 
 use super::report::{Report, Row, Stretch};
 use crate::plots::{self, BLUE, Drawn, Figure, GREEN, Panel, Series, VERMILION};

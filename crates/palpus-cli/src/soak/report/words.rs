@@ -1,4 +1,4 @@
-//! The report in words.
+//! The report as text.
 
 use super::{Micros, Report, Row, Stretch};
 use crate::durations::spoken;
@@ -54,7 +54,7 @@ impl Report {
         )
     }
 
-    /// Name and value, for people.
+    /// Names and values, for people.
     pub(super) fn lines(&self) -> Vec<(&'static str, String)> {
         let whole = &self.whole;
         let all = whole.ticks.max(1) as f64;
@@ -117,7 +117,7 @@ impl Report {
         lines
     }
 
-    /// Values at the first sample after a tenth of the run, when all memory has been touched, and
+    /// Values at the first sample after a tenth of the run, when all memory has been used once, and
     /// at the last sample.
     fn memory_in_words(&self) -> String {
         let Some((last, sample)) = self.samples.last() else { return "not known here".to_owned() };
