@@ -1,7 +1,7 @@
 //! The settings of contact in the window: presets, switches and sliders.
 //!
-//! The panel shows the run's settings as they are and asks for others only when something was
-//! moved.
+//! The panel shows the run's current settings, and requests other settings only if the user changes
+//! something.
 
 use std::ops::RangeInclusive;
 use std::time::{Duration, Instant};
@@ -29,7 +29,7 @@ const ONE_CHANGE: Duration = Duration::from_millis(700);
 pub(super) struct Feel {
     presets: Vec<Preset>,
     fitting: Fitting,
-    /// The setting that keys change.
+    /// The setting that the keys change.
     chosen: usize,
     /// Settings to compare with, if any were kept.
     kept: Option<Settings>,
@@ -44,8 +44,8 @@ impl Feel {
         Self { presets, fitting, chosen: 0, kept: None, before: Vec::new() }
     }
 
-    /// Returns the settings that `now` is compared with, and the names of both: the kept settings,
-    /// else the paper's, or palpus's own beside those.
+    /// Returns the settings that are compared with `now`, and the names of both: the kept settings,
+    /// else the paper's, or palpus's own if the paper's are felt.
     pub(super) fn other(&self, now: &Settings) -> ([&'static str; 2], Settings) {
         let is_of =
             |preset: &Preset| Settings { limits: now.limits, capacity: now.capacity, ..preset.settings } == *now;
@@ -62,13 +62,13 @@ impl Feel {
         self.kept = Some(*now);
     }
 
-    /// Gives `wanted` to the run, and keeps the settings from before for undo.
+    /// Passes `wanted` to the run, and keeps the previous settings for undo.
     fn change(&mut self, run: &mut dyn Run, now: &Settings, wanted: &Settings) -> Result<(), String> {
         if wanted == now {
             return Ok(());
         }
         apply(run, now, wanted)?;
-        // All changes by one drag of a slider are one change.
+        // All changes by one drag of a slider count as one change.
         let is_going_on = self.before.last().is_some_and(|(_, when)| when.elapsed() < ONE_CHANGE);
         match self.before.last_mut().filter(|_| is_going_on) {
             Some((_, when)) => *when = Instant::now(),
@@ -77,10 +77,11 @@ impl Feel {
         Ok(())
     }
 
-    /// Carries out an action of a key or a button.
+    /// Carries out the action of a key or a button.
     ///
     /// # Errors
-    /// Fails with the run's objection.
+    ///
+    /// Fails with the run's message.
     pub(super) fn act(&mut self, action: Action, run: &mut dyn Run) -> Result<(), String> {
         let now = run.settings();
         let mut wanted = now;
@@ -120,7 +121,7 @@ impl Feel {
         self.change(run, &now, &wanted)
     }
 
-    /// Selects the next setting that applies, in the direction of `step`; wraps around.
+    /// Selects the next applicable setting in the direction of `step`; wraps around.
     fn choose(&mut self, now: &Settings, step: usize) {
         for _ in 0..Quantity::ALL.len() {
             self.chosen = (self.chosen + step) % Quantity::ALL.len();
@@ -144,10 +145,11 @@ impl Feel {
         FrictionSettings { static_coefficient, dynamic_coefficient, tangential_stiffness: now.stiffness }
     }
 
-    /// The panel; what its buttons ask for is added to `actions`.
+    /// Draws the panel, and adds the actions of its buttons to `actions`.
     ///
     /// # Errors
-    /// Fails with the run's objection to a slider.
+    ///
+    /// Fails with the run's message about a slider.
     pub(super) fn show(&mut self, ui: &mut Ui, run: &mut dyn Run, actions: &mut Vec<Action>) -> Result<(), String> {
         let now = run.settings();
         let mut wanted = now;
@@ -237,7 +239,7 @@ impl Feel {
         Ok(())
     }
 
-    /// Default value of a quantity: of palpus's own settings, or of the paper's for direct
+    /// Default value of a quantity: from palpus's own settings, or from the paper's for direct
     /// rendering.
     fn usual(&self, quantity: Quantity, now: &Settings) -> Option<f64> {
         let alike = |preset: &&Preset| preset.settings.coupling.is_some() == now.coupling.is_some();
@@ -291,12 +293,12 @@ fn apply(run: &mut dyn Run, now: &Settings, wanted: &Settings) -> Result<(), Str
     if wanted == now {
         return Ok(());
     }
-    // The device sets the limits and the run the capacity; neither may change here.
+    // The device sets the limits and the run sets the capacity, so neither changes here.
     let wanted = Settings { limits: now.limits, capacity: now.capacity, ..*wanted };
     run.set_settings(&wanted)
 }
 
-/// Three figures.
+/// Rounds to three significant digits.
 fn rounded(value: f64, _: RangeInclusive<usize>) -> String {
     match value {
         v if v >= 9.995e6 => format!("{:.1}M", v / 1e6),
@@ -308,7 +310,7 @@ fn rounded(value: f64, _: RangeInclusive<usize>) -> String {
     }
 }
 
-/// The opposite of [`rounded`].
+/// Inverse of [`rounded`].
 fn parsed(text: &str) -> Option<f64> {
     let text = text.trim();
     let (digits, factor) = match (text.strip_suffix('k'), text.strip_suffix('M')) {
