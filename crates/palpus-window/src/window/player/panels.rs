@@ -1,5 +1,5 @@
-//! Beside the scene of a recording: the numbers of the tick that is shown, how far it has been run
-//! again, and what goes to and fro in time.
+//! The panels of the window on a recording: the numbers of the shown tick, the progress of the
+//! replay, and the time line.
 
 use eframe::egui::{self, RichText};
 use palpus_device::Cut;
@@ -11,7 +11,7 @@ use crate::scene::LISTED;
 use crate::window::view3d::colour;
 use crate::window::{keys, shell};
 
-/// Points, of the number beside the slider.
+/// Width of the number beside the slider, points.
 const SLIDER_NUMBER: f32 = 90.0;
 
 impl Player {
@@ -75,7 +75,7 @@ impl Player {
         self.status.show(ui);
     }
 
-    /// How far the recording has been run again, and whether it came out as recorded.
+    /// Progress of the replay, and whether it matches the recording.
     fn words_of_progress(&self, ui: &mut egui::Ui, tick: usize) {
         let (colours, progress) = (self.style.theme.colours(), &self.progress);
         if let Some(why) = &progress.failed {
@@ -105,7 +105,7 @@ impl Player {
         }
     }
 
-    /// Step 3, below.
+    /// Step 3, at the bottom.
     pub(super) fn below(&mut self, ui: &mut egui::Ui) {
         let context = ui.ctx().clone();
         ui.horizontal_wrapped(|ui| {

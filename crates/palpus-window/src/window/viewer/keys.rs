@@ -1,4 +1,4 @@
-//! Actions of the window on a model, and their keys, beside those of every window.
+//! Actions of the window on a model, and their keys, in addition to those of every window.
 
 use eframe::egui::{self, Key};
 
@@ -22,7 +22,7 @@ pub(super) enum Action {
     Scene(SceneAction),
 }
 
-/// Key, action, name and text in the list; second keys have no text.
+/// Key, action, name and text in the list. Second keys have no text.
 const KEYS: [(Key, Action, &str, &str); 16] = [
     (Key::E, Action::Explode, "E", "pieces apart or together"),
     (Key::OpenBracket, Action::Earlier, "[", "the piece before"),

@@ -1,5 +1,5 @@
-//! Beside the scene of a model: on the right the model and the picked piece, on the left what is
-//! felt on the plane.
+//! The panels of the window on a model: on the right the model and the picked piece, on the left
+//! the depth on the plane.
 
 use eframe::egui::{self, RichText};
 
@@ -164,7 +164,7 @@ impl Viewer {
     }
 }
 
-/// The section in words.
+/// Describes the section as text.
 fn section_words(known: &SectionAnswer, unit: Unit, busy: bool) -> String {
     let numbers = &known.numbers;
     let going = if busy { " · getting finer…" } else { "" };
@@ -178,7 +178,7 @@ fn section_words(known: &SectionAnswer, unit: Unit, busy: bool) -> String {
     format!("up to {deepest} deep, felt {felt}{median} · not felt {unseen:.2} % of the inside{going}")
 }
 
-/// The colours of depths up to `deepest`.
+/// Draws the colours of depths up to `deepest`.
 fn scale(ui: &mut egui::Ui, deepest: f64, unit: Unit) {
     let (rect, _) = ui.allocate_exact_size(egui::vec2(ui.available_width(), SCALE), egui::Sense::hover());
     let step = rect.width() / SCALE_PARTS as f32;
