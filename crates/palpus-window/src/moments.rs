@@ -73,7 +73,7 @@ impl Moments {
         }
     }
 
-    /// Returns the last kept moment up to `tick`, and its tick; `None` if there is none.
+    /// Returns the last kept moment up to `tick`, and its tick; `None` before the first one.
     pub fn at(&self, tick: usize) -> Option<(usize, Moment)> {
         let store = self.store.lock().ok()?;
         if tick >= store.progress.ticks {

@@ -117,8 +117,8 @@ pub(crate) enum BenchCommand {
         /// Ticks per case.
         #[arg(long, value_name = "N", default_value_t = 2000, value_parser = ticks)]
         ticks: usize,
-        /// Poses of each case at which the wrench is compared with the truth. For threads, each pose
-        /// takes seconds.
+        /// Poses of each case at which the wrench is compared with the truth. For threads, each
+        /// pose takes seconds.
         #[arg(long, value_name = "N", default_value_t = 24)]
         truths: usize,
         /// Only the cases whose names begin with this text.

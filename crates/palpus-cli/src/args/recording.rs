@@ -77,8 +77,8 @@ pub(crate) struct ReportArguments {
     /// A folder with real meshes for Table 1 and for the comparison with Coal.
     #[arg(long, value_name = "DIR", requires = "reproduce")]
     pub(crate) models: Option<PathBuf>,
-    /// Measures only this step (by its name on the page) and keeps earlier measurements of the other
-    /// steps. May be given several times.
+    /// Measures only this step (by its name on the page) and keeps earlier measurements of the
+    /// other steps. May be given several times.
     #[arg(long, value_name = "STEP", requires = "reproduce")]
     pub(crate) only: Vec<String>,
 }

@@ -35,7 +35,7 @@ pub(crate) struct Plan {
     pub(crate) limits: SafetyLimits,
     pub(crate) settings: Settings,
     pub(crate) device: FaultyDevice<Box<dyn HapticDevice + Send>>,
-    /// Moves the simulated hand; `None` if there is none that can be moved.
+    /// Moves the simulated hand; `None` if the hand cannot be moved.
     pub(crate) guide: Option<Publisher<Guide>>,
     pub(crate) script: Script,
     /// Set if the probe starts inside the part.

@@ -50,7 +50,7 @@ struct Shape {
     metres_per_unit: f64,
 }
 
-/// Returns the kind of a file that is to be loaded.
+/// Returns the kind of a file before it is loaded.
 pub(super) fn kind(path: &Path) -> Result<FileKind, String> {
     if is_scene(path) {
         // The user is asked about files in other folders when the scene is loaded.
