@@ -89,7 +89,7 @@ pub(crate) fn prepare_soup_telling(
     match cache.map(|cache| cache.load(&key, soup, settings, &threads)) {
         Some(Ok(body)) => return Ok(prepared(body, true)),
         Some(Err(miss)) if !matches!(miss, CacheMiss::Absent) => {
-            output::note(format!("note: {name} is prepared again, since {miss}"));
+            output::note(format!("note: {name} is prepared again, because {miss}"));
         }
         _ => {}
     }
@@ -108,7 +108,7 @@ pub(crate) fn prepare_soup_telling(
         && let Err(error) = cache.store(&key, &prepared.body)
     {
         let folder = cache.folder().display();
-        output::note(format!("note: {name} could not be kept in {folder} ({error}); --no-cache says not to try"));
+        output::note(format!("note: {name} could not be stored in {folder} ({error}); --no-cache turns the cache off"));
     }
     Ok(prepared)
 }

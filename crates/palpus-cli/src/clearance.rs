@@ -109,7 +109,7 @@ fn tell(summary: &Summary<'_>) {
         output::note(format!("note: {note}"));
     }
     output::line(format!(
-        "{} placements: {} free, {} overlap ({} of them contained)",
+        "{} placements: {} apart, {} overlap ({} of them contained)",
         summary.frames, summary.free, summary.overlapping, summary.contained
     ));
     output::line(format!("{:>8}  {:>13}  {:<12}  way out", "frame", "clearance", "state"));

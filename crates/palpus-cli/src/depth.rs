@@ -75,7 +75,7 @@ impl Pair {
 
 pub(crate) fn depth(arguments: &DepthArguments) -> anyhow::Result<ExitCode> {
     let asked = &arguments.depth;
-    let Some(path) = &asked.out else { bail!("there is no --out; name the file for the results") };
+    let Some(path) = &asked.out else { bail!("--out is missing; name the file for the results") };
     let pair = Pair::read(asked)?;
     let mut out = DepthWriter::new(query::create(path)?)?;
     let Answers { answers, notes, gap, cells, preparation_s } = answer_all(&pair, asked)?;
@@ -172,7 +172,7 @@ fn tell(json: bool, summary: &Summary) -> anyhow::Result<()> {
     if let (Some(median), Some(largest)) = (summary.median_us, summary.largest_us) {
         let [a, b] = summary.cells;
         output::line(format!(
-            "cells: {a} and {b}, made in {:.2} s; a pose took {:.2} ms (median), {:.2} ms at most",
+            "cells: {a} and {b}, built in {:.2} s; a pose took {:.2} ms (median), at most {:.2} ms",
             summary.preparation_s,
             median * 1e-3,
             largest * 1e-3
@@ -186,9 +186,9 @@ fn note_of(name: &str, body: &Body) -> Option<String> {
     let health = Health::full(body.mesh(), body.half_edges(), body.tree(), body.health().cleaning);
     let notice = health.notices().into_iter().find(Notice::is_warning)?;
     let meaning = if health.closed {
-        "inside is what the surface winds around at least once"
+        "a point is inside if the surface winds around it at least once"
     } else {
-        "it bounds no solid, so only where its surface crosses the other body counts"
+        "it does not enclose a solid, so only its surface counts"
     };
     Some(format!("{name} has {}; {meaning}", counted(&notice)))
 }

@@ -56,7 +56,7 @@ pub fn open(
 ) -> anyhow::Result<Option<Box<dyn HapticDevice + Send>>> {
     let Wanted { kind, which, place } = Wanted::of(name);
     if which.is_some() && !matches!(kind, "haply" | "force-dimension" | "openhaptics") {
-        bail!("of `{kind}` there is one; leave the # out");
+        bail!("there is only one `{kind}`; leave out the #");
     }
     let mut device: Box<dyn HapticDevice + Send> = match kind {
         "haply" => {
@@ -115,7 +115,7 @@ fn number(which: Option<&str>) -> anyhow::Result<Option<u8>> {
     let Some(text) = which else { return Ok(None) };
     match text.parse::<u8>() {
         Ok(number @ 1..) => Ok(Some(number - 1)),
-        _ => bail!("devices are counted from 1, such as force-dimension#2, and `{text}` is no such number"),
+        _ => bail!("devices are counted from 1, such as force-dimension#2; `{text}` is not such a number"),
     }
 }
 
@@ -127,7 +127,7 @@ pub(crate) fn recorded(notes: &[String], into: &mut Table) {
 }
 
 fn refused(name: &str) -> String {
-    format!("the device `{name}` cannot be used; `palpus devices` says what mends it")
+    format!("the device `{name}` cannot be used; `palpus devices` gives advice")
 }
 
 fn library(place: Option<&str>) -> Place {
@@ -152,8 +152,8 @@ fn above_loop(real_time: bool) -> Option<u8> {
 /// Describes what a device can do, if it has fewer than six driven axes.
 pub(crate) fn not_felt(spec: &DeviceSpec) -> Option<String> {
     match (spec.force_max > 0.0, spec.actuated.rotation, spec.sensed.rotation) {
-        (false, ..) => Some(format!("{} gives no force: contacts are found and counted, not felt", spec.name)),
-        (true, _, 0) => Some(format!("{} does not sense rotation: the probe keeps its own", spec.name)),
+        (false, ..) => Some(format!("{} gives no force: contacts are computed and counted, but not felt", spec.name)),
+        (true, _, 0) => Some(format!("{} does not sense rotation: the probe keeps its orientation", spec.name)),
         (true, 0, _) => Some(format!("{} does not drive rotation: torques are not felt", spec.name)),
         _ => None,
     }

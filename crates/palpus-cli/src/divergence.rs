@@ -214,8 +214,8 @@ pub(crate) fn print(report: &Report) {
     let Some(first) = &report.first_divergence else {
         let changes = match report.settings_changes {
             0 => String::new(),
-            1 => ", one change of settings included".to_owned(),
-            some => format!(", {some} changes of settings included"),
+            1 => ", including one change of settings".to_owned(),
+            some => format!(", including {some} changes of settings"),
         };
         output::line(format!("all {} wrenches are the same, bit for bit{changes}", report.ticks));
         return;
@@ -261,7 +261,7 @@ pub(crate) fn print(report: &Report) {
         output::line(format!("  tick {}, turned by the quaternion (x, y, z, w) {:?}", tick.tick, tick.orientation));
     }
     match first.settings_changes.is_empty() {
-        true => output::line(format!("  no settings change within {CHANGES_NEAR} ticks of it")),
+        true => output::line(format!("  the settings do not change within {CHANGES_NEAR} ticks of it")),
         false => first
             .settings_changes
             .iter()

@@ -16,7 +16,7 @@ impl FromStr for Span {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let problem = || format!("a duration is written as 90s, 10m, 1h or 1h30m, and not `{text}`");
+        let problem = || format!("`{text}` is not a duration; write 90s, 10m, 1h or 1h30m");
         let mut seconds = 0.0;
         let mut number = String::new();
         for letter in text.chars() {

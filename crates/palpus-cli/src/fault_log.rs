@@ -107,7 +107,7 @@ impl FaultLog {
             ));
         }
         let lost = written.dropped + written.written - lines;
-        let more = if lost > 0 { format!(", {lost} more were not kept") } else { String::new() };
+        let more = if lost > 0 { format!(", {lost} more were not stored") } else { String::new() };
         (lines > 0).then(|| format!("faults: {lines} lines in {path}{more}"))
     }
 }

@@ -45,7 +45,7 @@ pub(crate) fn fill(file: &mut SceneFile, probe: &Arc<Body>, environment: &Arc<Bo
         file.render.cluster_radius *= least / file.render.contact_tolerance;
         file.render.contact_tolerance = least;
         notes.push(format!(
-            "contacts from {} on, a hundredth of the smaller body; see [contact] tolerance",
+            "contacts exist below {}, a hundredth of the smaller body; see [contact] tolerance",
             length(least)
         ));
     }
@@ -64,7 +64,7 @@ pub(crate) fn fill(file: &mut SceneFile, probe: &Arc<Body>, environment: &Arc<Bo
             let [x, y, z] = (file.probe.pose.translation / file.metres_per_unit).to_array();
             let place = if overlapping { "above" } else { "near" };
             notes.push(format!(
-                "the probe begins {place} the environment, at [{x:.3}, {y:.3}, {z:.3}]; see [probe] position"
+                "the probe starts {place} the environment, at [{x:.3}, {y:.3}, {z:.3}]; see [probe] position"
             ));
         }
     }
@@ -79,7 +79,7 @@ pub(crate) fn grip(body: &Body, what: &str, notes: &mut Vec<String>) -> Option<D
         return None;
     }
     notes.push(format!(
-        "the {what} is held at its centre of mass, since the origin of its mesh is outside of the mesh; `grip` says where else"
+        "the {what} is held at its centre of mass, because the origin of its mesh is outside of the mesh; `grip` sets another point"
     ));
     Some(body.mass().center_of_mass)
 }

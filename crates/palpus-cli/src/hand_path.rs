@@ -40,7 +40,7 @@ pub(crate) fn follow(file: &Path, how: &Following) -> anyhow::Result<HandPath> {
 
 fn through(poses: &[Pose], file: &Path, how: &Following) -> anyhow::Result<HandPath> {
     if poses.len() < 2 {
-        bail!("{} has {} poses; a hand's path needs two or more", file.display(), poses.len());
+        bail!("{} has {} poses; a hand's path needs at least two", file.display(), poses.len());
     }
     let last = poses.len() - 1;
     let keys: Vec<Key> = poses
@@ -62,7 +62,7 @@ fn recorded(hand: &RecordedHand, file: &Path, how: &Following) -> anyhow::Result
     let reach = hand.reach() * scale;
     if reach > FAR_SIZES * how.size {
         output::note(format!(
-            "note: the hand of {} goes {:.0} cm from where it begins, the probe is {:.1} cm; scale it to stay near (--hand-scale, or path_scale under [hand])",
+            "note: the hand of {} moves {:.0} cm from its start, but the probe has only {:.1} cm; scale the path to keep the probe near (--hand-scale, or path_scale under [hand])",
             file.display(),
             reach * 100.0,
             how.size * 100.0

@@ -151,9 +151,9 @@ fn tell(report: &Report) {
     let components =
         if report.components == 1 { "1 component".into() } else { format!("{} components", report.components) };
     let crossing = match report.self_intersecting {
-        Some(true) => format!("it crosses itself ({} triangles)", report.self_intersecting_triangles.unwrap_or(0)),
+        Some(true) => format!("it intersects itself ({} triangles)", report.self_intersecting_triangles.unwrap_or(0)),
         Some(false) => "it does not cross itself".to_owned(),
-        None => "not checked for crossing itself".to_owned(),
+        None => "not checked for self-intersections".to_owned(),
     };
     let [x, y, z] = std::array::from_fn(|k| report.bounds_max[k] - report.bounds_min[k]);
     let (mass, pieces) = (&report.mass, &report.pieces);

@@ -87,7 +87,7 @@ fn unprinted(error: &std::io::Error) {
         ErrorKind::BrokenPipe => std::process::exit(0),
         _ => {}
     }
-    to_user(format_args!("error: the answer could not be printed: {error}"));
+    to_user(format_args!("error: the result could not be printed: {error}"));
     std::process::exit(1);
 }
 

@@ -118,7 +118,7 @@ fn style(asked: &PictureArguments) -> Style {
 
 fn write(scene: &Scene, asked: &PictureArguments, style: &Style, file: &Path) -> anyhow::Result<()> {
     if !(asked.zoom > 0.0 && asked.zoom.is_finite()) {
-        bail!("--zoom {} is no factor; 2 comes twice as near", asked.zoom);
+        bail!("--zoom {} is not a valid factor; 2 shows everything twice as large", asked.zoom);
     }
     let [width, height] = asked.size.0;
     let mut camera = Camera::framing(scene.corners(), asked.from.into(), width as f64 / height as f64);

@@ -28,7 +28,7 @@ struct Report {
 
 pub(crate) fn prepare(arguments: &PrepareArguments) -> anyhow::Result<ExitCode> {
     if arguments.pieces.is_some() && arguments.models.len() > 1 {
-        bail!("--pieces writes one file, but {} models are named; prepare them one by one", arguments.models.len());
+        bail!("--pieces writes one file, but {} models are given; prepare them one by one", arguments.models.len());
     }
     let mut reports = Vec::new();
     for model in &arguments.models {

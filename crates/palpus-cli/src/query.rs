@@ -57,7 +57,7 @@ pub(crate) fn query(arguments: &QueryArguments) -> anyhow::Result<ExitCode> {
         let frames = begin..poses.len().min(begin + BLOCK);
         let answers = batch.run(frames.clone(), &Threads::all(), &mut |_| (), of_run);
         for (frame, answer) in frames.zip(answers.into_iter().flatten()) {
-            let row = answer.row.with_context(|| format!("frame {frame} has no answer: a model has no pieces"))?;
+            let row = answer.row.with_context(|| format!("frame {frame} has no result: a model has no pieces"))?;
             if let Some(rows) = &mut rows {
                 rows.write(&row)?;
             }

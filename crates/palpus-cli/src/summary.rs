@@ -145,7 +145,7 @@ impl Summary {
             return Some(format!("{} faults", self.faults));
         }
         let slow = self.lateness_us.is_some() && self.ticks > 0 && self.rate_hz < HELD * rate_hz;
-        slow.then(|| format!("the loop made {:.0} of {rate_hz:.0} ticks a second", self.rate_hz))
+        slow.then(|| format!("the loop made {:.0} of {rate_hz:.0} ticks per second", self.rate_hz))
     }
 }
 
@@ -269,7 +269,7 @@ pub fn end(end: &RunEnd) -> String {
         RunEnd::Stopped => "it was stopped".to_owned(),
         RunEnd::DeviceEnded => "the recording ended".to_owned(),
         RunEnd::DeviceFailed(error) => format!("the device failed: {error}"),
-        RunEnd::Panicked(message) => format!("a step failed inside: {message}"),
+        RunEnd::Panicked(message) => format!("a step panicked: {message}"),
         RunEnd::Faulted(cuts) => {
             let names: Vec<String> = cuts.iter().map(|cut| cut.name().replace('_', " ")).collect();
             format!("a fault: {}", names.join(", "))

@@ -72,7 +72,7 @@ impl Sweeps {
         let Self { pop_through: pushes, honesty: depths } = self;
         let percent = |share: f64| format!("{:.1} %", 100.0 * share);
         output::line(format!(
-            "{:>15}  {} pushes to {} of the way to the opposite wall: contact persists in {}, deepens as it should in {}",
+            "{:>15}  {} pushes to {} of the way to the opposite wall: contact persists in {}, the depth grows correctly in {}",
             "pop-through",
             pushes.samples,
             percent(pushes.pushed_share),
@@ -89,7 +89,7 @@ impl Sweeps {
         };
         histogram(&pushes.lost_in, lost_at);
         output::line(format!(
-            "{:>15}  {} points inside: depth off by {} (median), {} (p90); direction by {:.2}° and {:.2}°; without contact {}; \
+            "{:>15}  {} points inside: error of the depth {} (median), {} (p90); of the direction {:.2}° and {:.2}°; without contact {}; \
              above {HONEST} times the true distance {}, at most {:.2}",
             "honesty",
             depths.samples,

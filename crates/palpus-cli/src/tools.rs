@@ -44,7 +44,7 @@ impl<'a> ToolArguments<'a> {
             if device.is_some_and(|device| device != "sim" && devices[..k].contains(&Some(device))) {
                 let device = device.unwrap_or_default();
                 bail!(
-                    "two hands cannot hold the device `{device}`; name another one with --second-device or a further --device"
+                    "two tools cannot use the device `{device}`; name another one with --second-device or a further --device"
                 );
             }
         }
@@ -67,10 +67,10 @@ fn each<'a>(
     tools: usize,
 ) -> anyhow::Result<Vec<Option<&'a str>>> {
     if typed.len() > tools {
-        bail!("{option} is there {} times, and {scene} has only {tools} tools; leave some out", typed.len());
+        bail!("{option} is given {} times, but {scene} has only {tools} tools; leave some out", typed.len());
     }
     if typed.len() > 1 && of_second.is_some() {
-        bail!("the second {option} and --second{} say the same; leave one out", &option[1..]);
+        bail!("the second {option} and --second{} set the same value; leave out one", &option[1..]);
     }
     let second = |which: usize| of_second.filter(|_| which == 1);
     Ok((0..tools).map(|which| typed.get(which).or(second(which)).map(String::as_str)).collect())

@@ -54,8 +54,8 @@ impl Untouched {
                  set `position` under [probe] nearer to the part, or change the hand's path"
             ),
             Some(time) if time > seconds => format!(
-                "no contact: the hand's path reaches the part after {time:.1} s, and the run had {seconds:.1} s; \
-                 run longer, or begin nearer with `position` under [probe]"
+                "no contact: the hand's path reaches the part after {time:.1} s, but the run took only \
+                {seconds:.1} s; run longer, or set `position` under [probe] nearer to the part"
             ),
             Some(time) => format!(
                 "no contact: the hand's path reaches the part after {time:.1} s, but the probe did not follow it; \

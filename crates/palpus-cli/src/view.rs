@@ -63,7 +63,7 @@ fn chosen_piece(body: &Body, asked: Option<u32>) -> anyhow::Result<u32> {
     let count = body.polytopes().len();
     match (asked, richest_piece(body)) {
         (Some(piece), _) if (piece as usize) < count => Ok(piece),
-        (Some(piece), Some(_)) => bail!("--gauss {piece}: there is no such piece; this model has 0 to {}", count - 1),
+        (Some(piece), Some(_)) => bail!("--gauss {piece}: there is no such piece; the pieces are 0 to {}", count - 1),
         (None, Some(richest)) => Ok(richest),
         (_, None) => bail!("this model has no pieces"),
     }

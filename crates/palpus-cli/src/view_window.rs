@@ -42,6 +42,6 @@ mod here {
 #[cfg(not(feature = "window"))]
 mod here {
     pub(super) fn reason_for_none() -> Option<&'static str> {
-        Some("built without: --no-default-features leaves windows out")
+        Some("it was built without windows (--no-default-features)")
     }
 }

@@ -200,7 +200,7 @@ fn caption(numbers: &PieceNumbers, unit: Unit) -> [String; 2] {
         format!("{vertices} vertices · {edges} edges, {arcs} with arcs of the mesh · volume {volume:.3e} {unit}");
     [
         format!("{faces} faces: {original_faces} of the mesh, {virtual_faces} virtual{rims} · {shape}"),
-        format!("owns {:.1} % of all directions: those that the mesh has there", 100.0 * owned),
+        format!("{:.1} % of all directions are admissible: the mesh has them there", 100.0 * owned),
     ]
 }
 

@@ -73,13 +73,13 @@ fn caption(shown: &SectionOf<'_>) -> [String; 2] {
     let numbers = shown.section.numbers();
     let felt = format!("felt up to {}", length_name(numbers.deepest_felt, shown.unit));
     if !shown.section.closed {
-        let why = "the mesh is open, so that there is no inside: it is felt as deep as its pieces are thick";
+        let why = "the mesh is open and has no inside: the felt depth is the thickness of its pieces";
         return [felt, why.to_owned()];
     }
     let share = 100.0 * numbers.unseen as f64 / numbers.inside.max(1) as f64;
     let ratio = match numbers.ratio {
         [Some(low), Some(median)] => {
-            format!("felt over true depth: median {:.1} %, first decile {:.1} % · ", 100.0 * median, 100.0 * low)
+            format!("ratio of felt to true depth: median {:.1} %, first decile {:.1} % · ", 100.0 * median, 100.0 * low)
         }
         _ => String::new(),
     };

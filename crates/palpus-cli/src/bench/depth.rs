@@ -129,8 +129,8 @@ fn tilting(path: &Path) -> anyhow::Result<()> {
                 let degrees = k as f64 * TILT_STEP - TILT;
                 let turn = DQuat::from_rotation_y(degrees.to_radians());
                 let pose = Pose::new(turn, DVec3::Z * -PRESSED - turn * (DVec3::Z * (-0.5 * BOX.z)));
-                let middle =
-                    middle(query.contacts(&pose)).ok_or_else(|| anyhow!("the box lost the table at {degrees}°"))?;
+                let middle = middle(query.contacts(&pose))
+                    .ok_or_else(|| anyhow!("the box lost contact with the table at {degrees}°"))?;
                 Ok((degrees, middle.x * 1e3))
             })
             .collect()
@@ -138,7 +138,7 @@ fn tilting(path: &Path) -> anyhow::Result<()> {
     let patches = curve(Settings::default().patch_angle)?;
     let exact = curve(None)?;
     let figure = Figure {
-        title: "A box tilts through flat on a table: where it is touched".to_owned(),
+        title: "A box tilts through flat contact on a table: the contact point".to_owned(),
         x_label: "tilt (degrees)",
         bands: Vec::new(),
         log_x: false,

@@ -18,9 +18,11 @@ pub(super) fn conformance(address: &str, json: bool) -> anyhow::Result<ExitCode>
         output::line("");
         output::line(match failed {
             0 => format!("The driver at {address} conforms: palpus run --device bridge:{address}"),
-            1 => format!("The driver at {address} does not conform: mend what failed; docs/bridge.md says how."),
+            1 => format!(
+                "The driver at {address} does not conform: correct the failed check; docs/bridge.md describes the protocol."
+            ),
             more => format!(
-                "The driver at {address} does not conform: {more} checks failed; docs/bridge.md says how to mend them."
+                "The driver at {address} does not conform: {more} checks failed; docs/bridge.md describes the protocol."
             ),
         });
     }

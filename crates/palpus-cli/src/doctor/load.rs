@@ -48,10 +48,13 @@ impl Load {
         let Self { cores, others_cores, stolen_share, load_average, .. } = self;
         let average = load_average.map_or(String::new(), |load| format!("; load average {load:.1}"));
         let stolen = match stolen_share {
-            share if *share > 0.001 => format!("; {:.1} % of the time stolen by the host", share * 100.0),
+            share if *share > 0.001 => format!("; the host took {:.1} % of the time", share * 100.0),
             _ => String::new(),
         };
-        format!("others kept {others_cores:.1} of {cores} cores busy{}{stolen}{average}", self.busiest_in_words())
+        format!(
+            "other programs kept {others_cores:.1} of {cores} cores busy{}{stolen}{average}",
+            self.busiest_in_words()
+        )
     }
 
     /// Lists the programs in brackets, the busiest first; empty without programs.

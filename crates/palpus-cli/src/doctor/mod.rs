@@ -66,14 +66,14 @@ struct ClaimLine {
 
 pub(crate) fn doctor(arguments: &DoctorArguments) -> anyhow::Result<ExitCode> {
     if !(SHORTEST..=LONGEST).contains(&arguments.duration) {
-        bail!("--duration must be from {SHORTEST} to {LONGEST} seconds, and is {}", arguments.duration);
+        bail!("--duration must be from {SHORTEST} to {LONGEST} seconds, but is {}", arguments.duration);
     }
     let machine = Machine::look();
     let stage = scene::prepare(&arguments.scene)?;
     if !arguments.json {
         let seconds = arguments.duration;
         output::note(format!(
-            "{seconds:.0} s of a bare timer, {seconds:.0} s of {}, then the timer at other rates; leave the machine as you would use it",
+            "{seconds:.0} s of a bare timer, {seconds:.0} s of {}, then the timer at other rates; use the machine as usual meanwhile",
             arguments.scene
         ));
     }

@@ -51,7 +51,7 @@ fn judge(hz: f64, timer: &Timer, late_share: f64, step_us: f64) -> Rate {
     let Timer { p50_us, p99_us, p999_us, max_us, .. } = *timer;
     let room_us = PERIOD_SHARE * 1e6 / hz - p99_us;
     let why = if late_share > MOST_LATE {
-        Some(format!("{:.1} % of turns late by over half a period", late_share * 100.0))
+        Some(format!("{:.1} % of wake-ups late by over half a period", late_share * 100.0))
     } else if step_us > room_us {
         Some(format!("a step takes {step_us:.0} µs (99.9 %)"))
     } else {

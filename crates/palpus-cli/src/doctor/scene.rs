@@ -41,7 +41,7 @@ pub(super) struct SceneTimes {
 impl SceneTimes {
     pub(super) fn in_words(&self) -> String {
         let Self { name, p50_us, p99_us, p999_us, max_us, achievable_hz, .. } = self;
-        let rate = achievable_hz.map_or("with that timer not even 500 Hz".to_owned(), |hz| format!("up to {hz:.0} Hz"));
+        let rate = achievable_hz.map_or("with this timer not even 500 Hz".to_owned(), |hz| format!("up to {hz:.0} Hz"));
         format!(
             "{name}: a step takes {p50_us:.1} µs (half), {p99_us:.1} µs (99 %), {p999_us:.1} µs (99.9 %), {max_us:.0} µs (worst); {rate}"
         )

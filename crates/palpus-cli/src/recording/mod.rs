@@ -143,7 +143,7 @@ pub(crate) fn of_run(file: &Path, tools: usize, keep: &Keep) -> Vec<PathBuf> {
     }
     let free = free(file, tools);
     if free[0] != file {
-        output::note(format!("{} is there already; recording to {}", file.display(), free[0].display()));
+        output::note(format!("{} exists already; recording to {}", file.display(), free[0].display()));
     }
     free
 }
@@ -200,11 +200,11 @@ impl Writing {
         let mut notes: Vec<String> = self.told.parts().into_iter().collect();
         if let Some(error) = written.error {
             notes.push(format!(
-                "note: {path} is not whole: writing ended before the run did ({error}); {} ticks came after that",
+                "note: {path} is not complete: writing failed before the end of the run ({error}); the last {} ticks are missing",
                 written.dropped
             ));
         } else if written.dropped > 0 {
-            notes.push(format!("note: {} rows were not recorded, the disk was too slow", written.dropped));
+            notes.push(format!("note: {} rows were not recorded, because the disk was too slow", written.dropped));
         }
         notes
     }

@@ -127,13 +127,13 @@ impl Pen {
         self.before = 0;
         if self.part == 2 {
             let (full, next) = (self.path.display(), path.display());
-            output::note(format!("note: {full} is full; the recording goes on in {next}: see --record-limit"));
+            output::note(format!("note: {full} is full; the recording continues in {next} (see --record-limit)"));
         }
         self.later.push_back(path);
         let kept: Vec<String> = self.later.iter().map(|path| path.display().to_string()).collect();
         let dropped = self.part as usize - 1 - self.later.len();
         let words = format!(
-            "note: the recording goes on in {}{}",
+            "note: the recording continues in {}{}",
             kept.join(" and "),
             if dropped > 0 { format!("; {dropped} older parts were removed (--record-limit)") } else { String::new() }
         );

@@ -30,7 +30,7 @@ pub(crate) fn clearance_page(shown: &Shown<'_>) -> anyhow::Result<String> {
     page.section("along", "Clearance along the placements", |section| {
         section.plot(
             &svg(&figure(shown)),
-            "Distance where the bodies are free; minus the depth, its upper bound, where they overlap (shaded). Letters: the tightest places.",
+            "Distance where the bodies are apart; minus the depth (upper bound) where they overlap (shaded). Letters mark the tightest places.",
         );
     });
     let solids = shown.bodies.map(|body| Arc::new(Solid::of_body(body)));
@@ -85,7 +85,7 @@ fn table(tightest: &[Place]) -> Table {
         ]
     };
     Table {
-        title: "Lengths in model units; the way out frees A, in B's frame.".to_owned(),
+        title: "Lengths are in model units. Moving A along the way out (in B's frame) separates the bodies.".to_owned(),
         head: head.map(str::to_owned).to_vec(),
         rows: tightest.iter().enumerate().map(row).collect(),
         naming: 2,

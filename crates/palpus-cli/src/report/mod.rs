@@ -40,12 +40,12 @@ pub(crate) fn report(arguments: &ReportArguments) -> anyhow::Result<ExitCode> {
     }
     let recordings = if path.is_dir() { recordings_in(path)? } else { vec![path.to_owned()] };
     match (&recordings[..], &arguments.out) {
-        ([], _) => bail!("{} holds no recording; `palpus run --record FILE` makes one", path.display()),
+        ([], _) => bail!("{} contains no recording; `palpus run --record FILE` makes one", path.display()),
         ([recording], out) => {
             let out = out.clone().unwrap_or_else(|| recording.with_extension("html"));
             write(&out, &Run::of(recording, policy)?.page()?)?;
         }
-        (_, Some(_)) => bail!("{} holds {} recordings; name one of them with --out", path.display(), recordings.len()),
+        (_, Some(_)) => bail!("{} contains {} recordings; --out needs a single one", path.display(), recordings.len()),
         (several, None) => {
             for recording in several {
                 write(&beside(recording, several), &Run::of(recording, policy)?.page()?)?;

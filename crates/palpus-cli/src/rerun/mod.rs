@@ -132,12 +132,12 @@ fn read_others(recording: &Recording, path: &Path) -> anyhow::Result<(usize, Vec
         // Only file names without a path are accepted, so that a recording cannot make the program
         // read other files.
         if Path::new(name).file_name().is_none_or(|file| file != *name) || name.contains('\\') {
-            bail!("{name:?} is no name of a file beside {}", path.display());
+            bail!("{name:?} is not the name of a file in the folder of {}", path.display());
         }
         let beside = path.with_file_name(name);
         let other = read_recording(&beside).with_context(|| {
             format!(
-                "{} is the recording of one of {} tools, and those of the others are needed",
+                "{} is the recording of one of {} tools; the recordings of the others are needed",
                 path.display(),
                 names.len()
             )

@@ -19,8 +19,8 @@ pub(crate) fn check_poses(recording: &Recording) -> anyhow::Result<()> {
     let header = &recording.header;
     if !header.has_grip_poses() {
         bail!(
-            "the recording is of format {}, in which device poses are those of the origin of the probe's mesh and not \
-             of its grip; it can be read, plotted and converted, and replayed with palpus {}, which wrote it",
+            "the recording has format {}, in which device poses place the origin of the probe's mesh and not its \
+            grip; it can be read, plotted and converted, and replayed with palpus {}, which wrote it",
             header.format,
             header.palpus_version
         );
@@ -96,7 +96,8 @@ pub(super) fn stage_of(recording: &Recording, others: &[ContentHash], places: &P
         Some((path, text)) => places.stage(recorded, text, path, others),
         None => stage::prepare(name, places.policy),
     };
-    let mut stage = stage.with_context(|| format!("the recorded scene `{name}` is not here as it was recorded"))?;
+    let mut stage =
+        stage.with_context(|| format!("the recorded scene `{name}` is not available as it was recorded"))?;
     stage::check_content(&stage, recorded)?;
     stage.environment_pose = recorded.environment.pose;
     Ok(stage)
@@ -107,21 +108,21 @@ fn check_gaps(recording: &Recording) -> anyhow::Result<()> {
     let header = &recording.header;
     if let Some(first) = first_part(header) {
         bail!(
-            "this is a later part of a recording that became too large; what the engine remembered then is not in it, so it can be read but not \
-             replayed; {first}, in which the recording begins, can be replayed up to its end"
+            "this is a later part of a large recording; it lacks the engine's state at its beginning, so it can \
+            be read but not replayed; the first part, {first}, can be replayed up to its end"
         );
     }
     if let Some(first) = recording.rows.first().filter(|row| row.tick > 0) {
         bail!(
-            "the recording was begun in the course of a run, at tick {}: what the engine remembered then of the ticks before is not in it, so it can be \
-             read but not replayed; a recording from the beginning of a run can",
+            "the recording was started during a run, at tick {}: it lacks the engine's state from earlier ticks, \
+            so it can be read but not replayed; a recording from the beginning of a run can be replayed",
             first.tick
         );
     }
     for (k, row) in recording.rows.iter().enumerate() {
         if row.tick != k as u64 {
             bail!(
-                "tick {k} is missing from the recording (the disk was too slow, it was cut, or the step panicked in an older palpus); it can't be replayed"
+                "tick {k} is missing from the recording (the disk was too slow, the file was cut, or the step panicked in an older palpus); it cannot be replayed"
             );
         }
     }

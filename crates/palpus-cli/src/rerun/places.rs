@@ -103,8 +103,8 @@ impl<'a> Places<'a> {
         let name = name.display();
         if let Some(other) = others.first() {
             bail!(
-                "{} is not the mesh of the recording: it has changed since (its content hash is another than {content}); \
-                 --meshes DIR names a folder with the recorded {name}, under any name",
+                "{} is not the mesh of the recording: it has changed (its content hash is not {content}); \
+                --meshes DIR names a folder with the recorded {name}, under any name",
                 other.display()
             );
         }
@@ -112,8 +112,8 @@ impl<'a> Places<'a> {
             return Err(error.into());
         }
         bail!(
-            "the recorded mesh {name} is neither beside the recording nor at {}; put it there, or name a folder that has it, \
-             under any name, with --meshes DIR",
+            "the recorded mesh {name} is neither in the folder of the recording nor at {}; put it there, or use \
+            --meshes DIR with a folder that has it, under any name",
             place.display()
         )
     }
@@ -140,11 +140,11 @@ pub(super) fn tell_changes(header: &RecordingHeader, file: Option<&Path>) {
     let version = env!("CARGO_PKG_VERSION");
     if header.palpus_version != version {
         let recorded = &header.palpus_version;
-        output::note(format!("note: recorded with palpus {recorded}, and this is {version}: wrenches may differ"));
+        output::note(format!("note: recorded with palpus {recorded}, but this is {version}: wrenches may differ"));
     }
     let Some((file, text)) = file.zip(header.scene.text.as_deref()) else { return };
     if std::fs::read_to_string(file).is_ok_and(|now| now != text) {
         let file = file.display();
-        output::note(format!("note: {file} has changed since the recording, which is run again as it was recorded"));
+        output::note(format!("note: {file} has changed since the recording; the replay uses the recorded text"));
     }
 }

@@ -26,8 +26,10 @@ const WAY: f64 = 10.0;
 /// Share of extrapolated contacts above which a pair counts as heavy.
 pub(super) const HEAVY: f64 = 0.5;
 /// Message for a heavy pair.
-pub(super) const IN_WORDS: &str = "note: this pair is heavy for this machine: to hold the rate, most contacts are extrapolated from tick to tick and \
-     computed again in turns. Meshes with fewer convex pieces where they touch (`palpus inspect`) or a lower --rate help; `palpus doctor --scene` measures it";
+pub(super) const IN_WORDS: &str = "note: this pair is heavy for this machine: to hold the rate, most contacts are \
+                                   extrapolated from tick to tick, and only some are computed in each tick. \
+                                  Meshes with fewer convex pieces where they touch (`palpus inspect`) or a lower \
+                                   --rate help; `palpus doctor --scene` measures it";
 
 /// True if the pair is heavy; see the module's description.
 pub(super) fn is_heavy(plan: &Plan) -> anyhow::Result<bool> {

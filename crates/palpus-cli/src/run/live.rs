@@ -76,10 +76,7 @@ impl Live {
         let start = self.start.filter(|start| start.depth > 0.0)?;
         let depth = start.depth * 1e3;
         Some(if self.led {
-            format!(
-                "the probe overlaps the part by {depth:.1} mm: the device leads it out, so let it {}",
-                start.words()
-            )
+            format!("the probe overlaps the part by {depth:.1} mm: the device leads it out; let it {}", start.words())
         } else {
             format!(
                 "the probe overlaps the part by {depth:.1} mm: {} to enable force, or use --lead-out",

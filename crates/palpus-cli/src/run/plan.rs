@@ -93,7 +93,7 @@ impl Plan {
         options.safety.limits = Some(limits);
         let engagement = options.safety.engagement(device.spec());
         if arguments.dead_man && device.spec().buttons == 0 && !in_window {
-            bail!("--dead-man needs something to hold: this device has no button, and there is no window with a key");
+            bail!("--dead-man needs a button or a key: this device has no button, and there is no window");
         }
         let mut header = stage.header(settings, typed.device, rate_hz);
         safety::recorded(&limits, engagement, &options.safety, &mut header.scene.more);
@@ -159,14 +159,14 @@ impl Plan {
         output::note(format!("{how}: {} at {:.0} Hz {pace} {until}; Ctrl-C ends it", spec.name, self.rate_hz));
         if self.device.brake().is_none() && spec.force_max > 0.0 && !self.header.device.starts_with("replay:") {
             output::note(
-                "note: this device has no brake; should the loop stall, it holds its force until the loop goes on",
+                "note: this device has no brake; if the loop stalls, the device keeps its force until the loop continues",
             );
         }
         self.notes.iter().for_each(output::note);
         if let Some(not_felt) = devices::not_felt(spec) {
             output::note(format!("note: {not_felt}"));
         } else if self.settings.limits.torque <= 0.0 {
-            output::note("note: the torque limit is 0: torques are shown, not felt");
+            output::note("note: the torque limit is 0: torques are shown but not felt");
         }
         if self.engagement != Engagement::Automatic {
             let what = match (self.spec().buttons, headless) {
@@ -174,7 +174,7 @@ impl Plan {
                 (_, None) => "a button of the device, or G in the window",
                 (_, Some(_)) => "a button of the device",
             };
-            output::note(format!("forces come while you hold {what}"));
+            output::note(format!("there is force only while you hold {what}"));
         }
         output::note(contacts_as_felt(&self.settings));
         let heavy = self.keeps_time() && heavy::is_heavy(self)?;
@@ -219,7 +219,7 @@ fn open(
     }
     if named != "sim" {
         if arguments.fast {
-            bail!("only `sim` and `replay:FILE` run faster than time; leave --fast out");
+            bail!("only `sim` and `replay:FILE` run in simulated time; leave out --fast");
         }
         let device = devices::open(named, stage.grip(stage.path.pose(0.0)), !arguments.no_realtime, &mut notes)?
             .ok_or_else(|| anyhow!("there is no device `{}`; there are: {}", named, devices::NAMES))?;

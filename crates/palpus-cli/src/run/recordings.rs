@@ -78,7 +78,7 @@ impl Recordings {
 
     fn order(&mut self, order: Order) -> anyhow::Result<()> {
         while self.over.pop().is_ok() {}
-        self.orders.push(order).map_err(|_| anyhow!("the loop does not answer; let it go on first"))
+        self.orders.push(order).map_err(|_| anyhow!("the loop does not answer; resume it first"))
     }
 
     /// Ends the current recording; returns its file.

@@ -212,7 +212,7 @@ impl Run {
     ) -> anyhow::Result<SimulatedDevice<impl palpus_device::Intent + use<>>> {
         let hand = stage.hand(arguments.hand.as_deref())?;
         if hand == HandImpedance::NONE {
-            bail!("a hand that wanders has to hold the device; take another one than `none`");
+            bail!("the hand must hold the device; choose another hand than `none`");
         }
         let (wander, grip_a) = (wander.clone(), stage.settings.grip_a);
         let settings = SimulationSettings { rate_hz: self.rate_hz, hand, ..SimulationSettings::default() };

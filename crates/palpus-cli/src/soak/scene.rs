@@ -72,7 +72,7 @@ fn found(stage: &Stage, seed: u64) -> anyhow::Result<HandPath> {
     let path = tour(&stage.probe, &stage.environment, start, stage.settings.contact_tolerance, seed);
     let Some(path) = path else {
         bail!(
-            "the probe does not meet the environment on its way to it; place it elsewhere, or give the scene a [hand] path"
+            "the probe does not touch the environment on its way; set another `position`, or give the scene a [hand] path"
         );
     };
     Ok(path.placed(&stage.environment_pose))

@@ -130,7 +130,7 @@ impl Shape {
     fn read(opened: &MeshFile) -> anyhow::Result<Self> {
         let MeshFile { file, metres_per_unit } = opened;
         if !(*metres_per_unit > 0.0 && metres_per_unit.is_finite()) {
-            bail!("{metres_per_unit} m is no unit");
+            bail!("{metres_per_unit} m is not a valid unit");
         }
         let mut soup = bodies::read_mesh(file)?;
         let [low, high] = bounds(soup.vertices.iter().copied()).context("there is nothing in it")?;

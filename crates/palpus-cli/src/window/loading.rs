@@ -40,7 +40,7 @@ impl<T: Send + 'static> Loader<T> {
             set(&told, Loading::UnderWay { words: words.to_owned(), part });
         };
         let thread = std::thread::Builder::new().name("prepare".to_owned()).spawn(move || work(&tell));
-        self.thread = Some(thread.map_err(|error| format!("no thread to prepare it: {error}"))?);
+        self.thread = Some(thread.map_err(|error| format!("the preparing thread could not start: {error}"))?);
         Ok(())
     }
 

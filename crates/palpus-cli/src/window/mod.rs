@@ -109,7 +109,7 @@ mod here {
     use crate::run::{Ended, Ready};
 
     pub(super) fn reason_for_none() -> Option<&'static str> {
-        Some("built without the window: --no-default-features leaves it out")
+        Some("built without the window (--no-default-features)")
     }
 
     pub(crate) fn run(_: &RunArguments, _: Ready, _: &Arc<AtomicBool>) -> anyhow::Result<Vec<Ended>> {

@@ -32,7 +32,7 @@ const OF_CONTACT: [&str; 4] = ["friction", "crease_angle", "shading_limit", "sti
 /// Fails if the scene has several tools, whose hands work together.
 pub(super) fn begin_at(stage: &mut Stage, start: &Start) -> anyhow::Result<()> {
     if !stage.others.is_empty() {
-        bail!("a scene with several tools begins where its file says; palpus run --lead-out leads them out there");
+        bail!("a scene with several tools always starts as in its file; palpus run --lead-out leads them out");
     }
     if let Some(grip_a) = start.grip_a {
         stage.settings.grip_a = grip_a;

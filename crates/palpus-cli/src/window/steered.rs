@@ -429,7 +429,7 @@ impl Run for Steered<'_> {
     fn painted(&mut self, painted: Painted) {
         let Painted { rate_hz, renderer, triangles, samples, .. } = painted;
         output::note(format!(
-            "window: {rate_hz:.1} frames/s of {triangles} triangles, {samples} samples a pixel, drawn by {renderer}"
+            "window: {rate_hz:.1} frames/s of {triangles} triangles, {samples} samples in each pixel, drawn by {renderer}"
         ));
     }
 }

@@ -72,7 +72,7 @@ pub(super) fn title(ui: &Ui, rect: Rect, name: &str, is_felt: bool, style: &Styl
     let (rgb, words) = if is_felt {
         (colours.force, format!("A: {name}, felt"))
     } else {
-        (colours.compared, format!("B: {name}, same hand, not felt"))
+        (colours.compared, format!("B: {name}, same hand, not sent to the device"))
     };
     let words = painter.layout(words, FontId::proportional(LETTERS), colour(rgb), rect.width() - 2.0 * MARGIN);
     let at = Align2::CENTER_TOP.anchor_size(pos2(rect.center().x, rect.top() + MARGIN), words.size());

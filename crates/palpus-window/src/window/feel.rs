@@ -91,7 +91,7 @@ impl Feel {
                 None => return Err("there is no such preset for this scene".to_owned()),
             },
             Action::Coupling => {
-                wanted = self.fitting.switched(&now).ok_or("this device has no coupling to be had")?;
+                wanted = self.fitting.switched(&now).ok_or("there is no coupling for this device")?;
             }
             Action::Clustering => {
                 wanted.clustering = match now.clustering {
@@ -159,7 +159,7 @@ impl Feel {
                 let is_on = Settings { limits: now.limits, capacity: now.capacity, ..preset.settings } == now;
                 if ui
                     .selectable_label(is_on, preset.name)
-                    .on_hover_text(format!("all settings as in this one ({key})"))
+                    .on_hover_text(format!("sets all settings to this preset ({key})"))
                     .clicked()
                 {
                     actions.push(Action::Preset(k));
@@ -186,7 +186,10 @@ impl Feel {
             "D",
             now.coupling.is_some(),
             ["coupled", "direct"],
-            ["a tool on a spring meets the contacts: palpus's way", "the device itself meets them: the paper's way"],
+            [
+                "a tool on a spring touches the part: palpus's method",
+                "the device moves the tool directly: the paper's method",
+            ],
         );
         switch(
             ui,
@@ -195,7 +198,10 @@ impl Feel {
             "K",
             now.clustering == Clustering::Smooth,
             ["smooth", "linkage"],
-            ["contacts share a force without jumps: palpus's way", "contacts are grouped by distance: the paper's way"],
+            [
+                "contacts share a force without jumps: palpus's method",
+                "contacts are grouped by distance: the paper's method",
+            ],
         );
         ui.horizontal(|ui| {
             for (words, is_on, action, key) in [
@@ -215,11 +221,11 @@ impl Feel {
             for (words, hint, action) in [
                 (
                     "compare",
-                    "shows the paper's settings, or those kept, beside these, on the same hand (Y)",
+                    "compares with the paper's settings, or the kept ones, on the same hand (Y)",
                     Action::Beside,
                 ),
-                ("keep to compare", "compares with these settings from now on (N)", Action::Keep),
-                ("undo", "goes back by one change (U)", Action::Undo),
+                ("keep to compare", "keeps these settings for the comparison (N)", Action::Keep),
+                ("undo", "undoes one change (U)", Action::Undo),
             ] {
                 if ui.button(words).on_hover_text(hint).clicked() {
                     actions.push(action);
@@ -227,12 +233,12 @@ impl Feel {
             }
             if ui
                 .button("save scene")
-                .on_hover_text("the scene with these settings, as a file that runs (F2)")
+                .on_hover_text("saves the scene with these settings as a scene file (F2)")
                 .clicked()
             {
                 actions.push(Action::Save);
             }
-            if ui.button("copy as TOML").on_hover_text("these settings, for a scene file").clicked() {
+            if ui.button("copy as TOML").on_hover_text("copies these settings for a scene file").clicked() {
                 ui.ctx().copy_text(run.settings_as_toml());
             }
         });

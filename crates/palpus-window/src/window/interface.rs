@@ -192,7 +192,7 @@ impl<'a> Interface<'a> {
             Asked::LookAt(time) => {
                 if !self.frozen {
                     self.frozen = true;
-                    self.notices.tell("looking back; the loop goes on (Z returns to it)");
+                    self.notices.tell("showing the past; the loop goes on (Z returns to the present)");
                 }
                 self.plots.cursor = Some(time);
                 self.look_back();

@@ -64,7 +64,7 @@ impl Opening {
                         cancelled = ui.button("cancel (Esc)").clicked();
                     });
                 });
-                ui.label(small("Drop meshes or a scene file on the window, or type where they are."));
+                ui.label(small("Drop meshes or a scene file on the window, or type their paths."));
                 ui.add_space(4.0);
                 self.files(ui, &mut wanted);
                 self.recent(ui);

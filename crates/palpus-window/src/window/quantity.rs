@@ -115,12 +115,12 @@ impl Quantity {
     /// Explains the quantity in one sentence.
     pub(super) fn words(self) -> &'static str {
         match self {
-            Self::Stiffness => "how hard a contact pushes back",
-            Self::Tolerance => "from which distance on contacts are found",
+            Self::Stiffness => "force of a contact for each metre of depth",
+            Self::Tolerance => "contacts exist where the surfaces are closer than this",
             Self::Radius => "contacts nearer to each other than this share a force, with linkage clustering",
             Self::StaticFriction => "friction coefficient of a contact that holds",
             Self::DynamicFriction => "friction coefficient of a contact that slides",
-            Self::Crease => "edges at which the surface turns by less than this are felt as smooth",
+            Self::Crease => "edges with a smaller angle between their faces' normals feel smooth",
             Self::CouplingStiffness => "the spring between the device and the tool",
             Self::CouplingDamping => "the damper between the device and the tool",
             Self::TurningStiffness => "the spring against rotation between the device and the tool",

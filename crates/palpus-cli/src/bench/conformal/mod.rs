@@ -43,7 +43,7 @@ pub(super) fn conformal(
         }
     }
     if rows.is_empty() {
-        bail!("no case is called {}; there is {}", only.unwrap_or("anything"), cases::names().join(", "));
+        bail!("there is no case {}; the cases are {}", only.unwrap_or("anything"), cases::names().join(", "));
     }
     let text = text(&rows);
     output::line(&text);

@@ -114,7 +114,7 @@ impl Entry {
 pub(super) const METHODS: [Entry; 10] = [
     Entry {
         name: "paper",
-        summary: "exact linkage, direct rendering: the paper's",
+        summary: "exact linkage, direct rendering: the paper's method",
         skin: Skin::Tolerance,
         has_damping: true,
         is_passive: false,
@@ -141,7 +141,7 @@ pub(super) const METHODS: [Entry; 10] = [
     },
     Entry {
         name: "coupled-smooth",
-        summary: "smooth clustering behind the same",
+        summary: "smooth clustering behind the same coupling",
         skin: Skin::Tool,
         has_damping: true,
         is_passive: false,
@@ -182,7 +182,7 @@ pub(super) const METHODS: [Entry; 10] = [
     },
     Entry {
         name: "voxel",
-        summary: "a point shell in a map of voxels (the paper's [30])",
+        summary: "a point shell in a voxel map (the paper's [30])",
         skin: Skin::Tolerance,
         has_damping: false,
         is_passive: false,
@@ -191,7 +191,7 @@ pub(super) const METHODS: [Entry; 10] = [
     },
     Entry {
         name: "voxel-coupled",
-        summary: "the same behind an explicit virtual coupling, as its paper renders",
+        summary: "the same behind an explicit virtual coupling, as in its paper",
         skin: Skin::Tolerance,
         has_damping: false,
         is_passive: false,
@@ -204,7 +204,7 @@ pub(super) const METHODS: [Entry; 10] = [
     },
     Entry {
         name: "epa",
-        summary: "one contact of the expanding polytope algorithm a pair of pieces, as with Coal",
+        summary: "one contact of the expanding polytope algorithm for each pair of pieces, as with Coal",
         skin: Skin::Tolerance,
         has_damping: false,
         is_passive: false,

@@ -115,7 +115,7 @@ fn chosen(option: &str, only: Option<&str>, all: &[&'static str]) -> anyhow::Res
     let Some(only) = only else { return Ok(all.to_vec()) };
     match all.iter().find(|name| **name == only) {
         Some(name) => Ok(vec![name]),
-        None => bail!("{option} {only} names nothing; there is {}", all.join(", ")),
+        None => bail!("there is no {option} {only}; the names are {}", all.join(", ")),
     }
 }
 

@@ -119,7 +119,7 @@ fn introduction(measured: &Measured<'_>) -> Section<'static> {
     let mut text = String::from("Methods: ");
     let methods: Vec<String> = entries.iter().map(|entry| format!("{}: {}", entry.name, entry.summary)).collect();
     text += &methods.join("; ");
-    text += ". Open loop: all feel the same poses, 1000 a second. Closed loop: a simulated hand, one tick of delay, encoder steps of 0.03 mm, and the pace of a logged servo (978 to 1012 Hz, single ticks of up to 2.4 ms). A step over motion of 1 is what one contact of that stiffness does when it moves; a jump is more.";
+    text += ". Open loop: all methods get the same poses, 1000 per second. Closed loop: a simulated hand, one tick of delay, encoder steps of 0.03 mm, and the tick lengths of a recorded servo loop (978 to 1012 Hz, single ticks of up to 2.4 ms). A step over motion of 1 is the step of a single contact of this stiffness; a jump is larger.";
     if quick {
         text += " This is a quick run: parts of the scripts, one hand, a coarse search.";
     }

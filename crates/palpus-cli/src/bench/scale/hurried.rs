@@ -126,11 +126,11 @@ impl Gathered {
 
 /// The results of the pairs as text.
 pub(super) fn text(rows: &[Hurried]) -> String {
-    let mut text = format!("with {ALLOWED} units of work a step, beside as much as there is:\n");
+    let mut text = format!("with {ALLOWED} units of work in a step, compared with no limit:\n");
     for row in rows {
         let Hurried { name, ticks, late, held, force, torque } = row;
         text += &format!(
-            "{name}: {ticks} ticks, {:.0} % of them short of work, {:.0} % of the contacts carried\n",
+            "{name}: {ticks} ticks, {:.0} % of them at the work limit, {:.0} % of the contacts extrapolated\n",
             100.0 * late,
             100.0 * held
         );

@@ -37,7 +37,7 @@ pub(super) fn scale(out: &Path, models: Option<&Path>, effort: Effort, only: Opt
     if let Some(only) = only
         && !known.clone().any(|name| name == only)
     {
-        bail!("--only {only} names nothing; there is {}", known.collect::<Vec<_>>().join(", "));
+        bail!("there is no --only {only}; the names are {}", known.collect::<Vec<_>>().join(", "));
     }
     let wanted = |name: &str| only.is_none_or(|only| only == name);
     if wanted("triangles") {

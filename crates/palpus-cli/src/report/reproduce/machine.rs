@@ -23,7 +23,7 @@ pub(super) fn versions() -> Facts {
     let known = |text: &'static str| Some(text).filter(|text| !text.is_empty());
     let profile = known(env!("PALPUS_PROFILE")).map(|profile| match profile {
         "release" => "release".to_owned(),
-        other => format!("{other}: not optimised, its times mean little"),
+        other => format!("{other}: not optimised, so its times are not representative"),
     });
     [
         ("palpus", Some(env!("CARGO_PKG_VERSION").to_owned())),

@@ -63,7 +63,7 @@ pub(super) fn reproduce(arguments: &ReportArguments, folder: &Path) -> anyhow::R
     let steps = plan(&wanted);
     if let Some(only) = arguments.only.iter().find(|only| steps.iter().all(|step| step.id != only.as_str())) {
         bail!(
-            "--only {only} names no step; there are {}",
+            "there is no step {only}; the steps are {}",
             steps.iter().map(|step| step.id).collect::<Vec<_>>().join(", ")
         );
     }
@@ -76,7 +76,7 @@ pub(super) fn reproduce(arguments: &ReportArguments, folder: &Path) -> anyhow::R
     let begin = Instant::now();
     let about: f64 = steps.iter().filter(|step| step.command.is_ok()).map(|step| step.about).sum();
     output::note(format!(
-        "{} steps, about {} on two quiet cores; the page is made of whatever succeeds",
+        "{} steps, about {} on two quiet cores; the page has all steps that succeed",
         steps.len(),
         duration(about)
     ));
@@ -103,7 +103,7 @@ pub(super) fn reproduce(arguments: &ReportArguments, folder: &Path) -> anyhow::R
     };
     keep(&out.join(FILE), &reproduction)?;
     if failed > 0 {
-        output::note(format!("{failed} of {} steps failed; the page says which", steps.len()));
+        output::note(format!("{failed} of {} steps failed; the page names them", steps.len()));
     }
     Ok(())
 }
@@ -149,7 +149,7 @@ pub(super) fn page(folder: &Path) -> anyhow::Result<String> {
     sections::depth(&mut page, &data, run);
     sections::made(&mut page, &data, &reproduction);
     page.element("footer", "", |footer| {
-        footer.text("This page loads nothing: it can be mailed and kept. Colours follow the reader's system; it prints on paper.");
+        footer.text("This page loads no other files, so it can be mailed and stored. Its colours follow the reader's system, and it can be printed.");
     });
     Ok(page.page(title))
 }
@@ -174,8 +174,8 @@ fn head(html: &mut Html, title: &str, data: &Data<'_>, reproduction: &Reproducti
     });
     html.element("p", "lead", |lead| {
         lead.text(
-            "palpus beside Kim, Otaduy, Lin, Manocha: Six-Degree-of-Freedom Haptic Display Using Localized Contact Computations (2002): its \
-             table and figures, measured again, and what goes beyond it.",
+            "palpus beside Kim, Otaduy, Lin, Manocha: Six-Degree-of-Freedom Haptic Display Using Localized \
+            Contact Computations (2002): its table and figures, measured again, and further benchmarks.",
         );
     });
     let here = |id: &&&'static str| {

@@ -99,7 +99,7 @@ pub(super) fn plan(wanted: &Wanted<'_>) -> Vec<Step> {
     let mut steps = vec![doctor(wanted), figures(wanted), run(wanted)];
     steps.push(Step {
         id: "depth",
-        what: "penetration depth: the walk against the proof",
+        what: "penetration depth: the walk compared with the proof",
         about: 1.0,
         command: Ok(wanted.palpus(&["bench", "depth", "--out"]).path(wanted.folder("depth"), "DIR/data/depth")),
         is_quick: false,
@@ -143,7 +143,7 @@ fn doctor(wanted: &Wanted<'_>) -> Step {
     let seconds = if wanted.quick { "1.5" } else { "5" };
     Step {
         id: "doctor",
-        what: "is this machine fit for 1 kHz",
+        what: "whether this machine holds 1 kHz",
         about: if wanted.quick { 8.0 } else { 20.0 },
         command: Ok(wanted.palpus(&["doctor", "--json", "--duration", seconds])),
         is_quick: wanted.quick,
@@ -206,7 +206,7 @@ fn scale(wanted: &Wanted<'_>) -> Vec<Step> {
 
 fn pairs(wanted: &Wanted<'_>) -> Vec<Step> {
     let missing = if wanted.models.is_none() {
-        Some("it needs --models FOLDER with the real meshes, which are not ours to give away".to_owned())
+        Some("it needs --models FOLDER with the real meshes, which may not be distributed".to_owned())
     } else {
         script_missing("coal_scale.py", "numpy, coal")
     };
@@ -227,7 +227,7 @@ fn pairs(wanted: &Wanted<'_>) -> Vec<Step> {
         };
         Step {
             id,
-            what: "the engine step beside Coal's query on the same poses",
+            what: "the engine step compared with Coal's query on the same poses",
             about,
             command,
             is_quick: wanted.quick,
@@ -244,7 +244,7 @@ fn convex(wanted: &Wanted<'_>) -> Step {
     let command = if wanted.quick {
         Err("left out of a quick reproduction: the bench has to be built first".to_owned())
     } else if !has_cargo || !here {
-        Err("it needs cargo, and this to be run in a clone of palpus".to_owned())
+        Err("it needs cargo and a clone of palpus".to_owned())
     } else if with_peers.is_none() {
         Ok(Invocation::new("python3", "python3")
             .args(&["benches/peers/convex_peers.py", "--markdown"])
@@ -256,7 +256,7 @@ fn convex(wanted: &Wanted<'_>) -> Step {
     };
     Step {
         id: "convex",
-        what: "convex pairs beside parry, Coal and MuJoCo",
+        what: "convex pairs compared with parry, Coal and MuJoCo",
         about: 240.0,
         command,
         is_quick: wanted.quick,
@@ -267,10 +267,10 @@ fn convex(wanted: &Wanted<'_>) -> Step {
 /// Returns why a script of the source tree cannot run; `None` if it can.
 fn script_missing(script: &str, modules: &str) -> Option<String> {
     if !Path::new("benches/peers").join(script).is_file() {
-        return Some(format!("benches/peers/{script} is not here; run this in a clone of palpus"));
+        return Some(format!("benches/peers/{script} is missing; run this in a clone of palpus"));
     }
     let can = runs("python3", &["-c", &format!("import {modules}")]);
-    (!can).then(|| format!("python3 with {modules} is not here (pip install {})", modules.replace(',', "")))
+    (!can).then(|| format!("python3 with {modules} is missing (pip install {})", modules.replace(',', "")))
 }
 
 fn runs(program: &str, arguments: &[&str]) -> bool {

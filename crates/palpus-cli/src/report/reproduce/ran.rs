@@ -57,7 +57,7 @@ pub(super) fn run(step: &Step, wanted: &Wanted<'_>, run: &str) -> anyhow::Result
     let (command, outcome, why) = match &step.command {
         Err(why) => (String::new(), Outcome::Skipped, why.clone()),
         Ok(invocation) => {
-            let said = fs::File::create(folder.join(SAID)).context("what a step prints could not be kept")?;
+            let said = fs::File::create(folder.join(SAID)).context("the output of a step could not be stored")?;
             let mut command = Command::new(&invocation.program);
             command.args(&invocation.arguments).stdin(Stdio::null()).stdout(said);
             // Prevents a window, which would wait for the user to close it.

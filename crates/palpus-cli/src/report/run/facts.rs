@@ -95,7 +95,7 @@ pub(super) fn of_settings(settings: &Settings) -> Facts {
             || "none: direct rendering (the paper's)".to_owned(),
             |coupling| {
                 format!(
-                    "{} N/m, {} N·s/m, {} N·m/rad, {} N·m·s/rad, skin {}, tool of {} g",
+                    "{} N/m, {} N·s/m, {} N·m/rad, {} N·m·s/rad, contact offset {}, tool of {} g",
                     said(coupling.stiffness, 4),
                     said(coupling.damping, 3),
                     said(coupling.angular_stiffness, 3),
@@ -114,9 +114,9 @@ pub(super) fn of_settings(settings: &Settings) -> Facts {
         fact(
             "kept by",
             match settings.saturation {
-                Saturation::Separate => "cutting force and torque apart",
+                Saturation::Separate => "separate factors for force and torque",
                 Saturation::Joint => "one factor for force and torque",
-                Saturation::UnderActuated => "leaving the torque out: the device drives three axes",
+                Saturation::UnderActuated => "without torque, because the device drives three axes",
             },
         ),
         fact(

@@ -76,7 +76,7 @@ impl Run {
         self.tell(&mut page)?;
         page.element("footer", "", |footer| {
             footer.prose(&format!(
-                "Made by palpus {} from the recording `{}`. This page loads nothing: it can be mailed and kept.",
+                "Made by palpus {} from the recording `{}`. This page loads no other files, so it can be mailed and stored.",
                 env!("CARGO_PKG_VERSION"),
                 self.file.replace('`', "'")
             ));
@@ -141,8 +141,9 @@ impl Run {
         }
         html.section("felt", "What the hand felt", |section| {
             section.paragraph(
-                "Shaded: the bodies penetrate; elsewhere they are apart. With the virtual coupling the tool is held outside and only the hand \
-                 goes in. The numbered lines are the moments above; `s`: settings changed.",
+                "Shaded: the bodies overlap; elsewhere they are apart. With the virtual coupling, the tool stays \
+                outside and only the hand moves inside. The numbered lines are the moments above; `s`: settings \
+                changed.",
             );
             self.plots(section);
         });
@@ -267,8 +268,8 @@ impl Run {
             ]
         };
         html.paragraph(
-            "A fault takes the force away within its tick, and it comes back only through engagement. All else shapes the wrench and \
-             goes on; engagement at the beginning is every run's.",
+            "A fault removes the force, which returns only through the engagement. All other cuts change the \
+            wrench without removing it. Every run begins with an engagement.",
         );
         html.table(&Table {
             head: ["what was cut", "kind", "ticks", "first at (s)", "last at (s)"].map(str::to_owned).to_vec(),
@@ -281,17 +282,18 @@ impl Run {
     fn replayed(&self, html: &mut Html) {
         match &self.again {
             Ok(Again { identical, first_difference: None, .. }) => html.paragraph(&format!(
-                "The engine ran again from the recorded device states while this page was made: all {} wrenches came out the same, bit for bit.",
+                "While this page was made, the engine computed the run again from the recorded device states: all {} wrenches are the same, bit for bit.",
                 counted(*identical as u64)
             )),
             Ok(Again { identical, first_difference: Some(tick), .. }) => html.paragraph(&format!(
-                "The engine ran again from the recorded device states while this page was made: {} of {} wrenches came out the same; \
-                 the first that differs is that of tick {tick}. Another version, another build or another processor may round otherwise.",
+                "While this page was made, the engine computed the run again from the recorded device states: {} \
+                of {} wrenches are the same; the first difference is at tick {tick}. Another version, build or \
+                processor may round differently.",
                 counted(*identical as u64),
                 counted(self.measures.ticks)
             )),
             Err(why) => html.element("p", "", |p| {
-                p.text("It could not be run again, and there are no pictures: ").text(why);
+                p.text("It could not be replayed, so there are no pictures: ").text(why);
             }),
         };
         if let Some(notice) = &self.recording.notice {
@@ -323,7 +325,7 @@ impl Run {
         }
         let more = facts::of_more(&header.scene.more);
         if !more.is_empty() {
-            html.folded("Whatever else decided the run: safety chain, device", |inner| {
+            html.folded("Other parameters of the run: safety chain, device", |inner| {
                 inner.facts(&more);
             });
         }

@@ -225,7 +225,7 @@ impl Report {
         self.failed = failed.is_some();
         let end = failed.or(devices.first()).map_or(&RunEnd::Stopped, |device| &device.end);
         self.end = Some(match end {
-            RunEnd::Stopped if early => "it was stopped before its time".to_owned(),
+            RunEnd::Stopped if early => "it was stopped early".to_owned(),
             RunEnd::Stopped | RunEnd::Duration => "its time was over".to_owned(),
             other => format!("the loop ended: {other:?}"),
         });

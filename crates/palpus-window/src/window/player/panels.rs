@@ -80,7 +80,7 @@ impl Player {
         let (colours, progress) = (self.style.theme.colours(), &self.progress);
         if let Some(why) = &progress.failed {
             ui.label(
-                RichText::new(format!("run again as far as {:.2} s: {why}", self.timeline.time(progress.ticks)))
+                RichText::new(format!("replayed up to {:.2} s: {why}", self.timeline.time(progress.ticks)))
                     .color(colour(colours.penetrating)),
             );
         } else if progress.ticks < self.ticks.len() {
@@ -97,9 +97,9 @@ impl Player {
         };
         ui.label(RichText::new(words).color(colour(rgb)));
         match self.shown {
-            Some((_, None)) => drop(ui.label("not run again yet: the recorded pose alone")),
+            Some((_, None)) => drop(ui.label("not replayed yet: only the recorded pose is shown")),
             Some((_, Some(kept))) if kept != tick => {
-                ui.label(format!("for want of memory one tick of {} is kept; shown is {kept}", self.every));
+                ui.label(format!("to save memory, one tick of {} is kept; tick {kept} is shown", self.every));
             }
             _ => {}
         }

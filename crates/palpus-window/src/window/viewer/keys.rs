@@ -35,7 +35,7 @@ const KEYS: [(Key, Action, &str, &str); 16] = [
     (Key::Z, Action::Across(Axis::Z), "Z", "plane across z"),
     (Key::Comma, Action::Back, ",", "plane back"),
     (Key::Period, Action::Forth, ".", "plane forth"),
-    (Key::V, Action::Shown, "V", "felt, true, or what is missing"),
+    (Key::V, Action::Shown, "V", "felt depth, true depth, or their difference"),
     (Key::T, Action::Glass, "T", "see through it"),
     (Key::Home, Action::Scene(SceneAction::Everything), "", ""),
     (Key::F1, Action::Scene(SceneAction::Keys), "", ""),
@@ -47,7 +47,7 @@ const MOUSE: [(&str, &str); 5] = [
     ("drag", "turns"),
     ("Shift, right or middle drag", "moves"),
     ("wheel", "nearer, farther"),
-    ("over the depth picture", "says depth and distance there"),
+    ("over the depth picture", "shows depth and distance there"),
 ];
 
 /// Returns the actions of this frame.

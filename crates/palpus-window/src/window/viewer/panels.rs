@@ -103,7 +103,7 @@ impl Viewer {
             Some(texture) => drop(ui.image((texture.id(), size))),
             None => drop(ui.allocate_space(size)),
         }
-        let meaning = "Gauss map, as the piece is turned: blue is the mesh's, grey only the hull's, orange a neighbour's normal at the end of an arc.";
+        let meaning = "Gauss map, turned like the piece. Blue: on the mesh. Grey: only on the hull. Orange: a neighbour's normal at the end of an arc.";
         ui.label(small(meaning));
     }
 

@@ -154,7 +154,7 @@ fn page(results: &[(Case, Felt)]) -> anyhow::Result<String> {
         MEASURES.iter().zip(BARS).map(|((name, factor), bar)| format!("{name} ≤ {}", bar * factor)).collect();
     writeln!(text, "Bars: {}.\n", bars.join(", "))?;
     let passed = results.iter().filter(|(_, felt)| passes(felt)).count();
-    writeln!(text, "{passed} of {} pass all bars.\n", results.len())?;
+    writeln!(text, "{passed} of {} are within all limits.\n", results.len())?;
     let measures = MEASURES.map(|(name, _)| format!("{name}: median / p90 / max, passed"));
     writeln!(text, "| scene | hand | cases | passed | {} |", measures.join(" | "))?;
     writeln!(text, "|---|---|---:|---:|{}", "---:|".repeat(MEASURES.len()))?;
@@ -184,7 +184,7 @@ fn page(results: &[(Case, Felt)]) -> anyhow::Result<String> {
     let mut order: Vec<&(Case, Felt)> = results.iter().filter(|(_, felt)| !passes(felt)).collect();
     order.sort_by(|a, b| badness(&b.1).total_cmp(&badness(&a.1)));
     if !order.is_empty() {
-        writeln!(text, "\nWorst cases (`palpus bench feel --sweep 1 --seed SEED` runs one again):\n")?;
+        writeln!(text, "\nWorst cases (`palpus bench feel --sweep 1 --seed SEED` repeats a case):\n")?;
         let head: Vec<&str> = CASE_HEAD.into_iter().chain(MEASURES.map(|(name, _)| name)).collect();
         writeln!(text, "| {} |\n|{}", head.join(" | "), "---:|".repeat(head.len()))?;
         for (case, felt) in order.into_iter().take(LISTED) {

@@ -85,7 +85,7 @@ pub(in crate::bench) fn run(asked: &Asked<'_>) -> anyhow::Result<ExitCode> {
     }
     let entries: Vec<Entry> = METHODS.into_iter().filter(|entry| !entry.is_passive).collect();
     if let Some((name, _)) = asked.engines.iter().find(|(name, _)| entries.iter().any(|entry| entry.name == name)) {
-        bail!("--engine {name} is the name of a method that is measured anyway; give it another name");
+        bail!("--engine {name} is the name of a built-in method; choose another name");
     }
     let mut grounds = Vec::new();
     for name in scenes {
@@ -224,8 +224,8 @@ fn page(grounds: &[Ground], names: &[&str], rows: &[Row]) -> String {
             table.rows.push(first.chain(cells).collect());
         }
     }
-    let text = "docs/open-benchmark.md says what is measured and how an engine takes part. A column is empty where a scene has \
-                no closed truth, or where an engine came as a file.";
+    let text = "docs/open-benchmark.md describes the measures and how an engine takes part. A cell is empty if \
+               the scene has no known truth, or if the engine takes part with files.";
     let mut tables = vec![without_empty(table, 2), without_empty(fits, 2)];
     tables.retain(|table| !table.rows.is_empty());
     let section = Section { title: "Open benchmark".to_owned(), text: text.to_owned(), tables, figures: &[] };
