@@ -32,14 +32,14 @@ fn recordings_are_numbered_unless_forced() {
     let first = fs::read(at("run.csv")).expect("a recording");
     let again = palpus(&folder.0, &RUN);
     assert_eq!(named(&json(&again)).as_deref(), Some("run-2.csv"));
-    assert!(text(&again.stderr).contains("run.csv is there already; recording to run-2.csv"));
+    assert!(text(&again.stderr).contains("run.csv exists already; recording to run-2.csv"));
     assert_eq!(fs::read(at("run.csv")).expect("a recording"), first);
     let forced = [&RUN[..], &["--force"]].concat();
     assert_eq!(named(&json(&palpus(&folder.0, &forced))).as_deref(), Some("run.csv"));
     assert_ne!(fs::read(at("run.csv")).expect("a recording"), first);
     assert!(!at("run-3.csv").exists());
     let converted = palpus(&folder.0, &["convert", "run.csv", "run-2.csv"]);
-    assert!(!converted.status.success() && text(&converted.stderr).contains("is there already"));
+    assert!(!converted.status.success() && text(&converted.stderr).contains("exists already"));
 }
 
 #[test]
@@ -171,7 +171,7 @@ fn a_full_disk_is_said_and_loses_no_summary() {
         let said = text(&ran.stderr);
         assert_eq!(json(&ran)["ticks"], 20_000, "{format}: {said}");
         let at_once = said.find("cannot be written any more").unwrap_or_else(|| panic!("{format}: {said}"));
-        let at_end = said.find("is not whole").unwrap_or_else(|| panic!("{format}: {said}"));
+        let at_end = said.find("is not complete").unwrap_or_else(|| panic!("{format}: {said}"));
         assert!(at_once < at_end, "{said}");
         let rows = recorded(&folder.0.join(&file)).rows;
         assert!(rows.len() > 1000 && rows.len() < 20_000, "{format}: {} rows", rows.len());
@@ -187,7 +187,7 @@ fn a_large_recording_goes_on_in_parts_within_its_limit() {
     let ran = palpus(&folder.0, &[&run[..], &["--json"]].concat());
     assert_success(&ran);
     assert!(
-        text(&ran.stderr).contains("run.csv is full; the recording goes on in run-part2.csv"),
+        text(&ran.stderr).contains("run.csv is full; the recording continues in run-part2.csv"),
         "{}",
         text(&ran.stderr)
     );

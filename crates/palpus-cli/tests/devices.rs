@@ -47,7 +47,7 @@ fn hardware_that_is_not_there_is_one_error() {
         assert!(error.starts_with("error: ") && error.contains(says), "{device}: {error}");
     }
     let output = palpus(&["run", "pen-sphere", "--device", "haply", "--fast", "--no-record"]);
-    assert!(text(&output.stderr).contains("leave --fast out"));
+    assert!(text(&output.stderr).contains("leave out --fast"));
 }
 
 #[test]

@@ -20,7 +20,7 @@ fn an_exported_scene_runs_and_is_never_written_over() {
     assert!(output.status.success() && summary["second"]["ticks"].as_u64() > Some(0), "{output:?}");
     let again = palpus(&folder.0, &["export", "pen-sphere", "mine"]);
     assert_eq!(again.status.code(), Some(1));
-    assert!(text(&again.stderr).contains("is there already"), "{again:?}");
+    assert!(text(&again.stderr).contains("exists already"), "{again:?}");
     let nothing = palpus(&folder.0, &["export", "pen-spere", "other"]);
     assert!(!nothing.status.success() && !folder.0.join("other").exists());
 }

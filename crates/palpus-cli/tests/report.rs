@@ -147,7 +147,7 @@ fn a_folder_becomes_a_page_for_each_recording() {
     let folder = Folder::new("report-folder");
     let empty = palpus(&folder.0, &["report", "."]);
     assert_eq!(empty.status.code(), Some(1));
-    assert!(text(&empty.stderr).contains("holds no recording"));
+    assert!(text(&empty.stderr).contains("contains no recording"));
     for name in ["a.csv", "b.csv"] {
         recorded(&folder.0, name, "0.05");
     }

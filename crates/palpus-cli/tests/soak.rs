@@ -62,5 +62,5 @@ fn what_is_typed_wrong_is_said() {
     let (code, words) = said(&["soak", "--models", "/no/such", "--out", out]);
     assert!(code == Some(1) && words.contains("armadillo_31240.obj is neither"), "{words}");
     let (code, words) = said(&["soak", "peg-hole", "--hand", "none", "--timer", "0", "--out", out]);
-    assert!(code == Some(1) && words.contains("has to hold the device"), "{words}");
+    assert!(code == Some(1) && words.contains("must hold the device"), "{words}");
 }

@@ -69,7 +69,7 @@ fn limits_can_be_lowered_and_not_raised() {
 fn a_dead_mans_button_needs_a_button() {
     let folder = Folder::new("dead-man");
     let output = palpus(&folder.0, &["run", "box-table", "--dead-man", "--headless"]);
-    assert!(!output.status.success() && text(&output.stderr).contains("--dead-man needs something to hold"));
+    assert!(!output.status.success() && text(&output.stderr).contains("--dead-man needs a button or a key"));
 }
 
 #[test]

@@ -1,20 +1,20 @@
-//! Pictures as PNG files of eight bits a channel.
+//! Pictures as PNG files with eight bits for each channel.
 
 use std::io::{self, Write};
 
 use png::{BitDepth, ColorType, Compression, Encoder, Filter};
 
-/// Writes `pixels`, row by row from the top, red, green and blue of each.
+/// Writes `pixels`, row by row from the top, with red, green and blue for each.
 pub(crate) fn write_png(out: impl Write, width: u32, height: u32, pixels: &[u8]) -> io::Result<()> {
     let mut encoder = Encoder::new(out, width, height);
     encoder.set_color(ColorType::Rgb);
-    // Shading is smooth: differences to the row above are small numbers.
+    // Shading is smooth, so differences to the row above are small numbers.
     encoder.set_filter(Filter::Up);
     finish(encoder, pixels)
 }
 
-/// Writes a picture of few colours: `palette` has red, green and blue of each, `indices` names one
-/// for every pixel.
+/// Writes a picture of few colours. `palette` has red, green and blue of each colour, and `indices`
+/// has an index for every pixel.
 pub(crate) fn write_indexed_png(
     out: impl Write,
     width: u32,

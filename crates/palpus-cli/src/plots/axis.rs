@@ -1,4 +1,4 @@
-//! Places and labels of the ticks of an axis.
+//! Positions and labels of the ticks of an axis.
 
 use std::ops::Range;
 
@@ -63,7 +63,7 @@ const FEW_DECADES: f64 = 3.0;
 /// More ticks than this are too many.
 const MANY_DECADES: f64 = 9.0;
 
-/// The number with its SI prefix, such as `k` for thousands.
+/// Formats the number with its SI prefix, such as `k` for thousands.
 fn short(value: f64) -> String {
     match value {
         _ if value >= 0.999e6 => format!("{} M", value / 1e6),

@@ -1,5 +1,5 @@
-//! A figure as SVG text. Attributes hold the colours for white paper; a style sheet replaces them
-//! if the reader's system has a dark theme.
+//! Draws a figure as SVG text. Attributes hold the colours for white paper. A style sheet replaces
+//! them if the reader's system has a dark theme.
 
 use std::fmt::Write;
 use std::ops::Range;
@@ -34,8 +34,8 @@ const LETTER: f64 = 6.7;
 const SWATCH: f64 = 18.0;
 /// Curves with at most this many points are drawn without thinning.
 const FEW_POINTS: usize = 20;
-/// Columns of a long curve; each shows its smallest and its largest value. Two for each pixel of a
-/// phone.
+/// Columns of a long curve: two for each pixel of a phone. Each column shows its smallest and its
+/// largest value.
 const BINS: usize = 400;
 /// Smallest visible width of a band, pixels.
 const LEAST_BAND: f64 = 0.75;
@@ -108,7 +108,7 @@ impl Up {
     }
 }
 
-/// Legend labels arranged in rows: the index of each series, and where its label begins.
+/// Arranges legend labels in rows: the index of each series, and the position of its label.
 fn legend_rows(series: &[Series]) -> Vec<Vec<(usize, f64)>> {
     let mut rows = vec![Vec::new()];
     let mut x = LEFT;
@@ -126,7 +126,7 @@ fn legend_rows(series: &[Series]) -> Vec<Vec<(usize, f64)>> {
     rows
 }
 
-/// Position of a panel in its figure: first, last.
+/// Whether a panel is the first or the last in its figure.
 #[derive(Clone, Copy)]
 struct Ends {
     first: bool,
@@ -151,7 +151,7 @@ impl Pen {
         ));
     }
 
-    /// Draws a panel whose top is at `y`; returns where it ends.
+    /// Draws a panel with its top at `y`; returns the position of its end.
     fn panel(
         &mut self,
         panel: &Panel,

@@ -196,7 +196,7 @@ fn recordings_come_and_go_and_overwrite_nothing() {
     assert_eq!(ticks(&third), ([600, 699], 2000.0, 0));
     assert_eq!(replayed(&file).expect("it was recorded from the start"), (200, 200));
     let refused = replayed(&second).expect_err("it was not").to_string();
-    assert!(refused.contains("tick 300") && refused.contains("in the course of"), "{refused}");
+    assert!(refused.contains("tick 300") && refused.contains("during a run"), "{refused}");
 }
 
 #[test]
@@ -270,5 +270,5 @@ fn two_tools_are_steered_recorded_on_demand_and_replayed_bit_for_bit() {
     }
     let late = read_recording(&later).expect("a recording");
     let error = Rerun::new(&late, &Places::of(&later, FilePolicy::Inside)).err().expect("it has no beginning");
-    assert!(error.to_string().contains("in the course of a run"), "{error}");
+    assert!(error.to_string().contains("during a run"), "{error}");
 }

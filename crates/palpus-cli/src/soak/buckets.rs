@@ -1,20 +1,20 @@
-//! A histogram of durations in preallocated buckets: 64 to an octave, so that each duration is
-//! known to 1.6 %.
+//! A histogram of durations in preallocated buckets: 64 buckets for each octave, so that each
+//! duration is known to 1.6 %.
 
 /// Buckets of an octave.
 const PARTS: u64 = 64;
-/// log₂ of it.
+/// Base-2 logarithm of the number of buckets in an octave.
 const PARTS_LOG: u32 = 6;
 /// log₂ of the longest duration with a bucket of its own, ns: 17 s.
 const LONGEST_LOG: u32 = 34;
 const COUNT: usize = (PARTS * (LONGEST_LOG - PARTS_LOG + 1) as u64) as usize;
 
-/// How often durations occurred.
+/// Number of durations in each bucket.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Buckets {
     counts: [u64; COUNT],
     total: u64,
-    /// ns.
+    /// Largest duration, ns.
     longest: u64,
 }
 
@@ -45,12 +45,12 @@ impl Buckets {
         self.total
     }
 
-    /// µs.
+    /// Largest duration, µs.
     pub(super) fn longest(&self) -> f64 {
         self.longest as f64 / 1e3
     }
 
-    /// Quantile: `share` of all durations are at most this long, µs.
+    /// Quantile, µs: `share` of all durations are at most this long.
     pub(super) fn quantile(&self, share: f64) -> f64 {
         let wanted = ((self.total as f64 * share).ceil() as u64).max(1);
         let mut seen = 0;

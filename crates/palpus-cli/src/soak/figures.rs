@@ -1,4 +1,4 @@
-//! The plots of a soak: over time, and how late the turns were.
+//! The plots of a soak run: values over time, and the distribution of the lateness.
 
 use super::report::{Report, Row, Stretch};
 use crate::plots::{self, BLUE, Drawn, Figure, GREEN, Panel, Series, VERMILION};
@@ -65,13 +65,13 @@ fn how_late(report: &Report) -> Figure {
     curves.extend(report.after.as_ref().map(|bare| series("timer after", BLUE, bare)));
     curves.push(series("the loop", VERMILION, &report.lateness()));
     Figure {
-        title: "how late turns begin, of the loop and of a bare timer on the same machine".to_owned(),
+        title: "lateness of the ticks of the loop, and of a bare timer on the same machine".to_owned(),
         x_label: "late by more than (µs)",
         log_x: true,
         bands: Vec::new(),
         marks: Vec::new(),
         panels: vec![Panel {
-            title: "share of turns that are later (−3: one in a thousand)",
+            title: "share of ticks that are later (−3: one in a thousand)",
             unit: "power of ten",
             series: curves,
             drawn: Drawn::Lines,

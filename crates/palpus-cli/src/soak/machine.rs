@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::doctor::load::load_average;
 
-/// The machine at an instant.
+/// State of the machine at one time.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub(super) struct Sample {
     /// Resident memory of the program, bytes.
@@ -36,8 +36,8 @@ fn resident(statm: &str) -> Option<u64> {
     Some(pages * PAGE)
 }
 
-/// Page size on the processors that palpus runs on with Linux; on those with larger pages, the
-/// memory is underestimated.
+/// Page size on the processors on which palpus runs with Linux. On processors with larger pages,
+/// the memory is underestimated.
 const PAGE: u64 = 4096;
 
 /// Frequency that the kernel has set, MHz.

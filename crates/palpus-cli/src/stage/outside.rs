@@ -1,4 +1,4 @@
-//! Scene files that name meshes outside their own folder: the user is asked before such a file is
+//! Scene files that name meshes outside their own folder. The user is asked before such a file is
 //! read.
 
 use std::io::{BufRead, IsTerminal, Write};
@@ -7,8 +7,8 @@ use std::path::Path;
 use anyhow::{Context, bail};
 use palpus_io::scene::{FilePolicy, SceneFile, read_scene};
 
-/// Reads a scene file. If it names files outside its folder and `policy` does not allow that, the
-/// user is asked; where there is no terminal to ask in, that is an error.
+/// Reads a scene file. If it names files outside its folder and `policy` does not allow this, the
+/// user is asked. Without a terminal, it is an error.
 pub(super) fn read_asking(path: &Path, policy: FilePolicy) -> anyhow::Result<SceneFile> {
     let terminal = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
     let answer = || terminal.then(|| ask(&mut std::io::stdin().lock(), &mut std::io::stderr()));
@@ -21,7 +21,7 @@ fn read(path: &Path, policy: FilePolicy, answer: &dyn Fn() -> Option<bool>) -> a
         (Err(error), FilePolicy::Inside) => error,
         (read, _) => return Ok(read?),
     };
-    // Only where the file's place is all that is wrong.
+    // Asks only if the place of a file is the only error.
     let Ok(scene) = read_scene(path, FilePolicy::Anywhere) else { return Err(inside.into()) };
     crate::output::note(format!("note: {inside}"));
     match answer() {
@@ -31,7 +31,7 @@ fn read(path: &Path, policy: FilePolicy, answer: &dyn Fn() -> Option<bool>) -> a
     }
 }
 
-/// Puts the question; anything but a yes is a no.
+/// Asks the question; every answer except yes means no.
 fn ask(input: &mut dyn BufRead, output: &mut dyn Write) -> bool {
     let mut line = String::new();
     let asked = output.write_all(b"Read files outside the scene's folder? [y/N] ").and_then(|()| output.flush());

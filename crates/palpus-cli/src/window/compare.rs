@@ -1,8 +1,8 @@
 //! The same run with other settings: a second engine on its own thread gets the same device poses
 //! as the first one, tick by tick. Its wrench is not sent to the device.
 //!
-//! The hand feels only the first engine and moves as that one lets it. So the comparison shows two
-//! wrenches for the same motion.
+//! The hand feels only the first engine, and its motion depends only on that engine. The comparison
+//! therefore shows two wrenches for the same motion.
 
 use std::sync::mpsc::{Receiver, SyncSender, channel, sync_channel};
 use std::thread::JoinHandle;
@@ -21,7 +21,7 @@ const MOST_BATCHES: usize = 16;
 
 /// See the module's description.
 pub(super) struct Comparison {
-    /// None while it ends.
+    /// `None` while the comparison ends.
     ticks: Option<SyncSender<Vec<WatchedTick>>>,
     answers: Receiver<Vec<ComparedTick>>,
     moments: Newest<Moment>,
@@ -30,7 +30,7 @@ pub(super) struct Comparison {
 }
 
 impl Comparison {
-    /// Starts the comparison with the next tick that it gets.
+    /// Starts the comparison with the next tick that arrives.
     pub(super) fn begin(stage: &Stage, settings: &Settings, rate_hz: f64) -> anyhow::Result<Self> {
         if stage.tools().count() > 1 {
             bail!("scenes with several devices cannot be compared");

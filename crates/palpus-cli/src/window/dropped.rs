@@ -1,15 +1,15 @@
 //! Makes a scene from meshes that were opened in the window: from two new ones, or from one new
 //! mesh and one of the current bodies.
 //!
-//! The scene gets a new folder beside the recordings, with both meshes and a scene file. So it is
-//! prepared, recorded, replayed and edited like any other scene.
+//! The scene gets a new folder next to the recordings, with both meshes and a scene file. It is
+//! then prepared, recorded, replayed and edited like any other scene.
 //!
-//! 1. An opened mesh is read and moved so that the middle of its box is its origin: meshes out of
-//!    CAD lie anywhere, and the hand holds a probe at its origin.
-//! 2. A body that stays is written as it was read, so that it is not prepared again.
-//! 3. The probe starts above the environment, at a distance from it; without a path of its own, the
-//!    hand feels its way from there. Of two new meshes the program chooses the start, as of a scene
-//!    file without one.
+//! 1. An opened mesh is read and moved so that the middle of its box is its origin: meshes from CAD
+//!    may be far from their origin, and the hand holds a probe at the origin.
+//! 2. A body that stays is written with its original content, so that it is not prepared again.
+//! 3. The probe starts above the environment, at a distance from it. The hand has no path and moves
+//!    to the environment from there. Of two new meshes, the program chooses the start as for a
+//!    scene file without one.
 
 use std::fs::{self, File};
 use std::io::BufWriter;
@@ -50,7 +50,7 @@ struct Shape {
     metres_per_unit: f64,
 }
 
-/// Returns the kind of a file that is about to be loaded.
+/// Returns the kind of a file before it is loaded.
 pub(super) fn kind(path: &Path) -> Result<FileKind, String> {
     if is_scene(path) {
         // The user is asked about files in other folders when the scene is loaded.
@@ -108,7 +108,7 @@ impl Present {
         Ok(scene)
     }
 
-    /// The body that stays, as it was read.
+    /// The body that stays, with its original content.
     fn other(&self, part: Part) -> anyhow::Result<Shape> {
         match &self.source {
             SceneSource::BuiltIn(name) => {
@@ -130,7 +130,7 @@ impl Shape {
     fn read(opened: &MeshFile) -> anyhow::Result<Self> {
         let MeshFile { file, metres_per_unit } = opened;
         if !(*metres_per_unit > 0.0 && metres_per_unit.is_finite()) {
-            bail!("{metres_per_unit} m is no unit");
+            bail!("{metres_per_unit} m is not a valid unit");
         }
         let mut soup = bodies::read_mesh(file)?;
         let [low, high] = bounds(soup.vertices.iter().copied()).context("there is nothing in it")?;
@@ -138,7 +138,7 @@ impl Shape {
         Ok(Self { soup, metres_per_unit: *metres_per_unit })
     }
 
-    /// Diagonal of its box, m.
+    /// Diagonal of the body's box, m.
     fn size(&self) -> f64 {
         bounds(self.points()).map_or(0.0, |[low, high]| low.distance(high))
     }
@@ -153,7 +153,7 @@ impl Shape {
     }
 }
 
-/// A pose in which the probe is clear of the environment in any orientation.
+/// Returns a pose in which the probe does not overlap the environment in any orientation.
 fn above(probe: &Shape, environment: &Shape, standing: &Pose) -> DVec3 {
     let reach = probe.points().map(DVec3::length).fold(0.0, f64::max);
     let box_of = bounds(environment.points().map(|point| standing.point(point)));

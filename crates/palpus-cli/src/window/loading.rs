@@ -16,7 +16,7 @@ pub(super) struct Loader<T> {
 pub(super) type Tell<'a> = &'a dyn Fn(&str, Option<f64>);
 
 impl<T: Send + 'static> Loader<T> {
-    /// Nothing to do yet.
+    /// No work yet.
     pub(super) fn new() -> Self {
         Self { told: Arc::default(), thread: None }
     }
@@ -24,7 +24,8 @@ impl<T: Send + 'static> Loader<T> {
     /// Starts `work`, with `words` as the name of its first step.
     ///
     /// # Errors
-    /// While other work is under way.
+    ///
+    /// Fails if other work is in progress.
     pub(super) fn begin(
         &mut self,
         words: &str,
@@ -39,11 +40,11 @@ impl<T: Send + 'static> Loader<T> {
             set(&told, Loading::UnderWay { words: words.to_owned(), part });
         };
         let thread = std::thread::Builder::new().name("prepare".to_owned()).spawn(move || work(&tell));
-        self.thread = Some(thread.map_err(|error| format!("no thread to prepare it: {error}"))?);
+        self.thread = Some(thread.map_err(|error| format!("the preparing thread could not start: {error}"))?);
         Ok(())
     }
 
-    /// How far it is.
+    /// Returns the progress.
     pub(super) fn told(&self) -> Loading {
         self.told.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }

@@ -19,12 +19,12 @@ pub(super) struct Recent {
 }
 
 impl Recent {
-    /// The user's list.
+    /// Returns the user's list.
     pub(super) fn of_user() -> Self {
         Self::kept_in(files::of_user("recent.txt"))
     }
 
-    /// The list in a file, if there is one.
+    /// Returns the list in a file, if there is one.
     pub(super) fn kept_in(file: Option<PathBuf>) -> Self {
         let is_small = |file: &PathBuf| fs::metadata(file).is_ok_and(|data| data.len() <= LONGEST);
         let text = file.clone().filter(is_small).and_then(|file| fs::read_to_string(file).ok()).unwrap_or_default();

@@ -1,10 +1,10 @@
 //! Saves the scene of a run as a scene file with the current settings.
 //!
-//! 1. The text is that of the scene's file, or the export of the built-in scene.
+//! 1. The text is the text of the scene's file, or the export of the built-in scene.
 //! 2. The settings of the window replace those of the tables `contact` and `coupling`; other keys
-//!    stay. The probe's start and grip are those of the run.
-//! 3. A scene file is written beside the one that it comes from, so that its meshes are found; a
-//!    built-in scene gets a folder of its own. Nothing is overwritten.
+//!    stay. The start and the grip of the probe are those of the run.
+//! 3. The new file is written into the folder of the original file, so that its meshes are found. A
+//!    built-in scene gets its own folder. Nothing is overwritten.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -24,14 +24,15 @@ use crate::{export, files};
 /// Keys that the window may omit, since a missing key means that the option is off.
 const OF_CONTACT: [&str; 4] = ["friction", "crease_angle", "shading_limit", "stiffness"];
 
-/// Makes the run of `stage` begin with the probe at another pose, or held at another grip. From
-/// there the simulated hand moves towards the environment until it touches.
+/// Changes the start of the run of `stage`: another pose of the probe or another grip. From there,
+/// the simulated hand moves towards the environment until the probe touches.
 ///
 /// # Errors
-/// If the scene has several tools, whose hands work together.
+///
+/// Fails if the scene has several tools, whose hands work together.
 pub(super) fn begin_at(stage: &mut Stage, start: &Start) -> anyhow::Result<()> {
     if !stage.others.is_empty() {
-        bail!("a scene with several tools begins where its file says; palpus run --lead-out leads them out there");
+        bail!("a scene with several tools always starts as in its file; palpus run --lead-out leads them out");
     }
     if let Some(grip_a) = start.grip_a {
         stage.settings.grip_a = grip_a;
@@ -45,8 +46,8 @@ pub(super) fn begin_at(stage: &mut Stage, start: &Start) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Writes the scene of `stage` with `settings`; a built-in scene into a new folder below `below`.
-/// `is_moved`: its start is one of [`begin_at`]. Returns the scene file.
+/// Writes the scene of `stage` with `settings`. A built-in scene is written to a new folder in
+/// `below`. `is_moved`: the start was changed by [`begin_at`]. Returns the scene file.
 pub(super) fn save(stage: &Stage, settings: &Settings, is_moved: bool, below: &Path) -> anyhow::Result<PathBuf> {
     let (text, metres_per_unit, file) = match &stage.recorded.source {
         SceneSource::BuiltIn(name) => {
@@ -76,7 +77,7 @@ pub(super) fn save(stage: &Stage, settings: &Settings, is_moved: bool, below: &P
     if scene.contains_key("probe") {
         put_start(&mut scene, stage, settings, metres_per_unit)?;
         if is_moved {
-            // A path of poses begins elsewhere.
+            // The path of poses has another start.
             let hand = table_of(&mut scene, "hand")?;
             ["path", "path_scale", "path_speed"].iter().for_each(|key| drop(hand.remove(*key)));
         }

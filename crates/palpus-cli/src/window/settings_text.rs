@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 
 use palpus::render::{Clustering, Settings};
 
-/// The tables `contact` and `coupling` of a scene file whose unit of length is so many metres.
+/// Writes the tables `contact` and `coupling` of a scene file whose unit of length has this many
+/// metres.
 pub(super) fn toml(settings: &Settings, metres_per_unit: f64) -> String {
     let length = |metres: f64| metres / metres_per_unit;
     let clustering = if settings.clustering == Clustering::Smooth { "smooth" } else { "linkage" };

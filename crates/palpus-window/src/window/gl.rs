@@ -1,15 +1,16 @@
-//! The bodies and marks of a scene through OpenGL 3.3 or OpenGL ES 3.0, into whatever egui draws
-//! to.
+//! Draws the bodies and marks of a scene with OpenGL 3.3 or OpenGL ES 3.0, into egui's current
+//! target.
 //!
 //! 1. A body's triangles are uploaded once, each corner with its normal and the colour of its
-//!    piece. Corners that agree in both are one corner, which a software renderer computes once. If
-//!    the sides of triangles are shown, they are uploaded again, each corner for itself, with the
-//!    side of the triangle that it is opposite to.
-//! 2. In each frame: opaque bodies; the inner, then the outer sides of translucent ones; marks,
-//!    first those parts that something hides, pale, then the others.
+//!    piece. Corners with equal data are shared, so a software renderer computes them once. If the
+//!    sides of triangles are shown, separate corners are uploaded too, each with the number of its
+//!    opposite side.
+//! 2. In each frame, opaque bodies are drawn first, then the inner and the outer sides of
+//!    translucent ones, then marks: first the hidden parts of marks in a paler colour, then the
+//!    visible ones.
 //!
-//! Light is that of `paint`. Places are taken into the view's frame in f64, so that f32 need not
-//! hold the world.
+//! The light is the same as in `paint`. Positions are transformed into the view's frame in `f64`,
+//! so that `f32` is precise enough there.
 #![allow(unsafe_code)] // This file and `shader` talk to the graphics library; every call is glow's, on the thread that owns the context.
 
 use std::collections::HashMap;
@@ -28,33 +29,34 @@ use crate::solid::Solid;
 use crate::style::{linear, piece_colour};
 use crate::xray::XRay;
 
-/// Numbers of a corner: place, normal, colour, sides.
+/// Numbers of a corner: position, normal, colour, sides.
 const CORNER: usize = 12;
 
 /// Parts of the names of software renderers.
 const PROCESSORS: [&str; 3] = ["llvmpipe", "softpipe", "SwiftShader"];
-/// Triangles of a body that a processor draws; larger bodies are drawn coarser ([`Solid::coarse`]).
+/// Largest number of triangles of a body with software rendering. Larger bodies are simplified
+/// ([`Solid::coarse`]).
 const MOST_BY_PROCESSOR: usize = 18_000;
 
 /// Drawing of one body in a frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DrawnBody {
-    /// Which of the solids.
+    /// Index of the solid.
     pub(crate) solid: usize,
-    /// From the body's frame to the view's.
+    /// Transformation from the body's frame to the view's.
     pub(crate) model_view: DMat4,
-    /// Its colour, where pieces have none.
+    /// Colour, if its pieces have none.
     pub(crate) colour: Rgb,
     pub(crate) pieces: bool,
     pub(crate) wireframe: bool,
-    /// Opacity seen squarely and along the surface, if the body is translucent.
+    /// Opacity seen squarely and at a grazing angle, if the body is translucent.
     pub(crate) glass: Option<(f64, f64)>,
-    /// It is translucent only where it hides a probe.
+    /// True if it is translucent only where it hides a probe.
     pub(crate) xray: bool,
 }
 
 impl DrawnBody {
-    /// All of it is translucent.
+    /// True if the whole body is translucent.
     fn is_glass(&self) -> bool {
         self.glass.is_some() && !self.xray
     }
@@ -66,7 +68,7 @@ enum BodyPart {
     All = 0,
     Solid = 1,
     Glass = 2,
-    /// A patch, whose corners say how much they cover.
+    /// A patch, whose corners have their opacity.
     Patch = 3,
 }
 
@@ -75,7 +77,7 @@ enum BodyPart {
 pub(crate) struct Drawing {
     pub(crate) projection: DMat4,
     pub(crate) bodies: Vec<DrawnBody>,
-    /// Probes around which bodies are transparent; pixels from the lower left corner.
+    /// Probes around which bodies are transparent, in pixels from the lower left corner.
     pub(crate) xrays: Vec<XRay>,
     /// Corners of the marks, view's frame.
     pub(crate) marks: Vec<f32>,
@@ -84,7 +86,7 @@ pub(crate) struct Drawing {
 }
 
 impl Drawing {
-    /// Adds a mark whose triangles are in the world.
+    /// Adds a mark whose triangles are in the world frame.
     pub(crate) fn mark(&mut self, view: &DMat4, triangles: &Triangles, colour: Rgb) {
         let colour = linear(colour);
         for corner in triangles.iter().flatten() {
@@ -93,7 +95,7 @@ impl Drawing {
         }
     }
 
-    /// Adds a patch of `radius` metres, a little before the surface on which it lies.
+    /// Adds a patch of `radius` metres, slightly before the surface on which it lies.
     pub(crate) fn patch(&mut self, view: &DMat4, patch: &Patch, radius: f64) {
         let colour = linear(patch.colour);
         let normal = view.transform_vector3(patch.normal);
@@ -105,10 +107,11 @@ impl Drawing {
     }
 }
 
-/// How far before the surface, in radii: patches are flat, surfaces need not be.
+/// Distance before the surface, in radii: patches are flat, but surfaces may be curved.
 const PATCH_BEFORE: f64 = 0.5;
 
-/// From the view's frame to the picture, for a picture `aspect` times as wide as it is high.
+/// Returns the transformation from the view's frame to a picture `aspect` times as wide as it is
+/// high.
 pub(crate) fn projection(camera: &Camera, aspect: f64) -> DMat4 {
     let (nearest, farthest) = (camera.nearest(), camera.distance * FARTHEST);
     let (tall, deep) = (camera.half_opening(), nearest - farthest);
@@ -120,10 +123,10 @@ pub(crate) fn projection(camera: &Camera, aspect: f64) -> DMat4 {
     )
 }
 
-/// Far limit of the view, in distances of the target.
+/// Far limit of the view, relative to the distance of the target.
 const FARTHEST: f64 = 40.0;
 
-/// From the world to the view's frame.
+/// Returns the transformation from the world to the view's frame.
 pub(crate) fn view(camera: &Camera) -> DMat4 {
     let [right, up, back] = camera.axes();
     let axes = glam::DMat3::from_cols(right, up, back).transpose();
@@ -136,7 +139,7 @@ fn push_corner(corners: &mut Vec<f32>, point: DVec3, normal: DVec3, colour: DVec
     }
 }
 
-/// The corners of a solid, each once, and the three of each triangle.
+/// Returns the corners of a solid, each once, and the three corner indices of each triangle.
 fn shared_corners(solid: &Solid, piece_lightness: f64) -> (Vec<f32>, Vec<u32>) {
     let mut numbers = HashMap::new();
     let (mut corners, mut indices) = (Vec::new(), Vec::with_capacity(solid.triangles.len() * 3));
@@ -155,7 +158,7 @@ fn shared_corners(solid: &Solid, piece_lightness: f64) -> (Vec<f32>, Vec<u32>) {
     (corners, indices)
 }
 
-/// The corners of a solid, triangle by triangle, each with the side that it is opposite to.
+/// Returns the corners of a solid, triangle by triangle, each with the number of its opposite side.
 fn apart_corners(solid: &Solid, piece_lightness: f64) -> Vec<f32> {
     let mut corners = Vec::with_capacity(solid.triangles.len() * 3 * CORNER);
     for ((triangle, normals), piece) in solid.triangles.iter().zip(&solid.normals).zip(&solid.pieces) {
@@ -167,11 +170,11 @@ fn apart_corners(solid: &Solid, piece_lightness: f64) -> Vec<f32> {
     corners
 }
 
-/// Corners that the graphics library holds.
+/// Corners in the graphics library.
 struct Held {
     array: glow::VertexArray,
     buffer: glow::Buffer,
-    /// Which corners, where they are shared.
+    /// Indices of the corners, if corners are shared.
     order: Option<glow::Buffer>,
     count: i32,
 }
@@ -180,11 +183,11 @@ struct Held {
 struct HeldSolid {
     solid: Arc<Solid>,
     shared: Held,
-    /// Made when the sides of triangles are first asked for.
+    /// Created when the sides of triangles are first shown.
     apart: Option<Held>,
 }
 
-/// All that the graphics library holds for a scene.
+/// All objects of the graphics library for a scene.
 pub(crate) struct Artist {
     program: glow::Program,
     uniforms: Uniforms,
@@ -252,12 +255,12 @@ impl Artist {
         self.canvas.as_ref().map_or(1, Canvas::samples)
     }
 
-    /// Number of triangles of all bodies, as they are drawn.
+    /// Number of triangles of all bodies as drawn.
     pub(crate) fn triangles(&self) -> usize {
         self.solids.iter().map(|held| held.solid.triangles.len()).sum()
     }
 
-    /// Draws over what is in the window's `viewport` (left, below, width, height; pixels).
+    /// Draws into the window's `viewport` (left, below, width, height; pixels).
     pub(crate) fn draw(&mut self, gl: &glow::Context, drawing: &Drawing, viewport: [i32; 4]) {
         let Some(mut canvas) = self.canvas.take() else { return };
         // SAFETY: as in `new`.
@@ -265,7 +268,7 @@ impl Artist {
         self.canvas = Some(canvas);
     }
 
-    /// Draws into the viewport and the scissor that are set, which begin at pixel `first`.
+    /// Draws into the current viewport and scissor rectangle, which begin at pixel `first`.
     fn draw_from(&mut self, gl: &glow::Context, drawing: &Drawing, first: [i32; 2]) {
         // SAFETY: as in `new`; the objects belong to this context, and buffers are as long as their
         // counts say.
@@ -292,7 +295,8 @@ impl Artist {
             gl.enable(glow::CULL_FACE);
             for hidden_side in [glow::FRONT, glow::BACK] {
                 gl.cull_face(hidden_side);
-                // A processor leaves the inner sides of what is only glass around a probe out.
+                // With software rendering, inner sides of bodies that are transparent only around a
+                // probe are left out.
                 let is_left_out = |body: &&DrawnBody| self.by_processor && body.xray && hidden_side == glow::FRONT;
                 let glass = drawing.bodies.iter().filter(|body| body.glass.is_some());
                 for body in glass.filter(|body| !is_left_out(body)) {
@@ -328,10 +332,11 @@ impl Artist {
         }
     }
 
-    /// Uploads the sides of a body's triangles, if they are shown. A library without room for them
-    /// draws none.
+    /// Uploads the sides of a body's triangles, if they are shown. Without enough graphics memory,
+    /// no sides are drawn.
     ///
     /// # Safety
+    ///
     /// The context is current.
     unsafe fn apart(&mut self, gl: &glow::Context, body: &DrawnBody) {
         let lightness = self.piece_lightness;
@@ -385,9 +390,10 @@ impl Artist {
         }
     }
 
-    /// Restricts `draw` to the pixels around the probes, since the rest of the body is solid.
+    /// Restricts `draw` to the pixels around the probes, because the rest of the body is opaque.
     ///
     /// # Safety
+    ///
     /// The context is current.
     unsafe fn within(&self, gl: &glow::Context, xrays: &[XRay], first: [i32; 2], draw: impl FnOnce()) {
         let bounds = xrays.iter().take(XRAYS).map(XRay::bounds);
@@ -472,9 +478,10 @@ impl Held {
         self.count = (corners.len() / CORNER) as i32;
     }
 
-    /// From now on the triangles are of the corners that `order` names.
+    /// Sets the corner indices of the triangles to `order`.
     ///
     /// # Safety
+    ///
     /// The context is current.
     unsafe fn share(&mut self, gl: &glow::Context, order: &[u32]) -> Result<(), String> {
         let bytes: Vec<u8> = order.iter().flat_map(|number| number.to_ne_bytes()).collect();

@@ -1,4 +1,4 @@
-//! Pictures of the whole window, each in a file of its own.
+//! Pictures of the whole window, each in its own file.
 
 use std::fs::OpenOptions;
 use std::io;
@@ -13,7 +13,7 @@ const FOLDER: &str = "palpus-out";
 /// Most pictures in a folder.
 const MOST: u32 = 100_000;
 
-/// Writes what was on the screen into the first free file; its name.
+/// Writes the screen content into the first free file; returns its name.
 pub(super) fn keep(image: &ColorImage) -> Result<PathBuf, String> {
     keep_in(Path::new(FOLDER), image).map_err(|error| format!("no picture could be written into {FOLDER}: {error}"))
 }

@@ -1,4 +1,4 @@
-//! The ticks of a case: time, work, and the wrench beside the truth.
+//! Runs the ticks of a case and measures time, work and the error of the wrench.
 
 use std::sync::Arc;
 
@@ -13,18 +13,18 @@ use super::cases::{Analytic, Case};
 use super::cpu::CpuClock;
 use crate::bench::{TICK, settings};
 
-/// Units of work that a coupled step may do.
+/// Limit of the work of a coupled step, in units of work.
 const ALLOWED: u64 = 6000;
-/// Contacts that the truth may have.
+/// Capacity for the contacts of the truth.
 const TRUE_CAPACITY: usize = 1 << 15;
-/// Contacts from which on the truth has one for each pair of pieces.
+/// From this number of contacts on, the truth has one contact for each pair of pieces.
 const MANY: usize = 512;
 
 /// Results of a case. Times in µs.
 #[derive(Debug, Serialize)]
 pub(super) struct Row {
     pub(super) name: String,
-    /// m.
+    /// Contact tolerance, m.
     pub(super) tolerance: f64,
     pub(super) ticks: usize,
     pub(super) contacts: f64,
@@ -35,7 +35,7 @@ pub(super) struct Row {
     pub(super) query: f64,
     pub(super) depth: f64,
     pub(super) force: f64,
-    /// Share of the ticks in which the work that is allowed did not suffice.
+    /// Share of the ticks in which the work limit was reached.
     pub(super) late: f64,
     pub(super) each: PerTick,
     pub(super) wrench: Accuracy,
@@ -134,11 +134,11 @@ pub(super) struct Accuracy {
     pub(super) size: f64,
     /// Error as a share of the truth's force times the probe's size.
     pub(super) torque: f64,
-    /// ° and share, from what is known by analysis.
+    /// Direction (°) and size (share) of the difference from the analytic force.
     pub(super) analytic: Option<[f64; 2]>,
 }
 
-/// Runs a case, and compares about `truths` of its poses with the truth.
+/// Runs a case and compares about `truths` of its poses with the truth.
 pub(super) fn measure(case: &Case, truths: usize) -> anyhow::Result<Row> {
     let plain = settings(case.tolerance);
     let limits: Limits = Settings::default().limits;
@@ -214,7 +214,7 @@ pub(super) fn measure(case: &Case, truths: usize) -> anyhow::Result<Row> {
     })
 }
 
-/// The same law at single poses, of all contacts: each depth is proven, and nothing is cached,
+/// The same contact law at single poses, for all contacts: each depth is proven, and nothing is cached,
 /// extrapolated, sampled or dropped.
 struct Truth {
     /// With and without the corners of patches.
@@ -294,7 +294,7 @@ impl Errors {
     }
 }
 
-/// °; none without a force.
+/// Angle in °; `None` if one of the forces is zero.
 fn angle(one: DVec3, other: DVec3) -> Option<f64> {
     (one.length() > 0.0 && other.length() > 0.0).then(|| one.angle_between(other).to_degrees())
 }

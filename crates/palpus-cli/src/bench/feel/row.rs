@@ -9,7 +9,7 @@ use serde::Serialize;
 pub(super) struct Row {
     pub(super) scene: &'static str,
     pub(super) method: Cow<'static, str>,
-    /// Empty where no hand takes part.
+    /// Empty if no hand takes part.
     pub(super) hand: &'static str,
     pub(super) measure: &'static str,
     pub(super) unit: &'static str,

@@ -14,16 +14,16 @@ use crate::section_panel::{SectionOf, Shown, paint_section_panel};
 use crate::style::Theme;
 use crate::window::behind::{Behind, Desk};
 
-/// Samples along the longer side of a section: first a rough one, then finer ones.
+/// Samples along the longer side of a section: first few, then more.
 const FINENESSES: [usize; 3] = [48, 120, 280];
 
-/// Which Gauss map.
+/// Identifies a Gauss map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct GaussQuestion {
     pub(super) piece: u32,
     pub(super) from: Camera,
     pub(super) theme: Theme,
-    /// Pixels.
+    /// Size, pixels.
     pub(super) size: usize,
 }
 
@@ -34,7 +34,7 @@ pub(super) fn gauss_painter(
 ) -> Behind<GaussQuestion, Picture> {
     Behind::new(wake, move |asked: GaussQuestion, desk: &Desk<GaussQuestion, Picture>| {
         let GaussQuestion { piece, from, theme, size } = asked;
-        // Rough while the view turns.
+        // A coarse one while the view turns.
         for size in [size / 2, size] {
             if !desk.is_superseded() {
                 desk.answer(paint_gauss_half(&body, piece, &from, theme, size));
@@ -43,13 +43,13 @@ pub(super) fn gauss_painter(
     })
 }
 
-/// Which section, and as what.
+/// Identifies a picture of a section.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SectionQuestion {
     pub(super) plane: SectionPlane,
     pub(super) shown: Shown,
     pub(super) theme: Theme,
-    /// Pixels.
+    /// Size, pixels.
     pub(super) width: usize,
 }
 
@@ -60,7 +60,7 @@ pub(super) struct SectionAnswer {
     pub(super) picture: Picture,
 }
 
-/// A thread that feels sections, coarse ones first.
+/// A thread that computes sections, coarse ones first.
 pub(super) fn section_feeler(
     body: Arc<Body>,
     unit: Unit,
@@ -117,7 +117,7 @@ fn answered(body: &Body, asked: &SectionQuestion, section: Arc<Section>, unit: U
     SectionAnswer { numbers, picture, section }
 }
 
-/// A section is not drawn higher than so many widths.
+/// Largest height of a section, in widths.
 const MOST_TALL: usize = 2;
 
 #[cfg(test)]

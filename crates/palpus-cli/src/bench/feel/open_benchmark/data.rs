@@ -1,4 +1,4 @@
-//! The scenes of the benchmark as files: what an engine needs to take part.
+//! Writes the scenes of the benchmark as files for other engines.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -27,17 +27,17 @@ pub(super) fn describe(out: &Path) -> anyhow::Result<()> {
 /// Parameters of a scene's contact, in SI units.
 #[derive(Serialize)]
 struct Parameters {
-    /// Point of the probe about which torques are, in the probe's frame, m.
+    /// Point of the probe about which torques are computed, in the probe's frame, m.
     grip: [f64; 3],
     /// Stiffness of a contact, N/m.
     stiffness: f64,
-    /// Contacts of methods without a coupling push from this separation on, m.
+    /// Separation from which contacts of methods without a coupling push, m.
     tolerance: f64,
-    /// Static and dynamic coefficient; none without friction.
+    /// Static and dynamic coefficient; `None` without friction.
     friction: Option<[f64; 2]>,
-    /// Between two rows of the motion, s.
+    /// Time between two rows of the motion, s.
     period: f64,
-    /// True if the right wrench is known: a `truth.csv` is there.
+    /// True if the true wrench is known and written to `truth.csv`.
     has_truth: bool,
 }
 
@@ -80,8 +80,8 @@ fn obj(name: &str, soup: PolygonSoup) -> anyhow::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The right wrench at each row of the motion, for methods whose force begins where surfaces touch.
-/// A torque that is not known is left empty. `None` for a scene without known wrenches.
+/// Returns the true wrench at each row of the motion, for methods whose force begins where surfaces
+/// touch. Unknown torques are empty. `None` for a scene without known wrenches.
 fn truth(ground: &Ground) -> Option<String> {
     let exact = Fit::of(ground.name).filter(|fit| fit.is_exact);
     if ground.truth.is_none() && exact.is_none() {
@@ -96,7 +96,7 @@ fn truth(ground: &Ground) -> Option<String> {
         let force = unit.force * ground.settings.stiffness;
         let torque = unit.torque.map(|torque| torque * ground.settings.stiffness);
         let torque = torque.map_or(",,".to_owned(), |t| format!("{:?},{:?},{:?}", t.x, t.y, t.z));
-        // A string takes everything.
+        // Writing to a string cannot fail.
         let _ = writeln!(text, "{:?},{:?},{:?},{torque}", force.x, force.y, force.z);
     }
     Some(text)
@@ -109,7 +109,7 @@ fn motion(ground: &Ground) -> String {
     for (k, probe) in ground.script.iter().enumerate() {
         let (t, q) = (probe.pose_ba.translation, probe.pose_ba.rotation);
         let time = k as f64 * TICK;
-        // A string takes everything.
+        // Writing to a string cannot fail.
         let _ = writeln!(text, "{time:.3},{:?},{:?},{:?},{:?},{:?},{:?},{:?}", t.x, t.y, t.z, q.x, q.y, q.z, q.w);
     }
     text
