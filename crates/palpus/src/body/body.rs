@@ -13,7 +13,7 @@ use crate::algebra::tolerance::{COPLANAR, PIECES_PER_PART};
 use crate::algebra::{Alone, Workers, both, map_in_order};
 use crate::body::decompose::facet::{Facets, Surface};
 use crate::body::decompose::grow::Grower;
-use crate::body::decompose::thicken::{WaysIn, inner_corners};
+use crate::body::decompose::thicken::{InwardPaths, inner_corners};
 
 /// Settings for [`Body::build`] and [`Body::from_soup`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -322,15 +322,15 @@ fn convex_pieces(
 ) -> Result<(Vec<Polytope>, Vec<Piece>), BodyError> {
     let facets = Facets::of(surface);
     let mut grower = Grower::new(*surface, &facets, tree);
-    let patches = decompose(&mut grower, &mut |done| progress(GROUND_SHARE + (BELOW_WAYS - GROUND_SHARE) * done));
-    let ways = if thick {
-        let mut told = |done| progress(BELOW_WAYS + (BELOW_PIECES - BELOW_WAYS) * done);
-        WaysIn::new(surface, &facets, tree, &patches, workers, &mut told)
+    let patches = decompose(&mut grower, &mut |done| progress(GROUND_SHARE + (BELOW_PATHS - GROUND_SHARE) * done));
+    let paths = if thick {
+        let mut report = |done| progress(BELOW_PATHS + (BELOW_PIECES - BELOW_PATHS) * done);
+        InwardPaths::new(surface, &facets, tree, &patches, workers, &mut report)
     } else {
-        WaysIn::default()
+        InwardPaths::default()
     };
     let build = |k: usize| {
-        let inner = inner_corners(surface, &facets, tree, &ways, &patches[k]);
+        let inner = inner_corners(surface, &facets, tree, &paths, &patches[k]);
         build_piece(surface, &facets, &patches[k], &inner)
     };
     let pieces = map_in_order(workers, patches.len(), PIECES_PER_PART, build, &mut |done| {
@@ -351,9 +351,9 @@ fn convex_pieces(
 const LARGEST_FLATNESS: f64 = 1e-3;
 
 /// Fractions of the work that are finished after each stage, for the progress report. The stages
-/// are: mesh with edges and tree, decomposition, inward offsets, pieces, hierarchy.
+/// are: mesh with edges and tree, decomposition, inward paths, pieces, hierarchy.
 const GROUND_SHARE: f64 = 0.05;
-const BELOW_WAYS: f64 = 0.3;
+const BELOW_PATHS: f64 = 0.3;
 const BELOW_PIECES: f64 = 0.5;
 const BELOW_HIERARCHY: f64 = 0.65;
 const BELOW_FINISH: f64 = 0.99;
