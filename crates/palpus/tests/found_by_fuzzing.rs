@@ -25,7 +25,7 @@ fn cube() -> Arc<Body> {
     Arc::new(Body::from_convex(&(0..8).map(corner).collect::<Vec<_>>()).expect("a cube is a convex body"))
 }
 
-/// The end of the time allowance overflowed 64 bits.
+/// The end of the work allowance overflowed 64 bits.
 #[test]
 fn an_unlimited_allowance_is_never_late() {
     let settings = Settings::default();

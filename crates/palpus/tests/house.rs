@@ -62,8 +62,8 @@ const ARROWS: [(&str, Drawn); 11] = [
     ("palpus-window", [&["palpus", "palpus-device"], &[]]),
 ];
 
-/// Returns a message for each import of crate `name` without an arrow. Tests may import all crates
-/// that the product imports.
+/// Returns a message for each import of crate `name` without an arrow. Tests may import all
+/// crates that the product imports.
 fn not_drawn(name: &str, needed: &[Vec<String>; 2], drawn: &Drawn) -> Vec<String> {
     let [product, tests] = drawn;
     let is_missing = |known: &[&str], to: &str| !known.contains(&to);

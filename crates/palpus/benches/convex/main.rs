@@ -21,8 +21,8 @@
 //! "Beaten" is the fraction of poses at which another contender found a smaller depth or distance.
 //! At some poses of needles and cylinders, parry's depth is smaller than palpus' proven depth by
 //! 0.3 % to 3 %. There parry is wrong: an exhaustive search over face normals and edge pairs
-//! confirms palpus' depth to the last digits. Therefore only the figure of the walk without proof
-//! is meaningful.
+//! confirms palpus' depth to the last digits. Therefore "beaten" is meaningful only for the walk
+//! without proof.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a bench prints its results")]
 

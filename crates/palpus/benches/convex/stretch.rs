@@ -37,7 +37,7 @@ pub(crate) fn places(poses: &[Pose]) -> Vec<Place> {
     poses.iter().map(place).collect()
 }
 
-/// Runs the contender along the poses, and records the times and in the first round the
+/// Runs the contender along the poses and records the times. In the first round, also records the
 /// separations.
 pub(crate) fn run(
     contender: &mut Contender,

@@ -24,9 +24,9 @@ pub struct BodySettings {
     /// from 0 to 1e-3. The deviation is needed because rounded coordinates in a file make planes
     /// slightly uneven. See [`Self::EXACT`] and [`Self::HAPTIC`].
     pub flatness: f64,
-    /// If true, each piece of a closed surface also contains the points of the solid whose nearest
-    /// surface point is on the piece's patch. Deep penetration is then detected. If false, each
-    /// piece is the convex hull of its patch.
+    /// If true, each piece of a closed surface extends from its patch into the solid, until another
+    /// part of the surface is equally near. Deep penetration is then detected. If false, each piece
+    /// is only the convex hull of its patch.
     pub thick: bool,
 }
 

@@ -15,8 +15,8 @@
 //! 5. *Ruin and recreate.* Dissolve small patches together with neighbours, and grow them again in
 //!    other orders (see `regrow`).
 //!
-//! Connected parts of the surface that are convex are found first (see `whole`), because the time
-//! of growth is quadratic in the size of a patch.
+//! Connected parts of the surface that are convex are found first (see `whole`), because the
+//! time of growth is quadratic in the size of a patch.
 //!
 //! Deviations from the cresting search of \[EL01\]:
 //!

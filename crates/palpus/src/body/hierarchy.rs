@@ -258,8 +258,8 @@ mod tests {
                 .collect();
             convex_hull(&corners, 1e-12).unwrap().into_polytope().unwrap().0
         };
-        // The second piece is a pyramid on top of the first one. Each sloping face has two vertices
-        // that belong to both pieces.
+        // The second piece is a pyramid on top of the first one. Each sloping face has two
+        // vertices that belong to both pieces.
         let base = cuboid(0.0, 1.0);
         let apex = DVec3::new(0.5, 0.5, 1.2);
         let top: Vec<DVec3> = base.vertices().iter().copied().filter(|v| v.z > 0.5).chain([apex]).collect();

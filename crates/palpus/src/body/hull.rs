@@ -88,7 +88,8 @@ pub enum HullError {
     /// There are more points than 32-bit indices can address.
     #[error("a convex hull of more than 2^31 points")]
     TooMany,
-    /// The points span a volume, but the function computes polygons only.
+    /// [`convex_polygon`] was called, but the points do not lie in one plane within the merge
+    /// distance.
     #[error("the points do not lie in one plane")]
     NotFlat,
     /// The exact tests contradicted each other, because some coordinates are so much smaller than
@@ -112,12 +113,12 @@ pub fn convex_hull(points: &[DVec3], coplanar: f64) -> Result<Hull, HullError> {
 }
 
 /// Computes the convex hull of points that lie in one plane within the merge distance. The hull's
-/// front is on the side to which `normal` points. `normal` need not be unit, and only its side
-/// matters: the plane is fitted to the points.
+/// front is on the side to which `normal` points. `normal` need not have unit length. It only
+/// selects the side, because the plane is fitted to the points.
 ///
 /// # Errors
-/// Fails with [`HullError::NotFlat`] if the points do not lie in one plane, and as [`convex_hull`]
-/// does.
+/// Fails with [`HullError::NotFlat`] if the points do not lie in one plane, or for the same reasons
+/// as [`convex_hull`].
 pub fn convex_polygon(points: &[DVec3], normal: DVec3, coplanar: f64) -> Result<Hull, HullError> {
     match hull_of(&Cloud::new(points)?, coplanar.max(0.0), normal)? {
         Hull::Solid { .. } => Err(HullError::NotFlat),
@@ -202,7 +203,8 @@ fn hull_of(cloud: &Cloud, coplanar: f64, front: DVec3) -> Result<Hull, HullError
     }
 }
 
-/// Finds two points far apart, a third far from their line and a fourth far from their plane.
+/// Finds the affine hull within the merge distance `coplanar`. Picks two points far apart, a third
+/// point far from their line, and a fourth point far from their plane.
 fn span(points: &[DVec3], coplanar: f64) -> Span {
     let (p, q) = distant_pair(points);
     let (a, b) = (points[p as usize], points[q as usize]);

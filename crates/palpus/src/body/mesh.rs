@@ -192,8 +192,8 @@ impl Mesh {
         self.sources[t as usize]
     }
 
-    /// Returns the component of triangle `t`. Two triangles are connected if they share an edge
-    /// that no other triangle uses.
+    /// Returns the component of triangle `t`. Two triangles are connected if they share an
+    /// edge that no other triangle uses.
     pub fn component(&self, t: u32) -> u32 {
         self.component[t as usize]
     }
@@ -270,7 +270,7 @@ impl Mesh {
     }
 
     /// Returns the cross product of the two shorter sides after division by a scale, and that
-    /// scale. The two shorter sides have the smallest rounding error. The scale is their largest
+    /// scale. The two shorter sides give the smallest rounding error. The scale is their largest
     /// coordinate difference.
     fn scaled_area(&self, t: u32) -> (DVec3, f64) {
         let p = self.triangle_points(t);

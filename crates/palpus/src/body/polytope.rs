@@ -168,7 +168,7 @@ impl Lists {
     }
 }
 
-/// Number of face bits per entry of the list, which has at least 16 bits.
+/// Number of face bits per entry of the list. An entry has 16 or 32 bits.
 const FACES_A_WORD: u32 = 16;
 
 impl Polytope {
@@ -246,8 +246,8 @@ impl Polytope {
     }
 
     /// Returns true if a climb along edges can end at a vertex that is not the highest one. There
-    /// are two reasons: faces were merged that are not exactly coplanar, or an edge is so short
-    /// that its direction consists of rounding errors.
+    /// are two reasons: faces were merged that are not exactly coplanar, or an edge is so
+    /// short that its direction consists of rounding errors.
     #[inline]
     pub fn is_rough(&self) -> bool {
         self.rough
@@ -307,7 +307,8 @@ impl Polytope {
         self.radius
     }
 
-    /// Returns the support vertex: the vertex farthest along `direction`, which need not be unit.
+    /// Returns the support vertex: the vertex farthest along `direction`, which need not have unit
+    /// length.
     #[inline]
     pub fn support(&self, direction: DVec3) -> u32 {
         match self.directory.look(direction) {

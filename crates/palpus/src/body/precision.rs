@@ -12,8 +12,8 @@
 //!    count gives a step at the largest coordinate. The result is the larger step. If a coordinate
 //!    has fifteen or more digits, the coordinates were computed, and the step is zero.
 //!
-//! If a model was written by hand with few digits, this step is too large. Therefore any tolerance
-//! that depends on the step needs an upper limit.
+//! If a model was written by hand with few digits, this step is too large. Therefore any
+//! tolerance that depends on the step needs an upper limit.
 
 use glam::DVec3;
 

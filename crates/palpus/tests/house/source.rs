@@ -96,8 +96,8 @@ fn without_comments(text: &str) -> String {
     bare
 }
 
-/// Returns the length of the comment or literal at the beginning of `text`; 0 if there is none.
-/// `before` is the character before the text.
+/// Returns the length of the comment or literal at the beginning of `text`; 0 if it begins with
+/// neither. `before` is the character before the text.
 fn skipped(text: &str, before: Option<char>) -> usize {
     let in_word = before.is_some_and(|c| c.is_ascii_alphanumeric() || c == '_');
     if text.starts_with("//") {

@@ -9,10 +9,10 @@
 //! face that covers a notch, and a hull that contains a whole cavity. A notch is detected because
 //! its walls go from the virtual face down into H.
 //!
-//! The test needs no inside test, so it also applies to open and self-intersecting surfaces. There
-//! it ensures that no part of the surface passes through a piece. It has two limits on such
-//! surfaces: a piece may extend across the opening of an open surface, and where parts overlap, the
-//! normals of each patch define its inside.
+//! The test does not have to decide which points are inside the solid, so it also applies to open
+//! and self-intersecting surfaces. There it ensures that no part of the surface passes through a
+//! piece. It has two limits on such surfaces: a piece may extend across the opening of an open
+//! surface, and where parts overlap, the normals of each patch define its inside.
 //!
 //! 1. Get the triangles near the volume that the hull gained from the triangle tree.
 //! 2. Clip each triangle by the planes of all faces of H. The planes are moved inward by a small

@@ -187,8 +187,8 @@ impl<'a> Grower<'a> {
         verdict
     }
 
-    /// Does the same as [`Self::try_add`] for a very large patch, and visits only the surroundings
-    /// of the new facets.
+    /// Does the same as [`Self::try_add`] for a very large patch, and visits only the
+    /// surroundings of the new facets.
     fn try_add_wide(&mut self, set: &[u32]) -> Verdict {
         let tolerance = self.surface.noise();
         let corners: Vec<u32> = set.iter().flat_map(|&c| self.facets.corners(c)).copied().collect();
@@ -336,8 +336,8 @@ impl Wide {
         started
     }
 
-    /// Returns the indices of the given mesh vertices among the hull's points. Leaves out vertices
-    /// that are not among them.
+    /// Returns the indices of the given mesh vertices among the hull's points. Leaves out
+    /// vertices that are not among them.
     fn places_of(&self, vertices: &[u32]) -> Vec<u32> {
         let place = |&v: &u32| self.hull.vertices().get(self.places[v as usize] as usize).filter(|&&w| w == v);
         vertices.iter().filter(|v| place(v).is_some()).map(|&v| self.places[v as usize]).collect()

@@ -11,9 +11,9 @@
 //!    trials, first offer most of the free facets to the surrounding patches. In half of the
 //!    trials, add jitter to the ranking of candidates. A facet that shares only a vertex with the
 //!    patch may join too. Such a patch is still connected, and its hull must pass the same tests.
-//! 3. *Judge.* Keep a trial that gives fewer patches. Keep a trial with an equal number if the sum
-//!    of the squared patch sizes has not decreased, because a later trial can more easily dissolve
-//!    a small patch next to a large one. Undo any other trial.
+//! 3. *Judge.* Keep a trial that gives fewer patches. Keep a trial with an equal number if the
+//!    sum of the squared patch sizes has not decreased, because a later trial can more easily
+//!    dissolve a small patch next to a large one. Undo any other trial.
 //!
 //! The work is limited by the number of tried facets and not by time, and the seed of the random
 //! numbers is constant. Therefore the same model always gives the same pieces.

@@ -163,8 +163,8 @@ fn the_torus_has_no_more_pieces_than_table_1() {
 fn small_models_have_few_valid_pieces() {
     for (name, most) in [
         ("paper/teacup_500.obj", 178),
-        // The paper's spoon has 78 pieces. `this_spoon_needs_more_patches_than_the_papers` shows
-        // that this spoon needs more.
+        // The paper's spoon has 78 pieces. `this_spoon_needs_more_patches_than_the_papers`
+        // shows that this spoon needs more.
         ("paper/teaspoon_336.obj", 110),
         ("parts/chess_knight_1000.obj", 145),
         ("parts/low_poly_bunny.obj", 400),
@@ -244,9 +244,9 @@ fn a_dented_egg_has_few_large_pieces() {
 }
 
 /// Returns a lower bound of the number of patches: the size of a set of facets in which no two
-/// facets can belong to one patch, even if it need not be connected. Tabu search enlarges this
-/// independent set. In each step it adds the best facet that is not tabu, and removes the facets
-/// that could share a patch with it.
+/// facets can belong to one patch, not even to a patch that is not connected. Tabu search enlarges
+/// this independent set. In each step it adds the best facet that is not tabu, and removes the
+/// facets that could share a patch with it.
 fn fewest_patches(soup: &PolygonSoup, steps: usize) -> usize {
     let (mesh, _) = Mesh::from_soup(soup).unwrap();
     let (edges, tree) = (HalfEdges::new(&mesh), mesh.tree());
@@ -284,8 +284,8 @@ fn fewest_patches(soup: &PolygonSoup, steps: usize) -> usize {
 #[test]
 fn this_spoon_needs_more_patches_than_the_papers() {
     let Some(spoon) = model("paper/teaspoon_336.obj") else { return };
-    // A long search finds a bound of 102. The paper's spoon has 78 patches; it is another mesh with
-    // the same number of triangles.
+    // A long search finds a bound of 102. The spoon of the paper, another mesh with the same
+    // number of triangles, has 78 patches.
     assert!(fewest_patches(&spoon, 1500) > 90);
 }
 

@@ -157,8 +157,8 @@ impl TrialHull {
         }
     }
 
-    /// Returns the outward planes, newest first. Leaves out needles, because their normals consist
-    /// of rounding errors.
+    /// Returns the outward planes, newest first. Leaves out needles, because their normals
+    /// consist of rounding errors.
     pub(crate) fn planes(&self) -> impl Iterator<Item = Plane> + Clone {
         self.faces.iter().rev().filter(|face| face.alive && face.slack.is_finite()).map(|face| face.plane)
     }
@@ -205,8 +205,8 @@ fn coordinates([x, y, z]: [f64; 3]) -> robust::Coord3D<f64> {
     robust::Coord3D { x, y, z }
 }
 
-/// Finds four points that span a tetrahedron thicker than `thickness` (m); `None` if there are
-/// none. The first three are counter-clockwise as seen from the side opposite to the fourth.
+/// Finds four points that span a tetrahedron thicker than `thickness` (m); `None` if the points are
+/// thinner. The first three are counter-clockwise as seen from the side opposite to the fourth.
 pub(in crate::body) fn spanning_simplex(points: &[DVec3], thickness: f64) -> Option<[usize; 4]> {
     let farthest = |score: &dyn Fn(DVec3) -> f64| {
         let mut best = (0, f64::NEG_INFINITY);

@@ -431,7 +431,7 @@ impl WideHull {
             self.journal.push(Change::Born(place));
             self.starts[tail as usize] = place;
             let outer = &mut self.faces[beyond as usize];
-            // The face on the other side has the same side in the opposite direction.
+            // The neighbouring face lists this side in the opposite direction.
             let corners = outer.face.corners;
             if let Some(side) = (0..3).find(|&k| corners[k] == head && corners[(k + 1) % 3] == tail) {
                 let before = std::mem::replace(&mut outer.neighbours[side], place);

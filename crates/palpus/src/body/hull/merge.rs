@@ -2,9 +2,9 @@
 //!
 //! 1. The largest triangle that has no face yet starts a new face. Its plane supports the whole
 //!    hull exactly. It stays the plane of the face, so repeated merges cause no drift.
-//! 2. The face grows across sides to triangles whose corners lie within the merge distance below
-//!    that plane. A triangle joins only if the face stays a disc with a simple border and does not
-//!    fold over a sharp edge.
+//! 2. The face grows across sides to triangles whose corners lie within the merge distance
+//!    below that plane. A triangle joins only if the face stays a disc with a simple border and
+//!    does not fold over a sharp edge.
 //! 3. A vertex in the interior of a face is dropped. A vertex of only two faces lies on a straight
 //!    side of both and is dropped from both.
 //! 4. A face is invalid in four cases: it has fewer than three corners left, it is turned over, it
@@ -284,8 +284,8 @@ fn straightened(
             continue;
         }
         let tail = border[k - dropped - 1];
-        // With exact coplanarity, dropped vertices lie exactly on the side. The test would only
-        // fail by its own rounding errors.
+        // With exact coplanarity, dropped vertices lie exactly on the side. The test is skipped,
+        // because it could only fail by its own rounding errors.
         if coplanar > 0.0 && border[k - dropped..k].iter().any(|&v| inside(v, tail, head).abs() > coplanar) {
             return None;
         }

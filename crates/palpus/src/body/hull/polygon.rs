@@ -10,9 +10,9 @@ use glam::DVec3;
 
 use super::normal::{cross_of, unit};
 
-/// Returns the corners of the convex polygon, counter-clockwise as seen against `normal`. Returns
-/// fewer than three corners if the points are collinear. `points` must be distinct and in
-/// lexicographic order.
+/// Returns the corners of the convex polygon, counter-clockwise as seen from the side to which
+/// `normal` points. Returns fewer than three corners if the points are collinear. `points` must be
+/// distinct and in lexicographic order.
 pub(super) fn convex_polygon_corners(points: &[DVec3], normal: DVec3, coplanar: f64) -> Vec<u32> {
     let steep = normal.abs();
     let axis = if steep.x >= steep.y && steep.x >= steep.z {

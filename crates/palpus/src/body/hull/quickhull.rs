@@ -1,10 +1,10 @@
 //! Quickhull with exact signs: computes the triangulated hull of a point set of non-zero volume.
 //!
-//! Each point outside the current hull is in the list of one facet below it; it lies strictly above
-//! that facet. Each round takes a facet whose list is not empty:
+//! Each point outside the current hull is in the list of one facet below it; it lies strictly
+//! above that facet. Each round takes a facet whose list is not empty:
 //!
-//! 1. The apex is the point of the list that is highest above the facet. Heights are computed in
-//!    floating point, because any choice is correct.
+//! 1. The apex is the point of the list that is highest above the facet. Floating-point heights are
+//!    sufficient, because the hull is correct for any point of the list.
 //! 2. A flood fill across edges finds the visible facets, which are the facets strictly below the
 //!    apex.
 //! 3. The border of the visible facets, the horizon, is one simple ring. New facets from the
@@ -186,7 +186,7 @@ impl Builder<'_> {
             }
             self.cone.push(place);
             let turned = &mut self.facets[outer as usize];
-            // The outer facet has the same side in the opposite direction.
+            // The outer facet lists this side in the opposite direction.
             let Some(k) = (0..3).find(|&k| turned.corners[k] == head && turned.corners[(k + 1) % 3] == tail) else {
                 return Err(HullError::Inconsistent);
             };

@@ -8,8 +8,9 @@ pub(crate) struct EdgeUses {
 }
 
 impl EdgeUses {
-    /// Groups the sides of `triangles`, whose corners are less than `vertex_count`. A counting sort
-    /// by the edge's lower vertex is followed by a small sort within each vertex's bucket.
+    /// Groups the sides of `triangles`. All vertex indices must be less than `vertex_count`. A
+    /// counting sort by the edge's lower vertex is followed by a small sort within each vertex's
+    /// bucket.
     pub(crate) fn new(vertex_count: usize, triangles: &[[u32; 3]]) -> Self {
         let ends = |side: usize| {
             let triangle = triangles[side / 3];

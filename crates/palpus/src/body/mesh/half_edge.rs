@@ -64,8 +64,8 @@ impl HalfEdges {
         answer
     }
 
-    /// Returns the triangle across side `k` of triangle `t`, and the number of the common side in
-    /// that triangle; `None` if there is no neighbour.
+    /// Returns the triangle across side `k` of triangle `t`, and the number of the common side
+    /// in that triangle; `None` if there is no neighbour.
     #[inline]
     pub fn neighbour(&self, t: u32, k: usize) -> Option<(u32, usize)> {
         let twin = self.twins[3 * t as usize + k];

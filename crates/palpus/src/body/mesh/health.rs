@@ -1,5 +1,5 @@
-//! Diagnoses a mesh: open or non-manifold edges, self-intersections, components, and the repairs
-//! that were made.
+//! Diagnoses a mesh: open or non-manifold edges, self-intersections, components, and the
+//! repairs that were made.
 //!
 //! 1. Count the edges of one triangle (boundary), the edges of three or more triangles
 //!    (non-manifold), and the edges of two triangles that disagree on which side is outside.

@@ -4,8 +4,9 @@
 //! 1. Triangles are connected across edges that exactly two of them use. Starting from one
 //!    triangle, each connected triangle is flipped if it disagrees with its neighbour. If this
 //!    would flip most triangles of a component, the other triangles are flipped instead.
-//! 2. A component is closed if each of its edges is used equally often in both directions. The sign
-//!    of its volume then gives its orientation. Open components keep the orientation of the file.
+//! 2. A component is closed if each of its edges is used equally often in both directions. The
+//!    sign of its volume then gives its orientation. Open components keep the orientation of the
+//!    file.
 //! 3. Closed components can be nested. If an outermost component has a negative volume, it and all
 //!    components inside it are inside out, and all their triangles are flipped. A component inside
 //!    another one, with the opposite sign, is a cavity and stays as it is. If the file's
@@ -129,10 +130,11 @@ impl Agreement {
     }
 }
 
-/// Whether each edge is used equally often in both directions, for each component (`closed`) and
-/// for the whole mesh (`whole`).
+/// Result of counting the directions in which each edge is used.
 struct Balance {
+    /// For each component, true if it uses each edge equally often in both directions.
     closed: Vec<bool>,
+    /// True if the whole mesh uses each edge equally often in both directions.
     whole: bool,
 }
 

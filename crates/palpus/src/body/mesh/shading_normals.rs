@@ -8,7 +8,7 @@
 //! The mean includes only the faces that can be reached around the vertex without crossing a
 //! crease. Therefore sharp edges stay sharp, and a triangle with creases on both sides of a corner
 //! has its face normal there. An edge is a crease if the normal turns by more than the crease
-//! angle, or if it does not have exactly two triangles that agree.
+//! angle, or if it is not shared by exactly two triangles that agree on which side is outside.
 
 use glam::DVec3;
 

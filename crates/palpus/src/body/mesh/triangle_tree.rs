@@ -109,7 +109,7 @@ impl TriangleTree {
         bounds
     }
 
-    /// Returns the box around all triangles; [`Aabb::EMPTY`] if there are none.
+    /// Returns the box around all triangles; [`Aabb::EMPTY`] for a tree without triangles.
     pub fn bounds(&self) -> Aabb {
         self.nodes.first().map_or(Aabb::EMPTY, |root| root.bounds)
     }
@@ -157,9 +157,9 @@ impl TriangleTree {
         )
     }
 
-    /// Returns true if `is_one` accepts a triangle near `query`. Calls `is_one` for the triangles
-    /// of certain leaves: the leaf's box overlaps `query`, and for each plane of `planes` a part of
-    /// the box lies deeper than `depth` below the plane.
+    /// Returns true if `is_one` accepts a triangle near `query`. Calls `is_one` for the
+    /// triangles of certain leaves: the leaf's box overlaps `query`, and for each plane of `planes`
+    /// a part of the box lies deeper than `depth` below the plane.
     pub(in crate::body) fn any_below(
         &self,
         query: &Aabb,

@@ -3,7 +3,8 @@
 //! 1. Project the polygon along the coordinate axis nearest to its area normal. The projection only
 //!    drops a coordinate. Therefore all tests below are exact for the given coordinates, even if
 //!    the polygon is not planar.
-//! 2. Cut a quad along a diagonal that lies inside; if both do, along the shorter one.
+//! 2. Cut a quad along a diagonal that lies inside. If both diagonals lie inside, take the shorter
+//!    one.
 //! 3. Cut off the ears of a larger polygon, the ear with the shortest cut first. A corner is an ear
 //!    if it turns strictly left and no other corner lies in its closed triangle. A straight corner
 //!    is not an ear. Therefore a corner on a straight side becomes a corner of triangles with

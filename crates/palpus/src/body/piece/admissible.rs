@@ -1,8 +1,8 @@
 //! Admissible normals of pieces: the normals of the source mesh, not of the hull \[K02 §3.4\].
 //!
-//! A piece is the hull of a patch. The faces that the hull added are *virtual*: they are not part
-//! of the mesh, and no contact force may act along their normals. A normal is admissible if the
-//! patch has it on the source mesh. The admissible normals are:
+//! A piece is the hull of a patch. The faces that the hull added are *virtual*: they are not
+//! part of the mesh, and no contact force may act along their normals. A normal is admissible if
+//! the patch has it on the source mesh. The admissible normals are:
 //!
 //! * The normal of each face of the piece in which triangles of the patch lie. Such a face is an
 //!   *own face*.
@@ -216,7 +216,8 @@ impl<'a> OwnNormals<'a> {
         }
     }
 
-    /// Returns the number of the borrowed plane of an edge; `None` if there is none.
+    /// Returns the number of the borrowed plane of an edge; `None` if the edge has no borrowed
+    /// plane.
     #[inline]
     pub fn borrowed_at(&self, edge: u32) -> Option<u32> {
         let found = self.borrowed.binary_search_by_key(&edge, |borrowed| borrowed.edge).ok()?;
@@ -224,7 +225,7 @@ impl<'a> OwnNormals<'a> {
     }
 
     /// Returns true if `direction` is admissible at `edge`, within [`ADMISSIBLE_ANGLE`].
-    /// `direction` is unit, in the piece's frame, and perpendicular to the edge.
+    /// `direction` is a unit vector in the piece's frame, perpendicular to the edge.
     pub fn edge_faces(&self, edge: u32, direction: DVec3) -> bool {
         match self.arc_at(edge) {
             Some(arc) => self.arc_holds(arc, direction),
@@ -256,8 +257,8 @@ impl<'a> OwnNormals<'a> {
     }
 
     /// Returns true if `point` on `feature` lies on the mesh and `outward` is an admissible normal
-    /// at that point, within [`ADMISSIBLE_ANGLE`] and the surface's noise. `outward` is unit and
-    /// must be a support direction of the piece at `point`. Both are in the piece's frame.
+    /// at that point, within [`ADMISSIBLE_ANGLE`] and the surface's noise. `outward` must be a unit
+    /// vector and a support direction of the piece at `point`. Both are in the piece's frame.
     pub fn holds(&self, piece: &Piece, feature: Feature, point: DVec3, outward: DVec3) -> bool {
         match feature {
             Feature::Face(face) => {
@@ -270,14 +271,16 @@ impl<'a> OwnNormals<'a> {
         }
     }
 
-    /// Returns true if `direction` is admissible at `vertex`. This holds if an own face at the
-    /// vertex faces to the side of `direction`, and no neighbouring mesh vertex is higher along it.
-    /// `direction` is unit, in the piece's frame, and must be a support direction at the vertex.
+    /// Returns true if `direction` is admissible at `vertex`. This holds under two conditions. The
+    /// normal of an own face at the vertex has a positive component along `direction`, and no
+    /// neighbouring mesh vertex is higher along `direction`. `direction` must be a unit vector in
+    /// the piece's frame and a support direction at the vertex.
     pub fn vertex_owns(&self, vertex: u32, direction: DVec3) -> bool {
         self.vertex_faces(vertex, direction) && self.all.is_highest(self.mesh, self.corners[vertex as usize], direction)
     }
 
-    /// Returns true if an own face at the vertex faces to the side of `direction`.
+    /// Returns true if the normal of an own face at the vertex has a positive component along
+    /// `direction`.
     fn vertex_faces(&self, vertex: u32, direction: DVec3) -> bool {
         let faces_it = |face| self.own_face(face).is_some() && self.polytope.plane(face).normal.dot(direction) > 0.0;
         self.polytope.ring(vertex).iter().any(|spoke| faces_it(spoke.left))

@@ -430,7 +430,7 @@ impl OpenEdges {
         Self { first: vec![Self::END; vertices], next: Vec::new() }
     }
 
-    /// Removes the open edge `tail → head` and returns it; `None` if there is none.
+    /// Removes the open edge `tail → head` and returns it; `None` if this edge is not open.
     fn close(&mut self, edges: &[Edge], tail: u32, head: u32) -> Option<u32> {
         let (mut before, mut e) = (Self::END, self.first[tail as usize]);
         while e != Self::END {
@@ -463,7 +463,7 @@ impl OpenEdges {
         true
     }
 
-    /// Returns the open edge with the smallest index; `None` if there is none.
+    /// Returns the open edge with the smallest index; `None` if no edge is open.
     fn first(&self) -> Option<u32> {
         let edge = |e: u32| (e != Self::END).then_some(e);
         let chain = |&first: &u32| std::iter::successors(edge(first), |&e| edge(self.next[e as usize]));

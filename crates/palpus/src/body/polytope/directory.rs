@@ -88,8 +88,8 @@ impl Directory {
         }
     }
 
-    /// Returns the support vertex along `direction` or a vertex near it. `direction` need not be
-    /// unit.
+    /// Returns the support vertex along `direction` or a vertex near it. `direction` need not have
+    /// unit length.
     #[inline]
     pub(in crate::body) fn look(&self, direction: DVec3) -> Known {
         match self {
@@ -136,7 +136,7 @@ fn folded(direction: DVec3) -> (f64, f64) {
     if z < 0.0 { (over_u, over_v) } else { (u, v) }
 }
 
-/// Returns the direction at a point of the square. It is not unit.
+/// Returns the direction at a point of the square. The result is not a unit vector.
 fn unfolded(u: f64, v: f64) -> DVec3 {
     let z = 1.0 - u.abs() - v.abs();
     if z < 0.0 { DVec3::new((1.0 - v.abs()).copysign(u), (1.0 - u.abs()).copysign(v), z) } else { DVec3::new(u, v, z) }

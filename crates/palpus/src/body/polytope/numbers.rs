@@ -1,7 +1,7 @@
 //! Lists of indices with 16 bits per index, or 32 bits if an index is too large.
 //!
-//! Nearly all polytopes of a body have fewer than a hundred edges, and indices take more than half
-//! of the memory of a polytope. Callers read 32-bit numbers in both cases. All indices of a
+//! Nearly all polytopes of a body have fewer than a hundred edges, and indices take more than
+//! half of the memory of a polytope. Callers read 32-bit numbers in both cases. All indices of a
 //! polytope have the same width.
 
 use std::ops::Range;

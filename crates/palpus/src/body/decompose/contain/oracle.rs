@@ -16,8 +16,8 @@ use crate::body::{Aabb, Body, Polytope, TrianglePair};
 /// Smallest relative amount by which a piece is shrunk before its faces are tested.
 const SHRINK: f64 = 1e-3;
 
-/// Asserts that each triangle belongs to one piece and lies within `slack` (m) of the surface of
-/// that piece's hull.
+/// Asserts that each triangle belongs to one piece and lies within `slack` (m) of the
+/// surface of that piece's hull.
 pub(in crate::body) fn assert_partition(body: &Body, slack: f64) {
     let mut owners = vec![0; body.mesh().triangles().len()];
     for (k, (polytope, piece)) in body.polytopes().iter().zip(body.pieces()).enumerate() {

@@ -8,7 +8,8 @@ use crate::algebra::closest_on_triangle;
 /// The point of a surface nearest to a query point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
-    /// Index of a triangle that contains the point. If there are several, the first one found.
+    /// Index of a triangle that contains the point. If several triangles contain it, this is the
+    /// first one found.
     pub triangle: u32,
     /// The nearest point, in model units.
     pub point: DVec3,
@@ -60,8 +61,8 @@ impl TriangleTree {
         best
     }
 
-    /// Returns some point of the surface that is nearer to `p` than `limit`; `None` if there is
-    /// none. The point is usually close to the nearest one, but cheaper to find.
+    /// Returns some point of the surface that is nearer to `p` than `limit`; `None` if no point is
+    /// so near. The point is usually close to the nearest one, but cheaper to find.
     pub(in crate::body) fn some_within(&self, p: DVec3, limit: f64) -> Option<DVec3> {
         let mut best = None;
         let mut best_squared = limit * limit;

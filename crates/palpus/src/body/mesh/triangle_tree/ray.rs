@@ -19,8 +19,8 @@ pub struct RayHit {
 
 impl TriangleTree {
     /// Returns the first intersection of the ray `origin + t * direction` with the surface at `0 ≤
-    /// t ≤ limit`; `None` if there is none. `direction` must not be zero and need not be unit. Both
-    /// sides of the triangles count.
+    /// t ≤ limit`; `None` if the ray misses the surface. `direction` must not be zero, and need not
+    /// have unit length. Both sides of the triangles count.
     pub fn ray_cast(&self, origin: DVec3, direction: DVec3, limit: f64) -> Option<RayHit> {
         let mut best: Option<RayHit> = None;
         let _ = self.visit_ray(origin, direction, limit, |hit| {

@@ -1,9 +1,9 @@
 //! Computes how far a direction is from all admissible normals of a piece.
 //!
 //! The admissible normals rotate with the piece. If a direction differs from all of them by some
-//! angle, it cannot become admissible before the piece has rotated by that angle. The translation
-//! of the piece does not matter. This module computes a lower bound of the angle, as the minimum of
-//! these bounds:
+//! angle, it cannot become admissible before the piece has rotated by that angle. The
+//! translation of the piece does not matter. This module computes a lower bound of the angle, as
+//! the minimum of these bounds:
 //!
 //! * For a single normal: the length of the chord to it.
 //! * For an arc: between its ends, the sine of the angle to its circle; elsewhere, the chord to the
@@ -19,11 +19,11 @@ use crate::body::decompose::facet::NONE;
 
 impl OwnNormals<'_> {
     /// Returns a lower bound of the angle (rad) between `direction` and all admissible normals of
-    /// the piece. `direction` is unit, in the piece's frame. The result is not positive if the
-    /// direction is admissible or nearly so.
+    /// the piece. `direction` is a unit vector in the piece's frame. The result is zero or negative
+    /// if the direction is admissible or nearly so.
     pub fn angle_to(&self, direction: DVec3) -> f64 {
-        // The tolerance of the tests for admissible normals, twice because the given direction is
-        // rounded too.
+        // Twice the tolerance of the tests for admissible normals. It is doubled because the given
+        // direction is rounded too.
         const SLACK: f64 = 2.0 * ADMISSIBLE_ANGLE;
         let planes = self.faces.iter().map(|own| self.polytope.plane(own.face));
         let planes = planes.chain(self.borrowed.iter().map(|borrowed| borrowed.plane));

@@ -47,7 +47,7 @@ impl Cap {
     }
 
     /// Returns false if no direction on the arc from `left` to `right` lies in the cap. May return
-    /// true without need. Both are unit, and the angle between them is less than π.
+    /// true without need. Both are unit vectors, and the angle between them is less than π.
     #[inline]
     pub fn may_meet(&self, left: DVec3, right: DVec3) -> bool {
         let most = self.axis.dot(left).max(self.axis.dot(right));
@@ -130,9 +130,10 @@ impl<'m> Around<'m> {
     }
 
     /// Returns the smallest cosine between `axis` and the normals of the triangles around mesh
-    /// vertex `v`, and the cosine of half the widest triangle angle there. A tolerance at two
-    /// neighbouring vertices changes the direction between them by the tolerance divided by the
-    /// second cosine. Returns `None` if `v` is on the boundary of the mesh.
+    /// vertex `v`, and the cosine of half the widest triangle angle there. If two neighbours of `v`
+    /// may be higher by some tolerance, an admissible direction can tilt toward their triangle by
+    /// the tolerance divided by the second cosine. Returns `None` if `v` is on the boundary of the
+    /// mesh.
     fn most(&self, v: u32, axis: DVec3) -> Option<(f64, f64)> {
         let some = self.starts[v as usize] as usize..self.starts[v as usize + 1] as usize;
         let (mut most, mut narrow) = (1.0_f64, 1.0_f64);
