@@ -27,7 +27,7 @@
 //! that share only a corner with the current facet; the descent does not. This makes no difference
 //! along coherent motion (measured), but it does from a cold start.
 
-mod glance;
+mod hub_test;
 mod spokes;
 mod view;
 
@@ -40,7 +40,7 @@ use super::{Antipodal, HubPair};
 use crate::algebra::Placement;
 use crate::algebra::tolerance::{FACET_HUBS, FLUSH_WITNESS, OFFSET_SLACK, PARALLEL_EDGES, WALK_DECREASE, WALK_STEPS};
 use crate::collision::StopReason;
-use glance::{Doubt, Glance};
+use hub_test::{Doubt, HubTest};
 use spokes::{Lowest, Met, Spokes};
 use view::{View, farthest_side};
 
@@ -61,7 +61,7 @@ pub(super) fn descend(cso: &Cso<'_>, antipodal: Antipodal, thorough: bool) -> Op
     let mut here = downhill.set_up(antipodal)?;
     // Along coherent motion the first facet is usually also the last one. From a cold start it
     // hardly ever is.
-    let mut doubt = if thorough { downhill.glance(&here.corner) } else { Doubt::NONE };
+    let mut doubt = if thorough { downhill.test_hubs(&here.corner) } else { Doubt::NONE };
     if thorough && doubt.count == 0 {
         return Some(Bottom { walked: downhill.end(&here, 0)?, doubt });
     }
@@ -70,7 +70,7 @@ pub(super) fn descend(cso: &Cso<'_>, antipodal: Antipodal, thorough: bool) -> Op
             Some(corner) => here = Here { corner, supported: false, alone: false },
             None => {
                 if thorough && steps > 0 {
-                    doubt = downhill.glance(&here.corner);
+                    doubt = downhill.test_hubs(&here.corner);
                 }
                 return Some(Bottom { walked: downhill.end(&here, steps)?, doubt });
             }
@@ -277,14 +277,14 @@ impl Downhill<'_, '_> {
 
     /// Returns the hubs of the facet at which a lower facet may exist.
     #[inline]
-    fn glance(&self, here: &Corner) -> Doubt {
-        let mut glance = Glance { bar: here.offset - self.decrease, doubt: Doubt::NONE };
+    fn test_hubs(&self, here: &Corner) -> Doubt {
+        let mut test = HubTest { bar: here.offset - self.decrease, doubt: Doubt::NONE };
         match here.antipodal {
-            Antipodal::VertexFace { a: v, b: f } => glance.around_face(&self.on_b(), f, v),
-            Antipodal::FaceVertex { a: f, b: w } => glance.around_face(&self.on_a(), f, w),
-            Antipodal::EdgeEdge { a: e, b: g } => glance.around_edges(&self.on_b(), &self.on_a(), g, e),
+            Antipodal::VertexFace { a: v, b: f } => test.around_face(&self.on_b(), f, v),
+            Antipodal::FaceVertex { a: f, b: w } => test.around_face(&self.on_a(), f, w),
+            Antipodal::EdgeEdge { a: e, b: g } => test.around_edges(&self.on_b(), &self.on_a(), g, e),
         }
-        glance.doubt
+        test.doubt
     }
 
     /// Returns the exact facet at which the turning plane stopped.

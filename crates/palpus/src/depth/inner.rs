@@ -103,8 +103,8 @@ pub(super) struct Surface {
     joints: Vec<Joint>,
     /// Outward unit normal of each triangle. Zero if the triangle has no height.
     normals: Vec<DVec3>,
-    /// For each triangle, the least height of its tips along the normal; infinite for one of no
-    /// height, and for one that was taken away.
+    /// For each triangle, the least height of its tips along the normal. Infinite if the triangle
+    /// has no height or was removed.
     offsets: Vec<f64>,
     /// Lengths below this are rounding.
     slack: f64,
@@ -188,8 +188,9 @@ impl Surface {
         true
     }
 
-    /// The triangle that comes nearest to the origin, or whose outer side has the origin at the
-    /// largest distance. Its offset is infinite if no triangle has a height.
+    /// Returns the triangle that is nearest to the origin. If the origin lies outside some
+    /// triangles, returns the one from which it is farthest. The offset is infinite if all
+    /// triangles have zero height.
     #[inline]
     pub(super) fn nearest(&self) -> Nearest {
         let offset = least(&self.offsets);

@@ -78,7 +78,7 @@ impl<'s, 'p> Search<'s, 'p> {
     pub(super) fn run(&mut self, memory: &mut CertificateMemory) -> Depth {
         let outcome = match self.warm(memory) {
             Err(_) if self.answer.is_none() => self.cold(PROOF_BLIND).or_else(|_| {
-                self.believe_walk();
+                self.adopt_walk_end();
                 self.cold(PROOF_GROWTHS)
             }),
             Err(_) => self.cold(PROOF_GROWTHS),
@@ -162,7 +162,7 @@ impl<'s, 'p> Search<'s, 'p> {
     /// Replaces the best direction by the end of a walk from it. With the exact depth, fewer
     /// triangles are near enough to grow. Then triangles of nearly flush features, where rounding
     /// may tear the surface, usually do not grow.
-    fn believe_walk(&mut self) {
+    fn adopt_walk_end(&mut self) {
         let Depth { hub, normal, depth, .. } = self.answer();
         self.best = Start { hub, normal, offset: depth };
     }

@@ -43,8 +43,8 @@ struct Cone {
     /// The point of the triangle that is nearest to the origin, and its distance from the origin.
     foot: DVec3,
     bound: f64,
-    /// Pairs of cells that may block more of the cone. Until they are needed, these are the pairs
-    /// of the parent cone. `None` means all pairs.
+    /// Pairs of cells that may block more of the cone. The pairs of the parent cone are used until
+    /// the cone is filtered. `None` means all pairs.
     candidates: Option<Arc<[Pair]>>,
     filtered: bool,
     /// Obstacles that contained points of the cone, oldest first.

@@ -83,9 +83,9 @@ fn nearly_degenerate(seed: u64, rounds: usize) {
         if exact >= 0.0 {
             assert!(answer.depth >= exact - 1e-12 * size, "{what}: {} below {exact}", answer.depth);
             assert_eq!(answer.stop, crate::collision::StopReason::Converged, "{what}");
-            // A minimum of h is a local one if the bodies have common points after separation.
-            // Flush features may be tilted by the angle. A point that is off by x then changes h
-            // only by x · angle, which the walk cannot resolve below rounding.
+            // The end of a walk is a local minimum of h if the bodies have common points after the
+            // separation. Flush features may be tilted by `tilt`. Then a point that is off by x
+            // changes h only by x · `tilt`, which the walk cannot resolve below rounding.
             let stray = 2e-9 + 3.0 * tilt.min(FLUSH_WITNESS) + 3e-14 / tilt.max(FLUSH_WITNESS);
             assert_points_on_bodies(a, b, &placement, &answer, stray, &what);
             total.add(answer.depth, exact, size);
@@ -180,7 +180,6 @@ fn rough_faces(seed: u64, poses: u32) {
         }
     }
     assert!(total.share() < 0.02, "seed {seed:#x}: {} of {}", total.local, total.poses);
-    // Overlaps of cones over rough faces may contradict each other each time that the walk is
-    // resumed.
+    // At rough faces the overlaps of cones may be inconsistent each time the walk is resumed.
     assert!(f64::from(stalls) <= 1e-3 * f64::from(poses), "seed {seed:#x}: {stalls} stalls");
 }

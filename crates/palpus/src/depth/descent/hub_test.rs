@@ -14,12 +14,12 @@ use crate::algebra::tolerance::FACET_HUBS;
 /// at least `bar` form a circular cone, which is convex. If this cone contains the normals of the
 /// faces at one body's vertex, it contains the whole normal cone of that vertex. It then also
 /// contains the overlap of the two normal cones, which is part of that normal cone.
-pub(super) struct Glance {
+pub(super) struct HubTest {
     pub(super) bar: f64,
     pub(super) doubt: Doubt,
 }
 
-impl Glance {
+impl HubTest {
     /// Tests the hubs of the facet of face `f` of p and vertex `w` of q.
     #[inline]
     pub(super) fn around_face(&mut self, view: &View<'_>, f: u32, w: u32) {
