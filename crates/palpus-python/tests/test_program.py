@@ -1,4 +1,4 @@
-"""The program that the package has."""
+"""The command-line program in the package."""
 
 import pathlib
 import subprocess
@@ -31,7 +31,7 @@ def test_program_runs(command: list[str], tmp_path: pathlib.Path) -> None:
     assert len((tmp_path / "out.csv").read_text().splitlines()) == 2
 
 
-def test_errors_have_the_text_of_the_program(tmp_path: pathlib.Path) -> None:
+def test_error_texts_equal_those_of_the_program(tmp_path: pathlib.Path) -> None:
     broken = tmp_path / "broken.obj"
     broken.write_text("v 0 0 0\nv 1 0 0\nv 0 1 x\nf 1 2 3\n")
     with pytest.raises(palpus.Error) as raised:
