@@ -61,7 +61,7 @@ impl palpus_pose {
         let [tx, ty, tz] = self.position;
         let [qx, qy, qz, qw] = self.rotation;
         pose_of([tx, ty, tz, qx, qy, qz, qw]).map_err(Fault::value)?;
-        // A quaternion that is unit within rounding keeps its bits.
+        // A quaternion whose length is 1 within rounding keeps its bits.
         let pose = Pose { rotation: DQuat::from_xyzw(qx, qy, qz, qw), translation: DVec3::new(tx, ty, tz) };
         Ok(pose.unstretched())
     }

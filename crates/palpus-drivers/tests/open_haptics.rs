@@ -382,7 +382,7 @@ fn servo_loop_ends_when_the_cable_is_pulled() {
     let mut observer = |tick: &ServoTick, _: &()| match tick.index {
         100 => assert!(stand_in.get(LARGEST) <= 0.0, "no force before a button is pressed"),
         200 => _ = stand_in.set(BUTTONS, 1.0),
-        // Pulls the cable as soon as there is a force, however slow the machine is.
+        // Pulls the cable as soon as there is a force, also on a slow machine.
         _ if stand_in.get(FORCE) > 0.1 => _ = stand_in.set(FRAME_ERROR, f64::from(0x0302)),
         _ => {}
     };

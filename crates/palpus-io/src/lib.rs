@@ -1,8 +1,8 @@
 //! Reads and writes files: meshes, scenes, recordings, prepared bodies, and the CSV files of
 //! queries.
 //!
-//! Each reader returns either a checked value or an error that says what is wrong, where it is
-//! wrong, and how to fix it. Mesh readers do not convert lengths; the scene file states their unit.
+//! Each reader returns either a checked value or an error that describes the problem, its location
+//! and how to fix it. Mesh readers do not convert lengths; the scene file states their unit.
 
 pub mod cache;
 mod exact;

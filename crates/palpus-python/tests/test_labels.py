@@ -173,9 +173,9 @@ def test_labels_do_not_depend_on_actors(tmp_path: pathlib.Path, poses: Array) ->
 def test_command(tmp_path: pathlib.Path, poses: Array) -> None:
     pytest.importorskip("ray")
     command = [sys.executable, "-m", "palpus.ray", "prepare", "nothing", "--out", "table.parquet"]
-    told = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
-    assert told.returncode == 1 and "there are no meshes" in told.stderr
+    result = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    assert result.returncode == 1 and "there are no meshes" in result.stderr
     command = [sys.executable, "-m", "palpus.ray", "label", "none.parquet", str(MESHES / "peg.obj")]
     command += [str(MESHES / "bracket.obj"), "--out", "out"]
-    told = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
-    assert told.returncode == 1 and "none.parquet: cannot be read" in told.stderr
+    result = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    assert result.returncode == 1 and "none.parquet: cannot be read" in result.stderr

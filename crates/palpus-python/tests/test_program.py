@@ -18,8 +18,8 @@ def test_program_runs(command: list[str], tmp_path: pathlib.Path) -> None:
     def run(*arguments: str) -> subprocess.CompletedProcess[str]:
         return subprocess.run([*command, *arguments], cwd=tmp_path, capture_output=True, text=True)
 
-    told = run("--version")
-    assert (told.returncode, told.stdout) == (0, f"palpus {palpus.__version__}\n")
+    result = run("--version")
+    assert (result.returncode, result.stdout) == (0, f"palpus {palpus.__version__}\n")
     wrong = run("query", "--no-such")
     assert wrong.returncode == 2 and "--no-such" in wrong.stderr
     missing = run("prepare", "none.obj")
@@ -36,5 +36,5 @@ def test_error_texts_equal_those_of_the_program(tmp_path: pathlib.Path) -> None:
     broken.write_text("v 0 0 0\nv 1 0 0\nv 0 1 x\nf 1 2 3\n")
     with pytest.raises(palpus.Error) as raised:
         palpus.Body.load(broken)
-    told = subprocess.run([sys.executable, "-m", "palpus", "prepare", str(broken)], capture_output=True, text=True)
-    assert str(raised.value) in told.stderr
+    result = subprocess.run([sys.executable, "-m", "palpus", "prepare", str(broken)], capture_output=True, text=True)
+    assert str(raised.value) in result.stderr

@@ -60,8 +60,8 @@ pub struct Object {
 pub enum Motion {
     /// The object does not move.
     Fixed,
-    /// The object moves with this velocity of its frame's origin (m/s and rad/s), whatever touches
-    /// it.
+    /// The object moves with this velocity of its frame's origin (m/s and rad/s) and ignores
+    /// contact.
     Driven(Twist),
     /// The object moves under gravity, contact and friction. The value is its density, kg/m³.
     Free(f64),

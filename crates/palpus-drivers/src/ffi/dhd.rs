@@ -86,13 +86,13 @@ impl Dhd {
     }
 
     pub(crate) fn device_count(&self) -> i32 {
-        // SAFETY: no arguments.
+        // SAFETY: the function has no arguments.
         unsafe { (self.device_count)() }
     }
 
     /// Opens the first free device. Returns its number, or a negative number on failure.
     pub(crate) fn open(&self) -> i32 {
-        // SAFETY: no arguments.
+        // SAFETY: the function has no arguments.
         unsafe { (self.open)() }
     }
 
@@ -120,18 +120,18 @@ impl Dhd {
     }
 
     pub(crate) fn has_active_wrist(&self, id: i8) -> bool {
-        // SAFETY: by value.
+        // SAFETY: all arguments are passed by value.
         unsafe { (self.has_active_wrist)(id as c_char) != 0 }
     }
 
     /// Returns whether the device senses rotation. `None` if the library has no such function.
     pub(crate) fn has_wrist(&self, id: i8) -> Option<bool> {
-        // SAFETY: by value.
+        // SAFETY: all arguments are passed by value.
         self.has_wrist.map(|has| unsafe { has(id as c_char) != 0 })
     }
 
     pub(crate) fn enable_force(&self, on: bool, id: i8) -> i32 {
-        // SAFETY: by value.
+        // SAFETY: all arguments are passed by value.
         unsafe { (self.enable_force)(u8::from(on), id as c_char) }
     }
 
@@ -161,7 +161,7 @@ impl Dhd {
         /// window.
         const SLIDING: c_int = 0;
         for configure in [self.configure_linear, self.configure_angular].into_iter().flatten() {
-            // SAFETY: by value. If it fails, the default window stays.
+            // SAFETY: all arguments are passed by value. If it fails, the default window stays.
             let _ = unsafe { configure(ms, SLIDING, id as c_char) };
         }
     }
@@ -169,12 +169,12 @@ impl Dhd {
     /// Sets the force (N) and the torque (N·m). The gripper force is zero.
     pub(crate) fn set_wrench(&self, force: [f64; 3], torque: [f64; 3], id: i8) -> i32 {
         let ([fx, fy, fz], [tx, ty, tz]) = (force, torque);
-        // SAFETY: by value.
+        // SAFETY: all arguments are passed by value.
         unsafe { (self.set_all)(fx, fy, fz, tx, ty, tz, 0.0, id as c_char) }
     }
 
     pub(crate) fn buttons(&self, id: i8) -> u32 {
-        // SAFETY: by value.
+        // SAFETY: all arguments are passed by value.
         self.buttons.map_or(0, |function| unsafe { function(id as c_char) })
     }
 
@@ -182,12 +182,12 @@ impl Dhd {
     /// without a command. Returns true on success.
     pub(crate) fn set_watchdog(&self, steps: u8, id: i8) -> bool {
         let Some(set) = self.watchdog else { return false };
-        // SAFETY: by value.
+        // SAFETY: all arguments are passed by value.
         let mut code = unsafe { set(steps, id as c_char) };
         if code < 0
             && let Some((enable, disable)) = self.expert
         {
-            // SAFETY: by value. The expert mode only enables functions such as this one.
+            // SAFETY: all arguments are passed by value. The expert mode only enables functions such as this one.
             code = unsafe {
                 enable();
                 let code = set(steps, id as c_char);
@@ -208,14 +208,14 @@ impl Dhd {
 
     /// Returns the communication rate of the device, kHz.
     pub(crate) fn rate(&self, id: i8) -> Option<f64> {
-        // SAFETY: by value.
+        // SAFETY: all arguments are passed by value.
         self.rate.map(|function| unsafe { function(id as c_char) })
     }
 
     /// Sets limits in the library, N and N·m. Returns true if it accepts the force limit.
     pub(crate) fn set_most(&self, force: f64, torque: f64, id: i8) -> bool {
         let set = |most: Option<unsafe extern "C" fn(f64, c_char) -> c_int>, value: f64| {
-            // SAFETY: by value.
+            // SAFETY: all arguments are passed by value.
             most.is_some_and(|set| unsafe { set(value, id as c_char) } >= 0)
         };
         // If the library cannot limit the torque, the safety chain still does.
@@ -225,7 +225,7 @@ impl Dhd {
 
     /// Makes the library also find simulated devices. Returns false if it has no such function.
     pub(crate) fn enable_simulator(&self) -> bool {
-        // SAFETY: by value.
+        // SAFETY: all arguments are passed by value.
         self.simulator.map(|function| unsafe { function(1) }).is_some()
     }
 }

@@ -16,7 +16,7 @@ type Nothing = unsafe extern "system" fn();
 type OfHandle = unsafe extern "system" fn(c_uint);
 type Callback = unsafe extern "system" fn(*mut c_void) -> c_uint;
 
-/// Return value of a callback that is to be called again.
+/// Return value of a callback that must be called again.
 const CONTINUE: c_uint = 1;
 /// Return value of a callback that is not to be called again.
 const DONE: c_uint = 0;
@@ -112,33 +112,33 @@ impl Hd {
     }
 
     pub(crate) fn disable_device(&self, handle: u32) {
-        // SAFETY: by value.
+        // SAFETY: all arguments are passed by value.
         unsafe { (self.disable_device)(handle) }
     }
 
     /// Selects the device for all later calls of this thread that have no handle.
     pub(crate) fn make_current(&self, handle: u32) {
-        // SAFETY: by value.
+        // SAFETY: all arguments are passed by value.
         unsafe { (self.make_current)(handle) }
     }
 
     pub(crate) fn begin_frame(&self, handle: u32) {
-        // SAFETY: by value.
+        // SAFETY: all arguments are passed by value.
         unsafe { (self.begin_frame)(handle) }
     }
 
     pub(crate) fn end_frame(&self, handle: u32) {
-        // SAFETY: by value.
+        // SAFETY: all arguments are passed by value.
         unsafe { (self.end_frame)(handle) }
     }
 
     pub(crate) fn enable(&self, capability: u32) {
-        // SAFETY: by value.
+        // SAFETY: all arguments are passed by value.
         unsafe { (self.enable)(capability) }
     }
 
     pub(crate) fn disable(&self, capability: u32) {
-        // SAFETY: by value.
+        // SAFETY: all arguments are passed by value.
         unsafe { (self.disable)(capability) }
     }
 
@@ -171,30 +171,30 @@ impl Hd {
 
     /// Returns the oldest error that was not fetched yet.
     pub(crate) fn error(&self) -> Option<ErrorInfo> {
-        // SAFETY: no arguments. The result is returned by value.
+        // SAFETY: the function has no arguments. The result is returned by value.
         let info = unsafe { (self.get_error)() };
         (info.code != 0).then_some(info)
     }
 
     /// Returns the calibration state of the device. 0 if the library has no such function.
     pub(crate) fn calibration(&self) -> u32 {
-        // SAFETY: no arguments.
+        // SAFETY: the function has no arguments.
         self.check_calibration.map_or(0, |check| unsafe { check() })
     }
 
     /// Calibrates the device in this style. Returns false if the library has no such function.
     pub(crate) fn calibrate(&self, style: u32) -> bool {
-        // SAFETY: by value.
+        // SAFETY: all arguments are passed by value.
         self.update_calibration.map(|update| unsafe { update(style) }).is_some()
     }
 
     pub(crate) fn start(&self) {
-        // SAFETY: no arguments.
+        // SAFETY: the function has no arguments.
         unsafe { (self.start)() }
     }
 
     pub(crate) fn stop(&self) {
-        // SAFETY: no arguments.
+        // SAFETY: the function has no arguments.
         unsafe { (self.stop)() }
     }
 }

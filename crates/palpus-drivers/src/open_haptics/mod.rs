@@ -21,7 +21,7 @@
 //!
 //! HDAPI has one scheduler per process, and devices must be opened before it starts. If a device is
 //! already open, the scheduler pauses while another one is opened or closed. No device applies a
-//! force during that time. Each device has a callback of its own.
+//! force during that time. Each device has a separate callback.
 
 mod errors;
 mod model;

@@ -49,7 +49,7 @@ pub fn read_hand(path: &Path) -> Result<HandFile, TableError> {
 pub fn read_hand_from(bytes: &[u8], name: &str) -> Result<HandFile, TableError> {
     let text = std::str::from_utf8(bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes)).map_err(|error| {
         let line = 1 + bytes[..error.valid_up_to()].iter().filter(|&&b| b == b'\n').count() as u64;
-        TableError::at(name, line, "this is not UTF-8 text; is it a list of poses?")
+        TableError::at(name, line, "the file is not UTF-8 text; is it a list of poses?")
     })?;
     let mut lines =
         (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty() && !line.trim_start().starts_with('#'));
@@ -140,7 +140,7 @@ fn row(name: &str, line: u64, text: &str, columns: &Columns, names: &[&str]) -> 
     let cells: Vec<&str> = text.split(',').collect();
     if cells.len() != names.len() {
         let problem =
-            format!("there are {} cells and should be {}; correct or remove the line", cells.len(), names.len());
+            format!("there are {} cells but should be {}; correct or remove the line", cells.len(), names.len());
         return Err(TableError::at(name, line, problem));
     }
     let at = |place: usize| finite(name, line, names[place], cells[place].trim());
@@ -173,7 +173,7 @@ fn pose(name: &str, line: u64, position: [f64; 3], quaternion: [f64; 4]) -> Resu
     let length = rotation.length();
     if (length - 1.0).abs() > QUATERNION_SLACK {
         let problem =
-            format!("the quaternion has length {length:?} and must have 1; normalise it (the order is x, y, z, w)");
+            format!("the quaternion has length {length:?} but must have 1; normalise it (the order is x, y, z, w)");
         return Err(TableError::at(name, line, problem));
     }
     for coordinate in position {

@@ -1,5 +1,5 @@
-//! Errors of mesh files. Each message says in one sentence what is wrong, where it is wrong, and
-//! how to fix it.
+//! Errors of mesh files. Each message describes in one sentence the problem, its location and how
+//! to fix it.
 
 use std::fmt;
 use std::io;

@@ -2,7 +2,7 @@
 //! [`PolygonSoup`], and writes groups of polygons as OBJ.
 //!
 //! * Each file gives either a soup whose coordinates are finite and whose indices are in range, or
-//!   a [`MeshFileError`] that says what is wrong, where it is wrong, and how to fix it. No input
+//!   a [`MeshFileError`] that describes the problem, its location and how to fix it. No input
 //!   causes a panic.
 //! * A face with fewer than three corners is an error in every format. Faces that repeat a vertex
 //!   or have no area are accepted, since the engine checks the shape.

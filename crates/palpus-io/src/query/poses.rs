@@ -65,7 +65,7 @@ fn pose(text: &str, places: &[usize; 7], width: usize) -> Result<Pose, (Option<&
     if cells.len() != width {
         return Err((
             None,
-            format!("there are {} cells and should be {width}; correct or remove the line", cells.len()),
+            format!("there are {} cells but should be {width}; correct or remove the line", cells.len()),
         ));
     }
     let mut numbers = [0.0; 7];
@@ -93,7 +93,7 @@ pub fn pose_of(numbers: [f64; 7]) -> Result<Pose, String> {
     let length = rotation.length();
     if (length - 1.0).abs() > QUATERNION_SLACK {
         return Err(format!(
-            "the quaternion has length {length:?} and must have 1; normalise it (the order is x, y, z, w)"
+            "the quaternion has length {length:?} but must have 1; normalise it (the order is x, y, z, w)"
         ));
     }
     Ok(Pose::new(rotation, DVec3::new(tx, ty, tz)))

@@ -1,4 +1,4 @@
-//! The polynomial of least jerk between two states.
+//! The minimum-jerk polynomial between two states.
 
 use std::ops::{Add, Mul, Sub};
 
@@ -20,7 +20,7 @@ pub(super) struct Quintic<V> {
 
 impl<V: Copy + Add<Output = V> + Sub<Output = V> + Mul<f64, Output = V>> Quintic<V> {
     /// Returns the unique quintic that goes from `start` to `end` in `span` seconds. It is also the
-    /// motion of least jerk.
+    /// minimum-jerk motion.
     pub(super) fn between(start: Reach<V>, end: Reach<V>, span: f64) -> Self {
         // Uses the unit of time in which the span is 1.
         let c1 = start.velocity * span;

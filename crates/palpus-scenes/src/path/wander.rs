@@ -20,7 +20,7 @@ use super::{HandPath, Tremor};
 const SINES: usize = 8;
 /// Lowest frequency, Hz. Its period is about as long as a hand stays at one place.
 const LOWEST_HZ: f64 = 0.05;
-/// Highest frequency, Hz. Voluntary movements of a hand contain little above it.
+/// Highest frequency, Hz. Voluntary movements of a hand rarely contain higher frequencies.
 const HIGHEST_HZ: f64 = 2.0;
 /// Frequency above which the amplitudes decrease, Hz. So slow sines move the hand far, and fast
 /// sines move it little.

@@ -15,7 +15,7 @@ pub const JOINT_CENTER: DVec3 = DVec3::new(0.0, 0.0, -0.040);
 const SIDES: usize = 32;
 
 /// Returns a ball of 8 mm radius below a stem of 3 mm radius along z. The grip is 40 mm above the
-/// ball's centre. 958 triangles.
+/// ball's centre. The shape has 958 triangles.
 pub fn ball_on_stem() -> PolygonSoup {
     const STEM_RADIUS: f64 = 0.003;
     const STEM_TOP: f64 = 0.010;
@@ -40,7 +40,7 @@ pub fn ball_on_stem() -> PolygonSoup {
 }
 
 /// Returns a socket around the origin that encloses the ball of [`ball_on_stem`] beyond its
-/// equator. It leaves a play of at least `play` (m) on every side. 894 triangles.
+/// equator. It leaves a play of at least `play` (m) on every side. The shape has 894 triangles.
 pub fn socket(play: f64) -> PolygonSoup {
     const RINGS: usize = 12;
     const OUTER_RADIUS: f64 = 0.013;

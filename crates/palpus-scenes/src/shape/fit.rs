@@ -21,7 +21,7 @@ pub struct ChannelSection {
 }
 
 /// Returns a block of `length` (m) along x. Its top lies in the plane z = 0 and has a slot along x.
-/// 28 triangles.
+/// The shape has 28 triangles.
 pub fn channel(length: f64, section: &ChannelSection) -> PolygonSoup {
     let ChannelSection { half_gap: gap, half_width: wide, floor, bottom } = *section;
     // Counter-clockwise about +x, the direction of the sweep.
@@ -69,7 +69,7 @@ pub const KEY_SIDE: f64 = 0.006;
 pub const KEY_TIP: f64 = 0.050;
 
 /// Returns a key along z: a square shaft of 6 mm below a bow of 20 mm × 8 mm. The grip is in the
-/// middle of the bow. 28 triangles.
+/// middle of the bow. The shape has 28 triangles.
 pub fn key() -> PolygonSoup {
     const BOW: DVec2 = DVec2::new(0.020, 0.008);
     const BOW_HALF_HEIGHT: f64 = 0.010;
@@ -90,7 +90,7 @@ pub fn key() -> PolygonSoup {
 pub const SQUARE_PEG: DVec2 = DVec2::new(0.010, 0.006);
 
 /// Returns a rectangular peg along z, 50 mm long, with a 0.5 mm chamfer at its lower end. The grip
-/// is 40 mm above [`super::PEG_TIP`]. 20 triangles.
+/// is 40 mm above [`super::PEG_TIP`]. The shape has 20 triangles.
 pub fn square_peg() -> PolygonSoup {
     const LENGTH: f64 = 0.050;
     const CHAMFER: f64 = 0.0005;

@@ -32,7 +32,7 @@ const FLANK: usize = 8;
 const FILLET: f64 = 0.3;
 
 /// Returns a gear of 16 teeth around the origin, with module 2 mm and a width of 10 mm along y. The
-/// middle of one tooth points toward +z. 1024 triangles.
+/// middle of one tooth points toward +z. The shape has 1024 triangles.
 pub fn gear() -> PolygonSoup {
     let mut skin = Skin::default();
     let near = skin.ring(outline(-HALF_WIDTH));

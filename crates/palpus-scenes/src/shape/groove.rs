@@ -11,7 +11,7 @@ pub const GROOVE_DEPTH: f64 = 0.020;
 
 /// Returns a solid block of 80 mm × 120 mm × 40 mm with a right-angled V groove along y. The top of
 /// the block lies in the plane z = 0. The bottom of the groove is at x = 0, z = −[`GROOVE_DEPTH`].
-/// 24 triangles.
+/// The shape has 24 triangles.
 pub fn v_groove() -> PolygonSoup {
     const HALF_WIDTH: f64 = 0.040;
     const HALF_LENGTH: f64 = 0.060;

@@ -21,7 +21,7 @@ pub const PEG_TIP: DVec3 = DVec3::new(0.0, 0.0, -0.040);
 const SIDES: usize = 32;
 
 /// Returns an 8 mm peg along z, 50 mm long, with a 0.5 mm chamfer at its lower end. The grip is 40
-/// mm above [`PEG_TIP`]. 188 triangles.
+/// mm above [`PEG_TIP`]. The shape has 188 triangles.
 pub fn peg() -> PolygonSoup {
     const LENGTH: f64 = 0.050;
     const CHAMFER: f64 = 0.0005;

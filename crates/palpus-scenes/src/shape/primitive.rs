@@ -6,12 +6,13 @@ use std::collections::HashMap;
 
 use super::skin::{Skin, circle};
 
-/// Returns a box around the origin with side lengths `size`, m. 12 triangles.
+/// Returns a box around the origin with side lengths `size`, m. The shape has 12 triangles.
 pub fn cuboid(size: DVec3) -> PolygonSoup {
     slab(-size / 2.0, size / 2.0)
 }
 
-/// Returns a flat slab of 300 mm × 200 mm × 20 mm, whose top lies in the plane z = 0. 12 triangles.
+/// Returns a flat slab of 300 mm × 200 mm × 20 mm, whose top lies in the plane z = 0. The shape has
+/// 12 triangles.
 pub fn table() -> PolygonSoup {
     slab(DVec3::new(-0.15, -0.10, -0.02), DVec3::new(0.15, 0.10, 0.0))
 }
@@ -104,7 +105,7 @@ fn icosahedron_faces(vertices: &[DVec3]) -> Vec<[u32; 3]> {
 pub const PEN_TIP: DVec3 = DVec3::new(0.0, 0.0, -0.040);
 
 /// Returns a pen: a convex octagonal prism of 140 mm along z with a conical point. The grip is 40
-/// mm above [`PEN_TIP`]. 30 triangles.
+/// mm above [`PEN_TIP`]. The shape has 30 triangles.
 pub fn pen() -> PolygonSoup {
     const SIDES: usize = 8;
     const RADIUS: f64 = 0.004;

@@ -20,7 +20,7 @@ pub fn rails_half_gap(y: f64) -> f64 {
 }
 
 /// Returns a block with two sharp ridges along y. The ridges converge toward +y, and their edges
-/// lie in the plane z = 0. 36 triangles.
+/// lie in the plane z = 0. The shape has 36 triangles.
 pub fn rails() -> PolygonSoup {
     const HALF_WIDTH: f64 = 0.020;
     const BOTTOM: f64 = -0.010;
@@ -56,7 +56,8 @@ pub fn rails() -> PolygonSoup {
 /// Distance from the knife's grip down to its edge, m.
 pub const KNIFE_DEPTH: f64 = 0.010;
 
-/// Returns a blunt blade, 30 mm along x, with its edge [`KNIFE_DEPTH`] below the grip. 8 triangles.
+/// Returns a blunt blade, 30 mm along x, with its edge [`KNIFE_DEPTH`] below the grip. The shape
+/// has 8 triangles.
 pub fn knife() -> PolygonSoup {
     const HALF_LENGTH: f64 = 0.015;
     const HALF_WIDTH: f64 = 0.004;

@@ -13,7 +13,7 @@ pub const BLADE_THICKNESS: f64 = 0.0008;
 const BLADE_WIDTH: f64 = 0.005;
 
 /// Returns a flat-bladed screwdriver along z, with its blade across x. The grip is in the middle of
-/// its handle. 92 triangles.
+/// its handle. The shape has 92 triangles.
 pub fn screwdriver() -> PolygonSoup {
     const BLADE_LENGTH: f64 = 0.003;
     const FLARE: f64 = 0.009;

@@ -39,7 +39,7 @@ const SECTIONS: [Section; 14] = [
 const ACROSS: [f64; 6] = [-1.0, -0.62, -0.22, 0.22, 0.62, 1.0];
 
 /// Returns a spoon of 120 mm along x with its tip at [`SPOON_TIP`]. The cavity of the bowl opens
-/// toward +z. The grip is on the handle, at the origin. 336 triangles.
+/// toward +z. The grip is on the handle, at the origin. The shape has 336 triangles.
 pub fn spoon() -> PolygonSoup {
     let mut skin = Skin::default();
     let rings: Vec<_> = SECTIONS.iter().map(|section| skin.ring(outline(section))).collect();

@@ -41,7 +41,8 @@ type Row = (f64, bool);
 const BOLT_ROWS: [Row; 4] = [(0.0, false), (0.21, false), (0.5, true), (0.71, true)];
 const NUT_ROWS: [Row; 4] = [(0.5, true), (0.71, true), (1.0, false), (1.21, false)];
 
-/// Returns a right-handed bolt of 16 mm along z, starting at z = −1 mm. 1300 triangles.
+/// Returns a right-handed bolt of 16 mm along z, starting at z = −1 mm. The shape has 1300
+/// triangles.
 pub fn bolt() -> PolygonSoup {
     let mut skin = Skin::default();
     let thread = Thread { offset: 0.0, base: 0.0, turns: BOLT_TURNS, rows: BOLT_ROWS, inward: false };

@@ -15,7 +15,7 @@ pub const TORUS_MINOR_RADIUS: f64 = 0.012;
 const SECTIONS: usize = 50;
 const SIDES: usize = 20;
 
-/// Returns a torus around the z axis, with its centre at the origin. 2000 triangles.
+/// Returns a torus around the z axis, with its centre at the origin. The shape has 2000 triangles.
 pub fn torus() -> PolygonSoup {
     let mut skin = Skin::default();
     let rings: Vec<_> = (0..SECTIONS)

@@ -23,7 +23,7 @@
 //!    ([`Cap`]). For any vertex c of the CSO, h along n is at least n·c, so one known support
 //!    rejects most facets. A normal needs one product. An arc needs the products of its two ends,
 //!    because n·c is concave along an arc where it is not negative.
-//! 3. Cross the remaining arcs of a with the remaining arcs of b. Measure the facet of least offset
+//! 3. Cross the remaining arcs of a with the remaining arcs of b. Measure the facet with the smallest offset
 //!    with true supports.
 //! 4. If there is no admissible facet, [`half_admissible_depth`] gives the least depth along a
 //!    normal that is admissible for one of the pieces. It is not a contact, unless two overlapping
@@ -173,7 +173,7 @@ pub fn is_admissible(a: &OwnNormals<'_>, b: &OwnNormals<'_>, pose_ba: &Placement
     }
 }
 
-/// The facet of least offset found so far.
+/// The facet with the smallest offset found so far.
 #[derive(Clone, Copy)]
 struct Found {
     normal: DVec3,
@@ -320,7 +320,7 @@ impl<'s> Search<'s> {
         self.found = Some(Found { normal, features, hub: self.hub });
     }
 
-    /// Returns the facet of least offset, with its true offset and its witness points.
+    /// Returns the facet with the smallest offset, with its true offset and its witness points.
     fn answer(&self, clip: &mut Clip) -> Option<AdmissibleDepth> {
         let mut found = self.found?;
         let (hub, depth) = self.cso.support(found.hub, found.normal);

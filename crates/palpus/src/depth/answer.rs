@@ -65,7 +65,7 @@ impl Antipodal {
     }
 }
 
-/// How certain it is that a depth is the least one.
+/// How certain it is that a depth is the smallest one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Certainty {
     /// No neighbouring facet of the CSO has a smaller offset. This is what \[K02\] guarantees.
@@ -93,7 +93,7 @@ pub struct Depth {
     pub antipodal: Antipodal,
     /// A hub pair of that facet. The next tick starts from it.
     pub hub: HubPair,
-    /// How certain it is that this depth is the least one.
+    /// How certain it is that this depth is the smallest one.
     pub certainty: Certainty,
     /// Number of moves of the walk.
     pub steps: u32,

@@ -59,7 +59,7 @@ impl Cso<'_> {
     }
 
     /// Returns the hub pair that supports `normal`, climbing from `hint`. The second value is
-    /// `h(normal)` if `normal` is unit.
+    /// `h(normal)` if `normal` has unit length.
     #[inline]
     pub(super) fn support(&self, hint: HubPair, normal: DVec3) -> (HubPair, f64) {
         let (gap, [a, b]) = support_gap(self.a, self.b, self.pose_ba, normal, [hint.a, hint.b]);

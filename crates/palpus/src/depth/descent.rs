@@ -87,7 +87,7 @@ pub(super) fn settle(cso: &Cso<'_>, antipodal: Antipodal) -> Option<Walked> {
     downhill.end(&downhill.set_up(antipodal)?, 0)
 }
 
-/// A facet, with what is known from its construction.
+/// A facet and the data known from its construction.
 struct Here {
     corner: Corner,
     /// The features support the normal, within the accuracy of their face planes.

@@ -7,7 +7,7 @@
 //!
 //! Body a is reflected (−a in b's frame). Then both cones contain outward directions, and the
 //! overlay treats them alike. The maps are copied from the polytopes into flat pages, once per
-//! query and vertex. A vertex with more edges than a page holds has several pages.
+//! query and vertex. A vertex with more edges than a page can contain has several pages.
 
 use glam::DVec3;
 

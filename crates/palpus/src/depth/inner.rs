@@ -1,7 +1,7 @@
 //! A closed surface of triangles inside the CSO, grown around the origin. It proves a depth.
 //!
 //! Its corners are differences of vertices of the two bodies. So the CSO contains the corners and
-//! their hull, whatever the surface looks like. Suppose that no triangle comes nearer to the origin
+//! their hull for every shape of the surface. Suppose that no triangle comes nearer to the origin
 //! than u, and that the surface winds around the origin. Then it winds around every point of the
 //! ball of radius u, so the CSO contains that ball, and no direction has h(n) < u. The surface need
 //! not be convex or connected. It only has to be closed, with every edge used once in each

@@ -43,7 +43,7 @@ struct Kept {
     arcs: [u8; PAGE],
 }
 
-/// Returns the corner of least offset of the overlap at `hub`. `None` if no corner lies below
+/// Returns the corner with the smallest offset of the overlap at `hub`. `None` if no corner lies below
 /// `bar`.
 pub(super) fn lowest_corner(
     cso: &Cso<'_>,

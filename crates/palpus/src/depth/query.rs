@@ -92,7 +92,7 @@ pub(super) fn depth_once(
     answer_at(&cso, &walked, &mut scratch.clip)
 }
 
-/// Returns the start of least offset among all seeds. If no seed gives a direction, returns the
+/// Returns the start with the smallest offset among all seeds. If no seed gives a direction, returns the
 /// start along the line between the centroids. If the centroids coincide, returns the start along
 /// x.
 pub(super) fn lowest_start(cso: &Cso<'_>, seeds: &[Seed]) -> Start {
@@ -181,7 +181,7 @@ impl Lowest {
     }
 }
 
-/// Returns the starts of least offset among evenly spaced face normals of both bodies.
+/// Returns the starts with the smallest offset among evenly spaced face normals of both bodies.
 fn lowest_faces(cso: &Cso<'_>) -> [Option<Start>; COLD_WALKS] {
     let mut lowest: [Option<Start>; COLD_WALKS] = [None; COLD_WALKS];
     let mut attempt = |normal: DVec3| {
@@ -270,7 +270,7 @@ pub(super) fn measured(cso: &Cso<'_>, corner: &Corner) -> Corner {
     Corner { hub, offset, ..*corner }
 }
 
-/// Returns the face of least offset among all faces of both bodies, with its true support. Unlike a
+/// Returns the face with the smallest offset among all faces of both bodies, with its true support. Unlike a
 /// walk, this search needs no hub pair to start from.
 fn lowest_face(cso: &Cso<'_>) -> Option<Corner> {
     let mut found: Option<Corner> = None;

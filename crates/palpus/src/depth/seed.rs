@@ -10,7 +10,7 @@ use glam::DVec3;
 use super::cso::Cso;
 use super::{Antipodal, Depth, HubPair};
 
-/// A guess of the direction of least depth.
+/// A guess of the direction with the smallest depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Seed {
     /// The pair's previous answer, from the walk or from the distance search: its normal, the
@@ -21,12 +21,12 @@ pub enum Seed {
         antipodal: Option<Antipodal>,
         /// Vertices from which the search for the supports climbs.
         hub: HubPair,
-        /// From b into a, in b's frame; need not be unit.
+        /// From b into a, in b's frame; need not have unit length.
         normal: DVec3,
     },
     /// The direction in which a distance search detected the overlap.
     Witness {
-        /// From b into a, in b's frame; need not be unit.
+        /// From b into a, in b's frame; need not have unit length.
         direction: DVec3,
     },
     /// The line from the centroid of b to the centroid of a.

@@ -1,6 +1,6 @@
 //! The walk over hub pairs \[K02 §3.3.3\].
 //!
-//! 1. Find the corner of least offset in the overlap at the first hub.
+//! 1. Find the corner with the smallest offset in the overlap at the first hub.
 //! 2. Test each hub of the facet at this corner once. Move to the lowest corner that is below the
 //!    current one.
 //! 3. Stop if there is no lower corner. Offsets decrease strictly, so the walk ends. The number of
@@ -49,7 +49,7 @@ impl Trail {
         self.visited.clear();
     }
 
-    /// Returns the corner of least offset at `hub`, if that offset is below `bar`.
+    /// Returns the corner with the smallest offset at `hub`, if that offset is below `bar`.
     pub(super) fn lower_at(&mut self, cso: &Cso<'_>, hub: HubPair, bar: f64) -> Option<Corner> {
         lowest_corner(cso, &mut self.maps_a, &mut self.maps_b, hub, bar)
     }
@@ -70,7 +70,7 @@ impl Trail {
         Some(Walked { corner: here, alone: false, steps: WALK_STEPS, stop: StopReason::Budget })
     }
 
-    /// Returns the corner of least offset at the start's hub.
+    /// Returns the corner with the smallest offset at the start's hub.
     pub(super) fn first_corner(&mut self, cso: &Cso<'_>, start: &Start) -> Option<Corner> {
         // The overlap contains the start's normal, so it has a corner that is not higher. The
         // offset of the start is therefore a bound that rejects most of the overlap.

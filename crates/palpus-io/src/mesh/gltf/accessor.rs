@@ -44,7 +44,7 @@ pub(super) fn items<'b>(
         return Err(Fault::malformed(place, what));
     };
     if &*accessor.shape != shape {
-        let what = format!("its type is {:?} and should be {shape}; export the mesh again", accessor.shape);
+        let what = format!("its type is {:?} but should be {shape}; export the mesh again", accessor.shape);
         return Err(Fault::malformed(place, what));
     }
     let Some(view) = accessor.buffer_view.filter(|_| accessor.sparse.is_none()) else {

@@ -2,7 +2,7 @@
 //!
 //! 1. Find the footer at the end, or the last complete footer before it.
 //! 2. Read each row group, column by column. The groups must follow each other in the file, so that
-//!    no byte is read twice, whatever a footer states.
+//!    no byte is read twice, even if a footer is malicious.
 //! 3. Assemble the rows from their columns.
 
 use std::io::{self, Read, Seek, SeekFrom};

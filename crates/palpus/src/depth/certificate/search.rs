@@ -23,7 +23,7 @@ enum Ground {
     Touching,
     /// A surface of an earlier tick. Only the triangles that may have come too near were measured.
     Asleep,
-    /// A surface of an earlier tick. All of it was measured, and repaired.
+    /// A surface of an earlier tick. The whole surface was measured and repaired.
     Kept,
     /// A surface grown from a tetrahedron.
     Grown,

@@ -16,7 +16,7 @@ pub enum Containment {
     BInA,
 }
 
-/// Returns which body lies in the other with a moved by `t`. The surfaces must not cross.
+/// Returns which body lies inside the other after a is moved by `t`. The surfaces must not cross.
 pub(super) fn containment(
     a: &Body,
     components_a: &[DVec3],

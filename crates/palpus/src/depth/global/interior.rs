@@ -48,7 +48,7 @@ struct Sample {
 
 impl Interior {
     /// Computes the cells of `body`. The result does not depend on `workers`. `progress` is called
-    /// with the fraction done, which rises to one.
+    /// with the completed fraction, which rises to one.
     pub fn new(body: &Body, workers: &dyn Workers, progress: &mut dyn FnMut(f64)) -> Self {
         let mesh = body.mesh();
         let components = first_vertices(mesh);

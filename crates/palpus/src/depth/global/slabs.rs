@@ -132,7 +132,7 @@ struct BoxNode {
 }
 
 impl BoxTree {
-    /// Returns the tree over `boxes`. They are numbered in their order.
+    /// Returns the tree over `boxes`. The number of a box is its index.
     pub(super) fn new(boxes: &[(DVec3, DVec3)]) -> Self {
         let mut tree = Self { nodes: Vec::with_capacity(2 * boxes.len()) };
         let mut items: Vec<u32> = (0..boxes.len() as u32).collect();

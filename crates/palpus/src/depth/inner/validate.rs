@@ -4,7 +4,7 @@
 //!    opposite direction, and has this triangle as its neighbour there.
 //! 2. Support points: each tip is the difference of the two vertices of its hub pair, so the CSO
 //!    contains it.
-//! 3. Measured: the normal of each triangle is unit, and its offset is not more than the height of
+//! 3. Measured: each triangle has a unit normal, and its offset is not more than the height of
 //!    any of its tips along the normal.
 
 use super::super::cso::Cso;

@@ -1,6 +1,6 @@
 //! Invariants of every depth answer, from whatever start it was found.
 //!
-//! 1. The normal is unit, and `point_a = point_b − depth · normal`.
+//! 1. The normal has unit length, and `point_a = point_b − depth · normal`.
 //! 2. The depth is the overlap of the two supports along the normal.
 //! 3. The witness points lie in the supporting planes. The witness point on b is below the planes
 //!    of the faces around b's support vertex.
