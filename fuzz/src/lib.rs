@@ -68,5 +68,9 @@ pub fn one(data: &[u8], allowance: &Allowance, run: &dyn Fn(&[u8])) {
     run(data);
     let most = memory::most() - held;
     let allowed = allowance.of(data.len());
-    assert!(most <= allowed, "an input of {} bytes used {most} bytes of memory; the limit is {allowed} bytes", data.len());
+    assert!(
+        most <= allowed,
+        "an input of {} bytes used {most} bytes of memory; the limit is {allowed} bytes",
+        data.len()
+    );
 }

@@ -211,7 +211,10 @@ fn check(scene: &Scene, before: f64) {
         terms += tick.from_other.force.length();
     }
     let is_exact = terms < LARGEST;
-    assert!(!is_exact || sum.length() <= SUM_SLACK * terms, "the forces between tools sum to {sum} N (terms: {terms} N)");
+    assert!(
+        !is_exact || sum.length() <= SUM_SLACK * terms,
+        "the forces between tools sum to {sum} N (terms: {terms} N)"
+    );
     for body in bodies(scene) {
         let (pose, twist, momentum) = (world.pose(body), world.twist(body), world.momentum(body));
         assert!(pose.is_valid(), "{body:?} is at {pose:?}");
@@ -267,7 +270,10 @@ fn check_momentum(scene: &Scene, (before, terms): (DVec3, f64), dt: f64) {
     let terms = terms + terms_after + weight.length();
     let left = (after - before - weight).length();
     let is_exact = terms < LARGEST;
-    assert!(!is_exact || left <= MOMENTUM_SLACK * terms, "the momentum changed by {left:e} N·s without cause (terms: {terms:e} N·s)");
+    assert!(
+        !is_exact || left <= MOMENTUM_SLACK * terms,
+        "the momentum changed by {left:e} N·s without cause (terms: {terms:e} N·s)"
+    );
 }
 
 /// Appends the results of a step that a user can read.

@@ -67,7 +67,7 @@ fn main() {
         for k in 0..STEPS {
             let probe = palpus_probe { pose: pose(k).into(), ..palpus_probe::default() };
             let mut wrench = palpus_wrench::default();
-            // SAFETY: the pointers are to one probe and to one place for a wrench.
+            // SAFETY: the pointers point to one probe and to memory for one wrench.
             unsafe { functions::palpus_world_step(world_c, &probe, &mut wrench, 1, 1e-3) };
             sums[1] += wrench.force[2];
         }

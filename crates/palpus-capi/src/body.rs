@@ -156,14 +156,16 @@ pub unsafe extern "C" fn palpus_body_from_triangles(
             InArray::new(triangles.cast(), triangle_count, "triangles"),
         )
     };
-    // SAFETY: as above.
+    // SAFETY: same as above.
     let (settings, body) = unsafe { (In::new(settings, "settings"), Out::new(body, "body")) };
     entry(|| {
         body.check()?;
         let settings = settings.get_if_any()?.map_or(Ok(BodySettings::default()), |settings| settings.checked())?;
         triangles.check()?;
         if vertex_count > u32::MAX as usize || triangle_count > u32::MAX as usize / 3 {
-            let text = format!("{vertex_count} vertices and {triangle_count} triangles are too many; each index must fit in 32 bits");
+            let text = format!(
+                "{vertex_count} vertices and {triangle_count} triangles are too many; each index must fit in 32 bits"
+            );
             return Err(Fault::value(text));
         }
         let triangles: Vec<[u32; 3]> = triangles.iter().collect();

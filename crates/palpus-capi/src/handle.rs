@@ -76,7 +76,9 @@ impl<T> Table<T> {
                 Some(next)
             })
         };
-        let place = place.ok_or_else(|| Fault::value(format!("there is no room for another {}; destroy one first", self.kind.name())))?;
+        let place = place.ok_or_else(|| {
+            Fault::value(format!("there is no room for another {}; destroy one first", self.kind.name()))
+        })?;
         let (number, offset) = chunk(place);
         let size = 1_usize << (FIRST_CHUNK + number as u32);
         let empty = || (0..size).map(|_| RwLock::new(Slot { generation: 1, value: None })).collect();

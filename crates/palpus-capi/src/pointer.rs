@@ -40,7 +40,7 @@ const LONGEST_TEXT: usize = 1 << 15;
 
 impl<T: Copy> In<T> {
     /// # Safety
-    /// As [`InArray::new`], for one value.
+    /// Same as [`InArray::new`], for one value.
     pub(crate) unsafe fn new(pointer: *const T, name: &'static str) -> Self {
         // SAFETY: the caller guarantees it.
         Self { array: unsafe { InArray::new(pointer, 1, name) } }
@@ -77,7 +77,10 @@ impl<T: Copy> InArray<T> {
     }
 
     fn at(&self, k: usize) -> T {
-        assert!(k < self.count && check(self.pointer, self.count, self.name).is_ok(), "the values must be checked first");
+        assert!(
+            k < self.count && check(self.pointer, self.count, self.name).is_ok(),
+            "the values must be checked first"
+        );
         // SAFETY: the pointer is aligned and not null. By the contract of `new`, it points to more
         // than k values.
         unsafe { self.pointer.add(k).read() }
@@ -130,7 +133,10 @@ impl<T> OutArray<T> {
 
     /// Writes a value. Call a check first.
     pub(crate) fn put(&self, k: usize, value: T) {
-        assert!(k < self.count && check(self.pointer, self.count, self.name).is_ok(), "the places must be checked first");
+        assert!(
+            k < self.count && check(self.pointer, self.count, self.name).is_ok(),
+            "the places must be checked first"
+        );
         // SAFETY: the pointer is aligned and not null. By the contract of `new`, it points to more
         // than k places.
         unsafe { self.pointer.add(k).write(value) };

@@ -199,7 +199,10 @@ impl Hosted {
         dt: f64,
     ) -> Result<Option<Fault>, Fault> {
         if count != self.tools.len() {
-            let text = format!("there are {count} probes, but the world has {} tools; pass one probe for each", self.tools.len());
+            let text = format!(
+                "there are {count} probes, but the world has {} tools; pass one probe for each",
+                self.tools.len()
+            );
             return Err(Fault::value(text));
         }
         if !(dt > 0.0 && dt.is_finite()) {

@@ -192,14 +192,14 @@ impl Host {
                 let settings = palpus_depth_settings { gap: self.number(1e-3), budget: 200, outside: 0 };
                 let [a, b] = [self.body(), self.body()];
                 let (settings, to) = (self.pointer(&settings), self.place(&mut depth));
-                // SAFETY: as above.
+                // SAFETY: same as above.
                 let result = unsafe { palpus_depth_create(a, b, settings, to) };
                 self.keep(result, depth.id, DEPTHS)
             }
             4 => {
                 let (mut world, settings) = (palpus_world::default(), self.settings());
                 let (settings, to) = (self.pointer(&settings), self.place(&mut world));
-                // SAFETY: as above.
+                // SAFETY: same as above.
                 let result = unsafe { palpus_world_create(settings, to) };
                 self.keep(result, world.id, WORLDS)
             }

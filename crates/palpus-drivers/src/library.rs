@@ -90,7 +90,8 @@ impl Known {
     }
 
     fn broken(&self, path: &Path, why: String) -> DriverError {
-        let mend = "check with `ldd` that it is built for this processor and that its dependencies are installed".to_owned();
+        let mend =
+            "check with `ldd` that it is built for this processor and that its dependencies are installed".to_owned();
         DriverError::LibraryBroken { path: path.to_owned(), why, mend }
     }
 

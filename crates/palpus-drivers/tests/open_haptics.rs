@@ -288,7 +288,9 @@ fn persistent_force_errors_end_the_run() {
     assert!(device.read().is_ok() && device.write(&Wrench::ZERO).is_ok());
     stand_in.set(FRAME_ERROR, f64::from(0x0203));
     assert!(stand_in.comes_to(|_| counted(&device) + device.force_errors().exceeded > 260));
-    let Err(DeviceError::Refused(why)) = device.write(&push(DVec3::X)) else { panic!("the write must fail after many errors") };
+    let Err(DeviceError::Refused(why)) = device.write(&push(DVec3::X)) else {
+        panic!("the write must fail after many errors")
+    };
     assert!(why.contains("0x0203"), "{why}");
 }
 

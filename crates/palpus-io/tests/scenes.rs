@@ -92,7 +92,11 @@ fn all_documented_keys_are_read() {
     assert_eq!((scene.objects.len(), scene.gravity.z), (2, -9.81));
     let motions = [ObjectMotion::FreeOfDensity(7800.0), scene.objects[1].motion];
     assert!(scene.objects[0].motion == motions[0] && matches!(motions[1], ObjectMotion::Driven(_)));
-    assert_eq!(documented().lines().filter(|line| line.contains('=')).count(), 51, "a key was added: check its value above");
+    assert_eq!(
+        documented().lines().filter(|line| line.contains('=')).count(),
+        51,
+        "a key was added: check its value above"
+    );
 }
 
 #[test]

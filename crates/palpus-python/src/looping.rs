@@ -191,8 +191,12 @@ impl Loop {
     fn lead(&mut self, pose: &Bound<'_, PyAny>) -> PyResult<()> {
         let pose = self::pose("pose", pose)?;
         let running = self.running.as_mut().ok_or_else(still)?;
-        let refuse =
-            || refused(format!("device {:?} is held by a person; only the operator of a simulated device can be led", self.device));
+        let refuse = || {
+            refused(format!(
+                "device {:?} is held by a person; only the operator of a simulated device can be led",
+                self.device
+            ))
+        };
         let guide = running.guide.as_mut().ok_or_else(refuse)?;
         guide.publish(Guide::Held(pose.with_origin(running.grip_a)));
         Ok(())

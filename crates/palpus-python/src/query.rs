@@ -63,7 +63,7 @@ impl<'a> Asked<'a> {
         Ok(Self { a, b, poses: poses("poses", given)?, settings, threads: threads(workers)? })
     }
 
-    /// Computes the results of all poses. Contacts are left out unless `keep` is true.
+    /// Computes the results of all poses. Contacts are omitted unless `keep` is true.
     fn answer(&self, py: Python<'_>, keep: bool) -> PyResult<Found> {
         let found = detached(py, |stop, look| {
             let containment = ContainmentQuery::new(self.a, self.b);
@@ -147,8 +147,8 @@ pub(crate) fn query<'py>(
 ///
 /// `point_a - point_b = separation * normal`. `separation` is negative where convex pieces overlap:
 /// minus the penetration depth. The default tolerance is 1 % of the smaller body's size. Unless
-/// `prove` is False, each depth is proven to be the least depth of its two pieces. `workers` is the
-/// number of threads (default: all cores). It does not change the results.
+/// `prove` is False, each depth is proven to be the smallest depth of its two pieces. `workers` is
+/// the number of threads (default: all cores). It does not change the results.
 #[pyfunction]
 #[pyo3(signature = (a, b, poses, tolerance=None, *, prove=true, workers=None))]
 pub(crate) fn contacts<'py>(

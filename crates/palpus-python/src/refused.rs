@@ -5,7 +5,12 @@ use std::fmt;
 use pyo3::exceptions::PyValueError;
 use pyo3::{PyErr, create_exception};
 
-create_exception!(palpus, Error, PyValueError, "Invalid input or a failure. The text says what is wrong, where, and what to do.");
+create_exception!(
+    palpus,
+    Error,
+    PyValueError,
+    "Invalid input or a failure. The text says what is wrong, where, and what to do."
+);
 
 /// Returns the exception with this text.
 pub(crate) fn refused(text: impl fmt::Display) -> PyErr {

@@ -239,7 +239,7 @@ fn spot(body: &Body, random: &mut Random) -> (DVec3, DVec3) {
     (p + (q - p) * u + (r - p) * v, mesh.triangle_normal(t))
 }
 
-/// Returns a pose at which the bodies touch somewhere, at most `depth` deep there.
+/// Returns a pose at which the bodies overlap at some place by at most `depth`.
 fn touching(a: &Body, b: &Body, depth: f64, random: &mut Random) -> Pose {
     let ((p, n), (q, m)) = (spot(a, random), spot(b, random));
     let rotation = DQuat::from_axis_angle(m, TAU * random.unit()) * DQuat::from_rotation_arc(n, -m);

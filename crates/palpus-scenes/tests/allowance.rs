@@ -145,8 +145,8 @@ fn tool_waits_for_pairs_not_yet_queried() {
             deepest = judge.contacts(&tick.tool_ba).iter().fold(deepest, |most, contact| most.max(-contact.separation));
         }
         assert!(late > 3 && waited > 3, "{name}: {late} late, {waited} waited");
-        // Measured: 0.07 mm in the hole, where the tool slowly continues along the wall. No overlap
-        // in the other scenes.
+        // Measured: 0.07 mm in the hole, where the tool slowly continues along the wall. In the
+        // other scenes there is no overlap.
         assert!(deepest < 1e-4, "{name}: {deepest} m deep");
     }
 }
@@ -183,9 +183,9 @@ fn armadillo_with_a_third_of_the_work() {
     assert_near(&outcome, "the armadillo");
 }
 
-/// Asserts the guaranteed figures. Measured, relative to the largest force: worst 0.13 and mean
-/// 0.010 in the scenes, where the work is enough for a few pairs. On the armadillo, where it is
-/// enough for a third of 140 pairs: worst 0.04 and mean 0.006.
+/// Asserts the guaranteed figures. The errors measured in the scenes, relative to the largest force, are
+/// 0.13 at most and 0.010 on average; there the work is enough for a few pairs. On the armadillo,
+/// where it is enough for a third of 140 pairs, they are 0.04 at most and 0.006 on average.
 ///
 /// A contact is lacking if it has moved to a neighbouring piece since its pair was queried (9 % in
 /// the cup); the contact of that neighbour is usually present. Up to 7 % count as missing: the

@@ -33,7 +33,8 @@ fn body(soup: &PolygonSoup) -> Arc<Body> {
 impl Stage {
     fn new(name: &str) -> Self {
         let scene = palpus_scenes::scene(name).expect("a built-in scene");
-        let stiffness = VirtualCoupling::contact_stiffness(&LIMITS, scene.contact.tolerance).expect("a finite force limit");
+        let stiffness =
+            VirtualCoupling::contact_stiffness(&LIMITS, scene.contact.tolerance).expect("a finite force limit");
         let settings = Settings {
             contact_tolerance: scene.contact.tolerance,
             cluster_radius: scene.contact.cluster_radius,

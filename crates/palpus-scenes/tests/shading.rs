@@ -116,7 +116,10 @@ fn edges_of_a_box_stay_sharp() {
                 turned = turned.max(contact.normal.angle_between(*direction));
                 if let Feature::Face(face) = contact.features.b {
                     let normal = polytope.plane(face).normal;
-                    assert!(normal.angle_between(*direction) < 1e-6, "{clustering:?}, step {k}: the force must follow the face's normal");
+                    assert!(
+                        normal.angle_between(*direction) < 1e-6,
+                        "{clustering:?}, step {k}: the force must follow the face's normal"
+                    );
                 } else {
                     on_edges += 1;
                     let more = outside(polytope, contact.features.b, *direction)

@@ -1,4 +1,4 @@
-//! The functions of Force Dimension's DHD library that are called.
+//! The functions of Force Dimension's DHD library that palpus calls.
 //!
 //! C has no default arguments, so every call passes the device number. In C++ the maker's header
 //! fills in −1, the device that was opened last. Here it is the number that `open` returned.
@@ -187,7 +187,8 @@ impl Dhd {
         if code < 0
             && let Some((enable, disable)) = self.expert
         {
-            // SAFETY: all arguments are passed by value. The expert mode only enables functions such as this one.
+            // SAFETY: all arguments are passed by value. The expert mode only enables functions
+            // such as this one.
             code = unsafe {
                 enable();
                 let code = set(steps, id as c_char);

@@ -1,4 +1,4 @@
-//! The functions of 3D Systems' HDAPI that are called, and the callback from its thread.
+//! The functions of 3D Systems' HDAPI that palpus calls, and the callback from its thread.
 //!
 //! The library runs a thread a thousand times per second. It calls [`Servant::serve`] in that
 //! thread, through a function that catches every panic. Unwinding into C code would end the process
@@ -300,7 +300,7 @@ mod tests {
         assert_eq!((witness.seen.as_slice(), witness.ended.load(Ordering::Acquire)), ([false, false].as_slice(), true));
         let mut witness = Witness { turns: 2, ..Witness::default() };
         let data: *mut Witness = &mut witness;
-        // SAFETY: as above.
+        // SAFETY: same as above.
         assert_eq!(unsafe { turn::<Witness>(data.cast()) }, DONE);
         assert_eq!((witness.seen.as_slice(), witness.ended.load(Ordering::Acquire)), ([false, false].as_slice(), true));
     }

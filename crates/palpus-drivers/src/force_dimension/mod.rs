@@ -134,7 +134,10 @@ impl ForceDimension {
         let opened = options.which.map_or_else(|| api.open(), |which| api.open_id(which));
         let Some(id) = i8::try_from(opened).ok().filter(|id| *id >= 0) else {
             let why = format!("the device could not be opened ({})", said(&api));
-            return Err(no_device(why, "close other programs that use it, and check your permission for the USB device"));
+            return Err(no_device(
+                why,
+                "close other programs that use it, and check your permission for the USB device",
+            ));
         };
         let shared = Arc::new(Shared {
             api,

@@ -1,8 +1,9 @@
 //! 3D Systems' Touch, Touch X and Phantom, through OpenHaptics' HDAPI.
 //!
 //! HDAPI runs the device's thread at 1000 Hz. That thread ([`servant`]) puts the newest state into
-//! one slot and takes the newest wrench from another. Neither side ever waits. So a wrench acts up
-//! to a millisecond after it was written, and states are as regular as HDAPI's thread.
+//! one slot and takes the newest wrench from another. Neither side ever waits. So a wrench takes
+//! effect up to a millisecond after it was written, and states arrive at the rate of HDAPI's
+//! thread.
 //!
 //! 1. A device is opened by name. Without a name, the driver is tried without one first, which some
 //!    drivers refuse, and then with the two default names of the installers.
@@ -62,8 +63,7 @@ mod number {
     pub(super) const PROTECTIONS: [u32; 5] = [
         0x4001, // clamp of the largest force
         // gradual increase of the force when the scheduler starts, or continues after an error
-        0x4002,
-        0x4003, // limit of the force
+        0x4002, 0x4003, // limit of the force
         0x2606, // limit of the velocity
         0x2607, // limit of the change of the force
     ];

@@ -111,7 +111,8 @@ fn recorded<'a>(
         }
     }
     if samples.len() < 2 {
-        let problem = format!("there are {} samples at different times; a recorded motion needs at least two", samples.len());
+        let problem =
+            format!("there are {} samples at different times; a recorded motion needs at least two", samples.len());
         return Err(TableError::at(name, 0, problem));
     }
     Ok(RecordedHand { samples, repeated })

@@ -127,7 +127,6 @@ impl SoupBuilder {
 
 /// Returns the error for a word that should be a number.
 pub(super) fn not_a_number(word: &[u8], place: Place) -> Fault {
-    let advice =
-        if word.contains(&b',') { "use a decimal point" } else { "repair it or export the mesh again" };
+    let advice = if word.contains(&b',') { "use a decimal point" } else { "repair it or export the mesh again" };
     Fault::malformed(place, format!("\"{}\" is not a number; {advice}", shown(word)))
 }

@@ -17,7 +17,7 @@
 //!
 //! | columns | meaning |
 //! |---|---|
-//! | `tick`, `time_ns`, `dt` | number; time since the first tick; duration of the engine's step, s |
+//! | `tick`, `time_ns`, `dt` | number; time since the first tick; duration of the step, s |
 //! | `device_tx` … `device_qw` | pose of the grip in the world, m and quaternion (x, y, z, w) |
 //! | `angular_x` … `linear_z` | twist of the grip, rad/s and m/s |
 //! | `buttons` | buttons of the device, one bit each |

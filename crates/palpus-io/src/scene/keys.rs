@@ -76,7 +76,9 @@ impl<'a> Section<'a> {
                 section.refuse_others(keys)?;
                 Ok(section)
             }
-            other => Err(self.wrong(key, table.span(), &format!("a list of tables, each starting with [[{key}]]"), other)),
+            other => {
+                Err(self.wrong(key, table.span(), &format!("a list of tables, each starting with [[{key}]]"), other))
+            }
         };
         tables.iter().map(section).collect()
     }

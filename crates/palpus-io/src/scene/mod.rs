@@ -2,7 +2,7 @@
 //! two meshes are required.
 //!
 //! ```toml
-//! unit = "mm"               # of meshes and lengths: um, mm, cm, dm, m, km, inch, ft, or a number of metres
+//! unit = "mm"               # of meshes and lengths: um, mm, cm, dm, m, km, inch, ft, or metres
 //! gravity = [0, 0, -9.81]   # m/s²; this is the default with free objects; otherwise zero
 //!
 //! [probe]                   # body a, held by the user's hand

@@ -29,9 +29,8 @@ enum Kind {
 pub(super) fn read_objects(top: &Section<'_>, unit: f64, files: Files<'_>) -> Result<Vec<SceneObject>, SceneError> {
     let sections = top.sections("object", &KEYS)?;
     if let Some(one_too_many) = sections.get(MOST) {
-        return Err(
-            one_too_many.error(format!("a scene may have at most {MOST} objects; merge the fixed objects into one mesh"))
-        );
+        return Err(one_too_many
+            .error(format!("a scene may have at most {MOST} objects; merge the fixed objects into one mesh")));
     }
     sections.iter().map(|section| read_object(section, unit, files)).collect()
 }
@@ -49,9 +48,7 @@ fn read_object(section: &Section<'_>, unit: f64, files: Files<'_>) -> Result<Sce
         return Err(section.error("density and mass need motion = \"free\"; remove them"));
     }
     if kind != Kind::Driven && (linear.is_some() || angular.is_some()) {
-        return Err(
-            section.error("velocity and angular_velocity need motion = \"driven\"; remove them")
-        );
+        return Err(section.error("velocity and angular_velocity need motion = \"driven\"; remove them"));
     }
     let motion = match (kind, mass, density) {
         (Kind::Fixed, ..) => ObjectMotion::Fixed,

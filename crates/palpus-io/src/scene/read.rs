@@ -139,8 +139,9 @@ fn parse(text: &str, path: &Path, policy: FilePolicy, check: Check<'_>) -> Resul
 fn read_unit(section: &Section<'_>) -> Result<Option<f64>, SceneError> {
     if section.is_text("unit") {
         let (name, span) = section.text("unit")?.unwrap_or_default();
-        let unknown =
-            |names| section.error_at(&span, format!("{name:?} is not a unit; use one of {names}, or metres as a number"));
+        let unknown = |names| {
+            section.error_at(&span, format!("{name:?} is not a unit; use one of {names}, or metres as a number"))
+        };
         return unit::metres(name).map(Some).map_err(unknown);
     }
     section.number("unit", "the metres in one unit, from 1e-9 to 1e9", |x| (1e-9..=1e9).contains(&x))

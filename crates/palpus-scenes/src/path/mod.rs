@@ -1,8 +1,8 @@
 //! Scripted hand motions: the intended pose of the probe as a pure function of time.
 //!
 //! 1. A script gives key poses and their times. Between two keys, every coordinate is the
-//!    minimum-jerk quintic polynomial for the position, velocity and acceleration at both ends \[Flash &
-//!    Hogan 1985\].
+//!    minimum-jerk quintic polynomial for the position, velocity and acceleration at both ends
+//!    \[Flash & Hogan 1985\].
 //! 2. At a key that the hand passes through, velocity and acceleration are those of the parabola
 //!    through this key and its two neighbours. At a resting key both are zero. So the path is twice
 //!    continuously differentiable.

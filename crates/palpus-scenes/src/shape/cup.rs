@@ -47,7 +47,7 @@ const UPPER_OPENING: usize = 4;
 const HANDLE_SIDE: usize = SIDES - 1;
 
 /// Returns a cup that stands on z = 0, with its axis along z and its handle toward +x. It is 70 mm
-/// wide and high. 500 triangles, genus 1.
+/// wide and high. The shape has 500 triangles and genus 1.
 pub fn cup() -> PolygonSoup {
     let mut skin = Skin::default();
     let rings: Vec<_> = PROFILE

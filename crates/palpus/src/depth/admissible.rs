@@ -23,9 +23,9 @@
 //!    ([`Cap`]). For any vertex c of the CSO, h along n is at least n·c, so one known support
 //!    rejects most facets. A normal needs one product. An arc needs the products of its two ends,
 //!    because n·c is concave along an arc where it is not negative.
-//! 3. Cross the remaining arcs of a with the remaining arcs of b. Measure the facet with the smallest offset
-//!    with true supports.
-//! 4. If there is no admissible facet, [`half_admissible_depth`] gives the least depth along a
+//! 3. Cross the remaining arcs of a with the remaining arcs of b. Compute the true supports
+//!    of the facet with the smallest offset.
+//! 4. If there is no admissible facet, [`half_admissible_depth`] gives the smallest depth along a
 //!    normal that is admissible for one of the pieces. It is not a contact, unless two overlapping
 //!    bodies have no other contact.
 //!
@@ -58,7 +58,7 @@ pub struct AdmissibleDepth {
     /// The points (on a, on b) of the two features themselves: the nearest points of the feature
     /// with the admissible normal and of the other feature.
     pub facing: (DVec3, DVec3),
-    /// Unit, from b into a.
+    /// Unit vector from b into a.
     pub normal: DVec3,
     /// `max_b n·b − min_a n·a` along `normal` (length unit of the polytopes).
     pub depth: f64,
@@ -85,7 +85,7 @@ impl AdmissibleScratch {
     }
 }
 
-/// Returns the least depth over the admissible facets of a pair. `walked` is the unconstrained
+/// Returns the smallest depth over the admissible facets of a pair. `walked` is the unconstrained
 /// depth of the pair. `last` has the features of the result at the previous, nearby pose. `None` if
 /// no normal is admissible for both pieces.
 pub fn admissible_depth(
@@ -113,7 +113,7 @@ pub fn admissible_depth(
     search.answer(&mut walk.clip)
 }
 
-/// Returns the least depth along the face normals that are admissible for at least one of the
+/// Returns the smallest depth along the face normals that are admissible for at least one of the
 /// pieces. The search for supports climbs from `hub`. `None` if neither piece has an admissible
 /// normal.
 pub fn half_admissible_depth(

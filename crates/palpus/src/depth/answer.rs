@@ -83,7 +83,7 @@ pub struct Depth {
     pub point_a: DVec3,
     /// Witness point on the boundary of b.
     pub point_b: DVec3,
-    /// Unit, points from b into a.
+    /// Unit vector from b into a.
     pub normal: DVec3,
     /// `max_b n·b − min_a n·a` along `normal`, in the length unit of the polytopes. Not negative if
     /// the pair overlaps. A negative value means that the pair is apart by at least its absolute

@@ -103,8 +103,8 @@ pub fn depth_proven(
 /// `memory` belongs to the same two polytopes at an earlier pose, or it is empty. If the proof is
 /// complete, the certainty of the returned depth is
 /// [`GloballyOptimal`](super::Certainty::GloballyOptimal). If not, the best known answer is
-/// returned, its `stop` tells why the proof ended, and the memory is cleared. A pair that turns out
-/// to be apart (negative depth) is not proven; use a distance query for it.
+/// returned, its `stop` tells why the proof ended, and the memory is cleared. A pair that is in
+/// fact separate (negative depth) is not proven; use a distance query for it.
 pub fn prove(
     a: &Polytope,
     b: &Polytope,

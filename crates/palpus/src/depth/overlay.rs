@@ -28,7 +28,7 @@ use crate::algebra::tolerance::PARALLEL_EDGES;
 /// A facet of the CSO, represented as a corner of an overlap.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Corner {
-    /// Unit, from b into a.
+    /// Unit vector from b into a.
     pub(super) normal: DVec3,
     /// h(n), accurate within rounding and the slack with which the corner was accepted.
     pub(super) offset: f64,
@@ -43,8 +43,8 @@ struct Kept {
     arcs: [u8; PAGE],
 }
 
-/// Returns the corner with the smallest offset of the overlap at `hub`. `None` if no corner lies below
-/// `bar`.
+/// Returns the corner with the smallest offset of the overlap at `hub`. `None` if no corner lies
+/// below `bar`.
 pub(super) fn lowest_corner(
     cso: &Cso<'_>,
     maps_a: &mut GaussMaps,

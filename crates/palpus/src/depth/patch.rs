@@ -51,7 +51,7 @@ pub struct Touch {
     pub point_a: DVec3,
     /// Exact witness point on b.
     pub point_b: DVec3,
-    /// Unit, from b into a.
+    /// Unit vector from b into a.
     pub normal: DVec3,
 }
 

@@ -92,9 +92,9 @@ pub(super) fn depth_once(
     answer_at(&cso, &walked, &mut scratch.clip)
 }
 
-/// Returns the start with the smallest offset among all seeds. If no seed gives a direction, returns the
-/// start along the line between the centroids. If the centroids coincide, returns the start along
-/// x.
+/// Returns the start with the smallest offset among all seeds. If no seed gives a direction,
+/// returns the start along the line between the centroids. If the centroids coincide, returns the
+/// start along x.
 pub(super) fn lowest_start(cso: &Cso<'_>, seeds: &[Seed]) -> Start {
     let starts = seeds.iter().filter_map(|seed| Start::of(cso, seed, FIRST));
     let lowest = starts.reduce(|lowest, start| if start.offset < lowest.offset { start } else { lowest });
@@ -232,7 +232,8 @@ pub(super) fn walk_to_end(cso: &Cso<'_>, start: Start, trail: &mut Trail) -> Opt
     best.map(|best| Walked { steps, stop: if next.is_none() { best.stop } else { StopReason::Stalled }, ..best })
 }
 
-/// Returns a lower start next to a corner that is not a local minimum of h. `None` if it is one.
+/// Returns a lower start next to a corner that is not a local minimum of h. `None` if the
+/// corner is a local minimum.
 ///
 /// Overlaps of normal cones are only as accurate as the faces are flat. Inaccurate overlaps may
 /// leave a gap, and then a walk stops too early. In that case the origin lies beyond a side of the
@@ -270,8 +271,8 @@ pub(super) fn measured(cso: &Cso<'_>, corner: &Corner) -> Corner {
     Corner { hub, offset, ..*corner }
 }
 
-/// Returns the face with the smallest offset among all faces of both bodies, with its true support. Unlike a
-/// walk, this search needs no hub pair to start from.
+/// Returns the face with the smallest offset among all faces of both bodies, with its true support.
+/// Unlike a walk, this search needs no hub pair to start from.
 fn lowest_face(cso: &Cso<'_>) -> Option<Corner> {
     let mut found: Option<Corner> = None;
     let mut hub = FIRST;

@@ -36,8 +36,7 @@ pub(super) fn items<'b>(
     types: &[(u32, u64)],
 ) -> Result<Items<'b>, Fault> {
     let place = Place::Element("accessor", index as u64);
-    let missing =
-        |what: &str| Fault::malformed(place, format!("{what} does not exist; export the mesh again"));
+    let missing = |what: &str| Fault::malformed(place, format!("{what} does not exist; export the mesh again"));
     let accessor = root.accessors.get(index).ok_or_else(|| missing("the accessor"))?;
     let Some(&(_, size)) = types.iter().find(|&&(kind, _)| kind == accessor.component_type) else {
         let what = format!("component type {} cannot be used here; export the mesh again", accessor.component_type);

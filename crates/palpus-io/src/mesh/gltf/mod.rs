@@ -241,8 +241,9 @@ impl Reading<'_> {
                 }
                 let fetched = (self.fetch)(uri, buffer.byte_length);
                 Cow::Owned(fetched.map_err(|error| {
-                    let what =
-                        format!("the file {uri:?} beside it cannot be read ({error}); add the file or export the mesh as GLB");
+                    let what = format!(
+                        "the file {uri:?} beside it cannot be read ({error}); add the file or export the mesh as GLB"
+                    );
                     Fault::malformed(place, what)
                 })?)
             }

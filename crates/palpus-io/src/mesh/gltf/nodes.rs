@@ -55,10 +55,7 @@ fn roots(root: &Root) -> Result<Vec<usize>, Fault> {
     let scene = root.scene.unwrap_or(0);
     match root.scenes.get(scene) {
         Some(scene) => Ok(scene.nodes.clone()),
-        None => Err(Fault::malformed(
-            Place::File,
-            format!("scene {scene} does not exist; export the mesh again"),
-        )),
+        None => Err(Fault::malformed(Place::File, format!("scene {scene} does not exist; export the mesh again"))),
     }
 }
 

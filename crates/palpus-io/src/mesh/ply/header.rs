@@ -135,7 +135,10 @@ fn read_format(kind: &[u8], version: &[u8], place: Place) -> Result<Option<bool>
         b"ascii" => Ok(None),
         b"binary_little_endian" => Ok(Some(false)),
         b"binary_big_endian" => Ok(Some(true)),
-        _ => Err(Fault::unsupported(place, format!("PLY format {} is not supported; export the mesh again", shown(kind)))),
+        _ => Err(Fault::unsupported(
+            place,
+            format!("PLY format {} is not supported; export the mesh again", shown(kind)),
+        )),
     }
 }
 

@@ -143,8 +143,9 @@ impl State {
         let (topic, encoding) = (values.text()?, values.text()?);
         let Some(k) = [TICKS, SETTINGS].iter().position(|own| *own == topic) else { return Some(Ok(())) };
         if encoding != ENCODINGS.0 || self.schemas[k] != Some(schema) {
-            let problem =
-                format!("the messages of {topic} do not have the expected definition; was the file written by another version?");
+            let problem = format!(
+                "the messages of {topic} do not have the expected definition; was the file written by another version?"
+            );
             return Some(Err(End::Wrong(problem)));
         }
         self.channels[k] = Some(number);
@@ -178,8 +179,9 @@ impl State {
         };
         if compression != NOT_COMPRESSED {
             let shown: String = compression.chars().take(20).collect();
-            let problem =
-                format!("a chunk is compressed ({shown:?}); palpus reads only uncompressed chunks: decompress the file first");
+            let problem = format!(
+                "a chunk is compressed ({shown:?}); palpus reads only uncompressed chunks: decompress the file first"
+            );
             return Err(End::Wrong(problem));
         }
         let bytes = values.counted::<8>().ok_or(End::Damaged)?;

@@ -38,7 +38,7 @@ pub(super) struct Obstacle<'a> {
 pub(super) struct Exit {
     /// Distance along the ray up to which the ray is proven to be inside.
     pub(super) distance: f64,
-    /// Unit, pointing outward.
+    /// Unit vector that points outward.
     pub(super) normal: DVec3,
     /// Every translation t with `normal · t ≥ offset` lies outside.
     pub(super) offset: f64,

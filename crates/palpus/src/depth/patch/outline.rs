@@ -233,7 +233,7 @@ fn is_steep(polytope: &Polytope, v: u32, frame: &Frame, slope: f64) -> bool {
 /// The search for faces that are flat enough.
 struct NearFaces<'p> {
     polytope: &'p Polytope,
-    /// Unit, in the piece's frame: out of the piece, toward the other piece.
+    /// Unit vector in the piece's frame: out of the piece, toward the other piece.
     up: DVec3,
     slope: f64,
     /// Each face with the square of its slope.
