@@ -163,7 +163,7 @@ impl Search<'_> {
     }
 }
 
-/// Returns the direction in which the arcs of two edges cross, not unit. `None` if they do not
+/// Returns the direction in which the arcs of two edges cross, not normalised. `None` if they do not
 /// cross.
 ///
 /// Two arcs cross if the ends of each lie on both sides of the other's great circle. The ring of
