@@ -1,4 +1,4 @@
-//! Penetration depth by walking the surface of the Minkowski difference \[K02 §3.3, §3.4\].
+//! Penetration depth by a walk over the surface of the Minkowski difference \[K02 §3.3, §3.4\].
 
 mod admissible;
 mod answer;
