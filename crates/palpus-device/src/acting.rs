@@ -65,7 +65,7 @@ impl Acting {
     }
 
     /// Discards the stored wrenches, as if only zero had been written.
-    pub(crate) fn forget(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.written = [Wrench::ZERO; DELAY_MAX + 1];
     }
 }

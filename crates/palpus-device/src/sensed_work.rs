@@ -89,8 +89,8 @@ impl SensedWork {
     }
 
     /// Starts again: no wrench was written, and the grip has not moved.
-    pub(crate) fn forget(&mut self) {
-        self.acting.forget();
+    pub(crate) fn clear(&mut self) {
+        self.acting.clear();
         self.pose = None;
         self.axes = Default::default();
     }

@@ -96,12 +96,12 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         panicked: bool,
         elapsed: f64,
     ) -> Result<Shaped, DeviceError> {
-        let mut told = found;
-        told.note(Cut::Panic, panicked);
-        told.note(Cut::LateLoop, self.held.is_some_and(|since| self.time.now().saturating_sub(since) > self.stall));
-        told.note(Cut::Watchdog, self.is_newly_braked());
-        told.note(Cut::Suspended, self.real && self.was_suspended());
-        let shaped = self.chain.shape(state, computed, told, elapsed);
+        let mut reported = found;
+        reported.note(Cut::Panic, panicked);
+        reported.note(Cut::LateLoop, self.held.is_some_and(|since| self.time.now().saturating_sub(since) > self.stall));
+        reported.note(Cut::Watchdog, self.is_newly_braked());
+        reported.note(Cut::Suspended, self.real && self.was_suspended());
+        let shaped = self.chain.shape(state, computed, reported, elapsed);
         if self.braked && shaped.phase.is_on() {
             // The device is engaged again, with a small wrench.
             self.braked = false;

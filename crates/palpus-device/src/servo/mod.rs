@@ -31,7 +31,6 @@
 //! zero.
 //!
 //! The loop does not allocate after the first tick has begun.
-//! printed after the wrench is zero.
 //!
 //! It is a fault if more than a tenth of the ticks are late, or if the machine was suspended.
 //!

@@ -80,7 +80,7 @@ impl Pace {
         self.begin += now.saturating_sub(since);
         self.deadline = now;
         self.last = None;
-        self.punctuality.forget();
+        self.punctuality.clear();
     }
 
     /// Returns true if the deadline of the next tick has passed already; this tick then counts as

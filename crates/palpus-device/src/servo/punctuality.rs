@@ -70,7 +70,7 @@ impl Punctuality {
     }
 
     /// Empties the window after a pause.
-    pub(super) fn forget(&mut self) {
+    pub(super) fn clear(&mut self) {
         (self.oldest, self.count, self.late, self.now) = (0, 0, 0, 0.0);
     }
 }

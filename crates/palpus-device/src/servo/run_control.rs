@@ -311,9 +311,9 @@ mod tests {
         // The recorded inputs suffice to compute the wrenches again.
         let mut chain = SafetyChain::new(&limits, Engagement::Automatic, &SafetyOptions::default(), 1.0 / RATE_HZ);
         for tick in &ticks {
-            let told = Cuts::from_bits(tick.cuts.bits()).and(Cuts::INPUTS);
+            let reported = Cuts::from_bits(tick.cuts.bits()).and(Cuts::INPUTS);
             assert_eq!(
-                chain.shape(&tick.state, &tick.computed, told, tick.elapsed_s).wrench,
+                chain.shape(&tick.state, &tick.computed, reported, tick.elapsed_s).wrench,
                 tick.wrench,
                 "tick {}",
                 tick.index

@@ -65,9 +65,9 @@ fn withheld_force_is_counted_and_replayed() {
     let limits = SafetyOptions::default().limits(device.spec(), 1000.0);
     let mut chain = SafetyChain::new(&limits, Engagement::Automatic, &SafetyOptions::default(), 1e-3);
     for tick in &ticks {
-        let told = Cuts::from_bits(tick.cuts.bits()).and(Cuts::INPUTS);
+        let reported = Cuts::from_bits(tick.cuts.bits()).and(Cuts::INPUTS);
         assert_eq!(
-            chain.shape(&tick.state, &tick.computed, told, tick.elapsed_s).wrench,
+            chain.shape(&tick.state, &tick.computed, reported, tick.elapsed_s).wrench,
             tick.wrench,
             "tick {}",
             tick.index
