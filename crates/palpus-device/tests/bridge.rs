@@ -258,7 +258,7 @@ fn a_driver_that_ends_is_lost_with_its_reason() {
 fn a_force_that_nobody_told_loses_the_device() {
     let driver = StandIn::start(Behaviour { defect: Some(Defect::PushesUnasked), ..Behaviour::good(WAYS[0]) });
     let mut device = open(&driver);
-    let lost = |error: &DeviceError| error.to_string().contains("pushes with 1.0 N although the command is zero");
+    let lost = |error: &DeviceError| error.to_string().contains("applies 1.0 N although the command is zero");
     assert!(comes_to(|| device.read().is_err_and(|error| lost(&error))));
 }
 

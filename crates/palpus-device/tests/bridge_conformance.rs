@@ -45,10 +45,10 @@ fn every_defect_is_found() {
         Defect::EchoesNothing => "echoes commands",
         Defect::PushesAskew | Defect::PushesUnasked => "applies a valid wrench",
         Defect::NeverExpires | Defect::ExpiresUnsaid => "goes to zero",
-        Defect::PushesUnknowing => "does not know",
+        Defect::PushesUnknowing => "before the last zero",
         Defect::PushesStale => "older than its validity",
         Defect::IgnoresCheck | Defect::IgnoresSequence | Defect::IgnoresNonce => "ignores damaged",
-        Defect::SameSession | Defect::GoesOnAfterClose => "ends a session",
+        Defect::SameSession | Defect::GoesOnAfterClose => "ends a closed session",
     };
     std::thread::scope(|scope| {
         // Two at a time: each waits for its driver most of the time.
