@@ -255,7 +255,7 @@ fn a_driver_that_ends_is_lost_with_its_reason() {
 }
 
 #[test]
-fn a_force_that_nobody_told_loses_the_device() {
+fn uncommanded_force_loses_the_device() {
     let driver = StandIn::start(Behaviour { defect: Some(Defect::PushesUnasked), ..Behaviour::good(WAYS[0]) });
     let mut device = open(&driver);
     let lost = |error: &DeviceError| error.to_string().contains("applies 1.0 N although the command is zero");

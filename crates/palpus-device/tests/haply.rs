@@ -117,7 +117,7 @@ fn a_service_that_goes_away_ends_the_run_and_is_said() {
     let (statistics, _) = run(&address, 20.0);
     thread.join().expect("the service");
     let RunEnd::DeviceFailed(error) = &statistics.end else { panic!("{:?}", statistics.end) };
-    assert!(error.to_string().contains("Inverse Service is gone"), "{error}");
+    assert!(error.to_string().contains("connection to the Inverse Service is lost"), "{error}");
 }
 
 /// A state that lacks this status for 40 messages now and then.
