@@ -92,7 +92,13 @@ pub fn known_device(name: &str) -> Option<DeviceSpec> {
 
 fn simulated() -> Finding {
     let settings = SimulationSettings::default();
-    Finding::found("simulated", "sim", settings.spec, settings.rate_hz, "a device held by a simulated operator; always available")
+    Finding::found(
+        "simulated",
+        "sim",
+        settings.spec,
+        settings.rate_hz,
+        "a device held by a simulated operator; always available",
+    )
 }
 
 #[cfg(test)]

@@ -241,7 +241,9 @@ fn refuses_stale(peer: &mut Peer) -> Result<String, String> {
     let Some(wrench) = push(peer) else { return Ok(NO_FORCE.to_owned()) };
     let old = peer.newest()?;
     let age = u64::from(VALID_FOR_US) * 1000;
-    let newest = peer.state_where(|state| state.time_ns > old.state.time_ns + 2 * age)?.ok_or("the driver sends no further states")?;
+    let newest = peer
+        .state_where(|state| state.time_ns > old.state.time_ns + 2 * age)?
+        .ok_or("the driver sends no further states")?;
     let sent =
         peer.tell(Command { echo: newest.sequence, time_ns: old.state.time_ns, wrench, valid_for_us: VALID_FOR_US })?;
     never_pushes(peer, sent, "its `time_ns + valid_for_us` had passed when it arrived: stay at zero")?;

@@ -92,7 +92,9 @@ pub enum HaplyError {
     #[error("`{0}` is not the address of a service; write ws://localhost:10001")]
     Address(String),
     /// The service is on another machine, which the options do not allow.
-    #[error("{0} is not on this machine; forces over a network are late, so such a service is used only if you give its address")]
+    #[error(
+        "{0} is not on this machine; forces over a network are late, so such a service is used only if you give its address"
+    )]
     NotHere(String),
     /// No service answers.
     #[error("no service answers at {address} ({why})")]

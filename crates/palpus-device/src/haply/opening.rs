@@ -59,8 +59,9 @@ pub(super) fn open(options: &HaplyOptions) -> Result<Opened, HaplyError> {
         Failed::NoService(why) => HaplyError::NoService { address: written(), why },
         Failed::NotUnderstood(why) => not_understood(why),
     })?;
-    let inventory =
-        hear(&mut wire, "does not send its inventory").and_then(|text| message::inventory(&text)).map_err(not_understood)?;
+    let inventory = hear(&mut wire, "does not send its inventory")
+        .and_then(|text| message::inventory(&text))
+        .map_err(not_understood)?;
     let arm = choose(&inventory.arms, options, &address)?;
     let not_ready = |why: String| HaplyError::NotReady { device: format!("the arm {}", arm.id), why };
     let in_use = "in use by another program, whose forces would be added: close that program; if you have just closed it, try again";

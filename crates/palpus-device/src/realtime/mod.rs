@@ -227,7 +227,9 @@ mod tests {
     #[test]
     fn watchdog_without_thread_or_priority_is_refused() {
         let failed = std::io::Error::from_raw_os_error(11);
-        let Claimed::Refused { why, mend } = rehearsed(Err(failed)) else { panic!("a thread that did not start must be refused") };
+        let Claimed::Refused { why, mend } = rehearsed(Err(failed)) else {
+            panic!("a thread that did not start must be refused")
+        };
         assert!(why.contains("cannot be started") && why.contains("hold its force") && mend.contains("ulimit"));
         // This thread has no real-time priority.
         let Claimed::Refused { why, .. } = rehearse_watchdog() else { panic!("this thread has no priority") };

@@ -261,7 +261,11 @@ mod tests {
     #[test]
     fn button_must_be_pressed_again_after_a_fault() {
         let mut machine = Machine::new(Engagement::Button(0b10), 0.0, 0.01, Rearm::ByPerson);
-        assert_eq!(ticks(&mut machine, 5, 0b10, true), Phase::Idle, "a button that is down from the start does not count");
+        assert_eq!(
+            ticks(&mut machine, 5, 0b10, true),
+            Phase::Idle,
+            "a button that is down from the start does not count"
+        );
         assert_eq!(tick(&mut machine, 0b01, true), Phase::Idle, "another button must not enable forces");
         assert_eq!(tick(&mut machine, 0b11, true), Phase::Engaged);
         assert_eq!(ticks(&mut machine, 5, 0, true), Phase::Engaged);
@@ -289,7 +293,11 @@ mod tests {
             if button == 0 {
                 assert_eq!(ticks(&mut machine, 30, 0, false), Phase::Waiting, "{engagement:?}");
             } else {
-                assert_eq!(ticks(&mut machine, 30, button, true), Phase::Idle, "{engagement:?}: a button that stays pressed does not count");
+                assert_eq!(
+                    ticks(&mut machine, 30, button, true),
+                    Phase::Idle,
+                    "{engagement:?}: a button that stays pressed does not count"
+                );
                 tick(&mut machine, 0, true);
             }
             assert_eq!(ticks(&mut machine, 12, button, true), Phase::Engaged, "{engagement:?}");
@@ -309,7 +317,11 @@ mod tests {
         assert_eq!(tick(&mut machine, 0, true), Phase::Idle);
         assert_eq!(ticks(&mut machine, 12, 1, true), Phase::Engaged);
         fault(&mut machine, 1, AfterFault::Reengage);
-        assert_eq!(ticks(&mut machine, 100, 1, true), Phase::Idle, "a button held during a fault must not enable forces");
+        assert_eq!(
+            ticks(&mut machine, 100, 1, true),
+            Phase::Idle,
+            "a button held during a fault must not enable forces"
+        );
         tick(&mut machine, 0, true);
         assert_eq!(ticks(&mut machine, 12, 1, true), Phase::Engaged);
     }

@@ -233,12 +233,7 @@ impl SafetyLimits {
             line("delay", self.delay, "s", "from write to action, as the device states; at most 8 periods"),
             line("position_step", self.position_step, "m", "encoder step, as the device states; at most 0.5 mm"),
             line("angle_step", self.angle_step, "rad", "encoder step, as the device states; at most 0.005 rad"),
-            line(
-                "allowance",
-                self.allowance,
-                "J",
-                "peak over 0.5 mm: energy given before passivity acts",
-            ),
+            line("allowance", self.allowance, "J", "peak over 0.5 mm: energy given before passivity acts"),
         ]
     }
 

@@ -300,7 +300,11 @@ fn gate_rejects_impossible_motion() {
     let only = |cuts: Cuts, cut: Cut| cuts == reported(cut);
     let (bad, next) = spoilt(|state| state.twist.linear.z = f64::NAN);
     assert!(only(bad.cuts, Cut::NonFiniteState) && next.cuts.is_none());
-    assert_eq!(bad.state, Some(DeviceState { twist: Twist::default(), ..sample(1) }), "the last valid state must be held, at rest");
+    assert_eq!(
+        bad.state,
+        Some(DeviceState { twist: Twist::default(), ..sample(1) }),
+        "the last valid state must be held, at rest"
+    );
     assert!(only(spoilt(|state| state.time = f64::INFINITY).0.cuts, Cut::NonFiniteState));
     assert!(only(spoilt(|state| state.pose.rotation *= 2.0).0.cuts, Cut::NonFiniteState));
     let (there, back) = spoilt(|state| state.pose.translation.y += 5e-3);
@@ -344,7 +348,10 @@ fn heat_and_slew_use_the_elapsed_time() {
         let given = chain.shape(&at_rest(), &force(DVec3::X * 8.0), Cuts::NONE, 10.0 * DT).wrench.force;
         heat += (given.length_squared() - heat) * (1.0 - (-10.0 * DT / limits.heating_time).exp());
         assert!(heat.sqrt() <= limits.force_continuous * 1.01, "{} N thermal", heat.sqrt());
-        assert!(given.distance(last) <= limits.force_slew * DT * (1.0 + 1e-9), "two writes must not differ by more than the slew limit");
+        assert!(
+            given.distance(last) <= limits.force_slew * DT * (1.0 + 1e-9),
+            "two writes must not differ by more than the slew limit"
+        );
         last = given;
     }
     // A tick after a tenth of a period may change the wrench by a tenth of the limit.
@@ -361,7 +368,8 @@ fn refused_velocity_causes_no_damping() {
     for tick in 0..8500 {
         let state = DeviceState { time: sample(tick).time, ..moving(DVec3::X * 5.0) };
         let admitted = gate.admit(&state, DT);
-        let shaped = chain.shape(&admitted.state.expect("a finite state is admitted"), &Wrench::ZERO, admitted.cuts, DT);
+        let shaped =
+            chain.shape(&admitted.state.expect("a finite state is admitted"), &Wrench::ZERO, admitted.cuts, DT);
         assert_eq!(shaped.wrench, Wrench::ZERO, "tick {tick}");
     }
 }

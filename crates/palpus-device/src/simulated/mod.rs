@@ -99,7 +99,9 @@ pub enum SimulationError {
     Mechanics,
     /// The stiffness or damping is so large for the mass that a tick would need more than 10 000
     /// steps.
-    #[error("device and hand move too fast to simulate: the mass or inertia is too small for the stiffness and damping")]
+    #[error(
+        "device and hand move too fast to simulate: the mass or inertia is too small for the stiffness and damping"
+    )]
     TooFast,
     /// An encoder step or the filter frequency is negative or not finite.
     #[error("the encoders' steps must not be negative, and the velocity filter must be positive")]

@@ -40,7 +40,9 @@ fn finding(path: Option<&str>) -> Finding {
 fn why(error: &SpaceMouseError) -> String {
     match error {
         // The remedy is a separate field of the finding.
-        SpaceMouseError::Denied { path, why, .. } => format!("{path} is a SpaceMouse, but this user may not read it ({why})"),
+        SpaceMouseError::Denied { path, why, .. } => {
+            format!("{path} is a SpaceMouse, but this user may not read it ({why})")
+        }
         SpaceMouseError::None if !lists_devices() => {
             "this system lists no HID devices (perhaps it is a container)".to_owned()
         }

@@ -77,7 +77,9 @@ impl Peer {
                 Ok(Frame { body: Body::Close(reason), .. }) => {
                     return Err(self.lost(format!("the driver ends the session: {reason}")));
                 }
-                Ok(_) => return Err("it sends a frame with another nonce, or a frame that only palpus may send".to_owned()),
+                Ok(_) => {
+                    return Err("it sends a frame with another nonce, or a frame that only palpus may send".to_owned());
+                }
                 Err(refusal) => return Err(format!("it sends an invalid frame: {refusal}")),
             }
         }

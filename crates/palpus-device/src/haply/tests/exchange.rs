@@ -58,7 +58,10 @@ fn self_test_passes_and_commands_no_force() {
     assert!(passed.brake && passed.own_watchdog.is_some() && !passed.withheld, "{passed}");
     assert!(service.received().iter().all(|received| received.force == DVec3::ZERO));
     drive(&mut device, 20).unwrap();
-    assert!(service.received().iter().any(|received| received.force.x == 1.0), "the device must work after the self test");
+    assert!(
+        service.received().iter().any(|received| received.force.x == 1.0),
+        "the device must work after the self test"
+    );
 }
 
 #[test]
@@ -74,7 +77,10 @@ fn brake_removes_the_force() {
     assert!(service.received()[before..].iter().all(|received| received.force == DVec3::ZERO));
     brake.release();
     drive(&mut device, 20).unwrap();
-    assert!(service.received().last().is_some() && service.received().iter().rev().take(10).any(|received| received.force.x == 1.0));
+    assert!(
+        service.received().last().is_some()
+            && service.received().iter().rev().take(10).any(|received| received.force.x == 1.0)
+    );
 }
 
 #[test]

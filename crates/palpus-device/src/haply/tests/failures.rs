@@ -7,7 +7,7 @@ use palpus::algebra::Wrench;
 use serde_json::json;
 
 use super::super::*;
-use super::service::{Act, Service, Received, frame, inventory, with};
+use super::service::{Act, Received, Service, frame, inventory, with};
 use super::{assert_no_force_twice, drive, drive_until_lost};
 
 /// A name or an expected reason, and the action of the service.

@@ -178,7 +178,12 @@ fn understood(text: &str) -> Received {
     let (spelled, vector) = command.iter().next().unwrap();
     let part = |key: &str| vector[key].as_f64().unwrap();
     let session = value["session"]["configure"]["profile"]["name"].as_str().map(str::to_owned);
-    Received { at: Instant::now(), force: DVec3::new(part("x"), part("y"), part("z")), spelled: spelled.clone(), session }
+    Received {
+        at: Instant::now(),
+        force: DVec3::new(part("x"), part("y"), part("z")),
+        spelled: spelled.clone(),
+        session,
+    }
 }
 
 /// Returns the first message of the service: a state with the configurations.
