@@ -214,7 +214,7 @@ pub struct DeviceSpec {
     pub actuated: Axes,
     /// Axes with sensors.
     pub sensed: Axes,
-    /// Number of buttons that the loop sees; 0 if there are none or the number is unknown. If a
+    /// Number of buttons that the loop sees; 0 without buttons or if the number is unknown. If a
     /// device has buttons, the user enables forces by holding one of them.
     pub buttons: u8,
     /// Sides of the box that the grip can reach, m, if the maker states them.

@@ -15,11 +15,11 @@ pub struct Finding {
     pub backend: &'static str,
     /// Name of the device; if none was found, the devices that this back end supports.
     pub name: String,
-    /// Whether the device can be used.
+    /// Result of the search.
     pub state: FindingState,
 }
 
-/// Whether a device can be used, with its description or the reason.
+/// Result of the search for a device: its description, or the reason why it cannot be used.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FindingState {
     /// The device can be used.

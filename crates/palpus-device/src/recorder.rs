@@ -4,8 +4,8 @@
 //!    queue drops the row and counts it.
 //! 2. A writer thread removes the rows in order and passes them to the caller's [`Sink`]. It also
 //!    calls the sink when the queue is empty.
-//! 3. [`Recording::finish`] waits until the writer has emptied the queue, and returns the numbers
-//!    of written and dropped rows.
+//! 3. [`Recording::finish`] waits until the writer has emptied the queue, and returns the
+//!    numbers of written and dropped rows.
 
 use std::io;
 use std::sync::Arc;
@@ -85,7 +85,7 @@ pub struct RecordingSummary {
     pub written: u64,
     /// Number of rows dropped because the queue was full: the writer was too slow or had failed.
     pub dropped: u64,
-    /// The error that stopped the writer early; `None` if there was none.
+    /// The error that stopped the writer early; `None` without an error.
     pub error: Option<io::Error>,
 }
 

@@ -23,8 +23,8 @@ use palpus::algebra::{Pose, Wrench, rotation_between};
 use crate::acting::Acting;
 use crate::device::DeviceSpec;
 
-/// Shortest time over which a motion of few steps is booked, s. At 20 mm/s it covers several steps
-/// of 0.03 mm, and it is short compared with the period of a limit cycle.
+/// Shortest time over which a motion of few steps is booked, s. At 20 mm/s it covers several
+/// steps of 0.03 mm, and it is short compared with the period of a limit cycle.
 const SPAN: f64 = 3.5e-3;
 /// Loads older than this, s, are counted with half their weight.
 const MEMORY: f64 = 50e-3;

@@ -321,7 +321,7 @@ fn tool_of_a_faulted_device_is_still_felt() {
         assert_eq!(last_count - first_count.expect("there is a tick"), 0);
         let [one, other] = [&forces[0], &forces[1]];
         assert!(one[1199].x < -0.5 && (one[1199] + other[1199]).length() < 0.1, "{} {}", one[1199], other[1199]);
-        // The first device has lost its force, but the second one has not.
+        // Only the first device has lost its force.
         assert!(one[1201].length() < 0.3 && other[1201].x > 0.5, "{} {}", one[1201], other[1201]);
         assert_eq!(one[2001], DVec3::ZERO);
         assert!(other[2200].x > 0.5 && other[2999].x > 0.5, "{} {}", other[2200], other[2999]);

@@ -20,8 +20,8 @@ use palpus_scenes::{Scene, scene};
 
 const SEED: u64 = 0x501d;
 
-/// Renders the scene through a coupling that the simulated device can render stably, with contacts
-/// of `stiffness` N/m.
+/// Renders the scene through a coupling that the simulated device can render stably, with
+/// contacts of `stiffness` N/m.
 fn renderer(scene: &Scene, stiffness: f64) -> Renderer {
     let (a, b) = (body(&scene.probe), body(&scene.environment));
     let limits = limits();

@@ -85,8 +85,8 @@ fn taps_give_the_hand_no_energy() {
     }
 }
 
-/// Returns the true accelerations of the grip (m/s²) from the first impact on, and the first force
-/// of the transient (N).
+/// Returns the true accelerations of the grip (m/s²) from the first impact on, and the first
+/// force of the transient (N).
 fn struck(hand: HandImpedance, material: Material) -> (Vec<f64>, f64) {
     let (mut device, limits) = tapping(hand, 0.1);
     let mut plate = Plate::new(limits, Some(material));
@@ -115,8 +115,8 @@ fn grip_vibrates_as_the_material_does() {
             let hand = hand_preset(preset).expect("the preset exists");
             let mass = hand.mass + SimulationSettings::default().apparatus.mass;
             let Material { frequency, decay, gain } = material;
-            // The reference is the same tap with a transient so small that it only marks the time
-            // of the impact.
+            // The reference is the same tap with a transient so small that it only marks the
+            // time of the impact.
             let (rung, first) = struck(hand, material);
             let (quiet, _) = struck(hand, Material { gain: 1e-9, ..material });
             let own = TAU * frequency;

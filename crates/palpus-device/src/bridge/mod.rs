@@ -314,9 +314,9 @@ impl Drop for BridgeDevice {
 /// Brake of a bridge device: sends zero, and makes every later command zero.
 ///
 /// The loop may be between the check of the flag and the send. It takes the number of its command
-/// before it checks the flag, and the brake takes a number after it has set the flag. So a wrench
-/// that passed the check has a lower number than this zero command, and the driver ignores it if it
-/// arrives later.
+/// before it checks the flag, and the brake takes a number after it has set the flag. So a
+/// wrench that passed the check has a lower number than this zero command, and the driver ignores
+/// it if it arrives later.
 struct BridgeBrake {
     flag: BrakeFlag,
     shared: Arc<Shared>,

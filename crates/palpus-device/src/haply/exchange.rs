@@ -9,9 +9,9 @@
 //! the last three. Otherwise zero is sent.
 //!
 //! **Gaps.** If zero is sent in place of a force, the loop continues from a force that the hand
-//! does not feel. So each such gap has a number, and the loop's next state is withheld. A force
-//! that was computed before the loop read that state is not sent. Afterwards the loop starts from
-//! zero.
+//! does not feel. So each such gap has a number, and the loop's next state is withheld. A
+//! force that was computed before the loop read that state is not sent. Afterwards the loop starts
+//! from zero.
 
 use std::borrow::Cow;
 use std::sync::Arc;

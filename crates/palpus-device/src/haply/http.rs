@@ -10,7 +10,7 @@ use super::wire::Line;
 /// Largest number of bytes that are read of an answer.
 const MOST: u64 = 1 << 16;
 
-/// Returns the JSON object that the service answers to `GET path`; `None` if there is none.
+/// Returns the JSON object that the service answers to `GET path`; `None` without such an object.
 pub(super) fn get(address: &Address, path: &str) -> Option<Value> {
     let mut line = Line::connect(&address.sockets).ok()?;
     let request = format!(

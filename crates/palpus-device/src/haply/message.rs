@@ -279,7 +279,7 @@ fn says_no(entry: &Value, all: [(&str, &'static str); 3]) -> Option<&'static str
     all.into_iter().find(|(key, _)| entry["status"][*key] == Value::Bool(false)).map(|(_, trouble)| trouble)
 }
 
-/// Returns the text for a setting that scales or turns positions; `None` if there is none.
+/// Returns the text for a setting that scales or turns positions; else `None`.
 fn turned_or_scaled(config: &Value) -> Option<&'static str> {
     let turned = permutation(config).is_some_and(|axes| axes != "XYZ");
     let turned = turned.then_some("turned by the service (`basis`), so that +X is not to the right: reset it to XYZ");

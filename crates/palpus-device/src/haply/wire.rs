@@ -117,7 +117,7 @@ impl Wire {
     }
 
     /// Returns the next message that arrives before `until`. If `until` is `None`, returns a
-    /// message only if one has already arrived.
+    /// message only if it has already arrived.
     pub(super) fn hear(&mut self, until: Option<Instant>) -> Result<Heard, String> {
         self.socket.get_mut().until = until;
         for _ in 0..MOST_CONTROL {

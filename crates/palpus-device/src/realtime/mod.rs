@@ -108,7 +108,7 @@ pub fn claim(options: &RealTimeOptions) -> RealTimeClaims {
     RealTimeClaims { priority, memory, core, watchdog, pinned_to }
 }
 
-/// Starts a thread in the same way as the watchdog thread, and returns what it was granted.
+/// Starts a thread in the same way as the watchdog thread, and returns the granted priority.
 fn rehearse_watchdog() -> Claimed {
     let thread = std::thread::Builder::new().name("watchdog".to_owned()).spawn(outrank);
     rehearsed(thread.map(std::thread::JoinHandle::join))

@@ -143,8 +143,8 @@ impl Cuts {
             | Cut::Suspended.bit(),
     );
     /// Cuts that are inputs of the chain, since it cannot derive all of them from states and
-    /// wrenches: faults, a paused run, a device that withholds its force, new settings, and a run
-    /// that is about to end.
+    /// wrenches: faults, a paused run, a device that withholds its force, new settings, and a
+    /// run that is about to end.
     pub const INPUTS: Self =
         Self(Self::FAULTS.0 | Cut::Paused.bit() | Cut::Withheld.bit() | Cut::Settings.bit() | Cut::Ending.bit());
     /// Faults after which the velocity of the state is unreliable.

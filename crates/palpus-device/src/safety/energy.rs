@@ -38,8 +38,8 @@ const SLOW: f64 = 3e-3;
 /// Rotation speed below which the direction is noise, rad/s: a tenth of a step of 2.5e-4 rad per
 /// millisecond.
 const SLOW_TURN: f64 = 0.025;
-/// Largest damping of the controller, relative to the damping after a fault. It is less than half
-/// of the damping at which the device would begin to oscillate.
+/// Largest damping of the controller, relative to the damping after a fault. It is less than
+/// half of the damping at which the device would begin to oscillate.
 const MOST_DAMPING: f64 = 3.0;
 /// Travel for the credit, m: a spring with the peak force over this travel can return half of force
 /// times travel.
@@ -134,8 +134,8 @@ impl EnergyAccount {
         }
     }
 
-    /// Step 3: returns the share to take back of `payable`, the largest power (W) that both kinds
-    /// of motion can pay. `dt`: duration of the coming tick, s.
+    /// Step 3: returns the share to take back of `payable`, the largest power (W) that both
+    /// kinds of motion can pay. `dt`: duration of the coming tick, s.
     fn share_taken(&self, payable: f64, dt: f64) -> f64 {
         let excess = self.given - self.allowance;
         // This form also covers NaN.
@@ -198,8 +198,8 @@ mod tests {
     const PERIOD: f64 = 1e-3;
 
     /// Simulates a wall of `stiffness` N/m below x = 0 for two seconds, with a device that a
-    /// relaxed operator holds against it. Returns the largest true energy given to the hand, J, and
-    /// whether any wrench was changed.
+    /// relaxed operator holds against it. Returns the largest true energy given to the hand, J,
+    /// and whether any wrench was changed.
     fn wall(stiffness: f64, mut stage: Option<EnergyAccount>) -> (f64, bool) {
         let settings = SimulationSettings { hand: HandImpedance::RELAXED, ..SimulationSettings::default() };
         let mut device = SimulatedDevice::new(settings, |time: f64| {

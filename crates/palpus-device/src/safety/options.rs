@@ -12,8 +12,8 @@ pub struct SafetyOptions {
     /// Thresholds of the chain; `None` for [`SafetyLimits::of`] the device. A threshold that is
     /// looser than the device's is replaced by the device's.
     pub limits: Option<SafetyLimits>,
-    /// Accepts looser thresholds, even infinite ones. Use this only in tests, never with a device
-    /// that a person holds.
+    /// Accepts looser thresholds, even infinite ones. Use this only in tests, never with a
+    /// device that a person holds.
     pub loosened: bool,
     /// Reaction to a fault that the loop survives.
     pub after_fault: AfterFault,

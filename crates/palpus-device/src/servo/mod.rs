@@ -10,8 +10,8 @@
 //! 5. It writes the resulting wrenches to the devices and notifies their watchdogs.
 //! 6. It records times, energy, largest values and cuts, and passes the ticks to the observer.
 //!
-//! **Several devices.** Each device has its own gate, safety chain, brake and watchdog, independent
-//! of those of other devices. So a fault removes the force of one device only.
+//! **Several devices.** Each device has its own gate, safety chain, brake and watchdog,
+//! independent of those of other devices. So a fault removes the force of one device only.
 //!
 //! - If a gate does not accept a state, the step gets the device's last accepted state, at rest.
 //!   Otherwise the other operators would feel a tool in a place where it never was.
@@ -25,10 +25,10 @@
 //! whole periods skips and counts them, and keeps its phase; it does not run a burst of ticks.
 //!
 //! **The end.** However the loop ends (duration, stop flag, device, or a panic in the step, the
-//! observer or the device), the last wrench written is zero. After a panic in the step, or a fault
-//! that must stop the run, the loop first damps the grip for a moment. Otherwise the wrench goes to
-//! zero within the slew limit. The message of a panic in the step is printed after the wrench is
-//! zero.
+//! observer or the device), the last wrench written is zero. After a panic in the step, or a
+//! fault that must stop the run, the loop first damps the grip for a moment. Otherwise the wrench
+//! goes to zero within the slew limit. The message of a panic in the step is printed after the
+//! wrench is zero.
 //!
 //! The loop does not allocate after the first tick has begun.
 //!
@@ -265,8 +265,8 @@ impl Servo {
     /// device.
     ///
     /// `step` gets the state of each device and the period (s), and stores its result for each
-    /// device at the device's index. A device without a result gets no force. The pose of a device
-    /// that has not returned a state yet is NaN.
+    /// device at the device's index. A device without a result gets no force. The pose of a
+    /// device that has not returned a state yet is NaN.
     ///
     /// # Errors
     /// Fails if the number of devices differs from the number that the loop was made for.

@@ -87,8 +87,8 @@ impl<'a, D: HapticDevice + ?Sized, T> Turns<'a, D, T> {
         self.pace.resume(since, self.time);
     }
 
-    /// Returns true if the run control has ended the run and all wrenches have faded out. A loop
-    /// that stands still in a pause ends at once.
+    /// Returns true if the run control has ended the run and all wrenches have faded out. A
+    /// loop that stands still in a pause ends at once.
     pub(super) fn is_over(&mut self) -> bool {
         if !self.control.is_ended() {
             return false;

@@ -48,7 +48,7 @@ pub(super) struct Periods {
     /// the relative standard deviation of its periods.
     means: [f64; 2],
     scatter: f64,
-    /// Time of the late tick in the current second, s; infinite if there is none.
+    /// Time of the late tick in the current second, s; infinite without a late tick.
     late_at: f64,
     /// Reduction of the next period after a late tick, in nominal periods.
     owed: f64,

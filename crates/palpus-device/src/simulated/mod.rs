@@ -1,9 +1,9 @@
 //! A simulated device held by a simulated operator: the default device, also used in tests.
 //!
-//! The chain of the simulation is: intended pose → spring–damper of the hand → inertia and friction
-//! of device and hand → encoders, once per tick → the loop → the written wrench → device and hand.
-//! The written wrench is clipped to the device's limits, delayed by one tick by default, and held
-//! for one tick.
+//! The chain of the simulation is: intended pose → spring–damper of the hand → inertia and
+//! friction of device and hand → encoders, once per tick → the loop → the written wrench → device
+//! and hand. The written wrench is clipped to the device's limits, delayed by one tick by default,
+//! and held for one tick.
 //!
 //! Simulated time is counted in reads. Every [`HapticDevice::read`] after the first one advances it
 //! by one period: the nominal period, or an uneven one ([`Jitter`]). The wall clock has no
@@ -120,7 +120,7 @@ pub enum SimulationError {
     Jitter,
 }
 
-/// A simulated haptic device and the simulated operator who holds it; the module describes the
+/// A simulated haptic device, held by a simulated operator; the module describes the
 /// model.
 #[derive(Clone, Debug)]
 pub struct SimulatedDevice<I> {

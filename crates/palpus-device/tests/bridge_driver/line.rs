@@ -80,7 +80,7 @@ impl Line {
         self.try_send(frame, false);
     }
 
-    /// Sends a frame, and waits for room if there is none.
+    /// Sends a frame, and waits while the queue is full.
     pub(super) fn send_patiently(&mut self, frame: &[u8]) {
         self.try_send(frame, true);
     }

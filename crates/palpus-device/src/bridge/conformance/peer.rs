@@ -105,8 +105,7 @@ impl Peer {
         Ok(newest)
     }
 
-    /// Returns the first of the next states for which `what` is true; `None` if there is none among
-    /// them.
+    /// Returns the first of the next states for which `what` is true; `None` if no state matches.
     pub(super) fn state_where(&mut self, what: impl Fn(&State) -> bool) -> Result<Option<Numbered>, String> {
         for _ in 0..self.most_states() {
             let next = self.next_state()?;
