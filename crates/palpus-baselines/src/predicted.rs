@@ -369,7 +369,11 @@ mod tests {
         let felt = method.step(&pose, &twist, 1e-3);
         assert!((felt.deepest + 0.5e-3).abs() < 1e-4, "{felt:?}");
         method.clear();
-        assert_eq!(method.step(&pose, &Twist::default(), 1e-3), Felt::NOTHING, "without an earlier pose there must be no force");
+        assert_eq!(
+            method.step(&pose, &Twist::default(), 1e-3),
+            Felt::NOTHING,
+            "without an earlier pose there must be no force"
+        );
     }
 
     #[test]

@@ -37,7 +37,8 @@ type Maker<'a> = &'a dyn Fn(Arc<Body>, Arc<Body>, Settings) -> Box<dyn Baseline>
 /// height of this corner over the table (m), its lever arm from the grip, and the result.
 fn down(soup: &PolygonSoup, turn: DQuat, make: Maker<'_>, mut judge: impl FnMut(f64, DVec3, &Felt)) {
     let mut method = make(body(soup), table(), SETTINGS);
-    let lowest = soup.vertices.iter().map(|&p| turn * p).min_by(|p, q| p.z.total_cmp(&q.z)).expect("a mesh has vertices");
+    let lowest =
+        soup.vertices.iter().map(|&p| turn * p).min_by(|p, q| p.z.total_cmp(&q.z)).expect("a mesh has vertices");
     let speed = -0.05;
     let twist = Twist { angular: DVec3::ZERO, linear: DVec3::Z * speed };
     for tick in 0..70 {

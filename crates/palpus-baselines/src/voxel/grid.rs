@@ -146,7 +146,10 @@ mod tests {
                 let [u, v] = [random.vector(), random.vector()].map(|w| w.x.abs());
                 let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
                 let inside = p + (q - p) * u + (r - p) * v;
-                assert!(met[grid.holding(inside).expect("the point lies in the grid")], "seed {SEED:#x}, round {round}");
+                assert!(
+                    met[grid.holding(inside).expect("the point lies in the grid")],
+                    "seed {SEED:#x}, round {round}"
+                );
             }
             // A voxel must not be met if its circumscribed sphere misses the triangle. It must be
             // met if its inscribed sphere touches the triangle.
@@ -169,7 +172,11 @@ mod tests {
             other != voxel && steps.max_element() < 1.5
         })));
         let corners = [bounds.min, bounds.max];
-        assert!(corners.into_iter().all(|p| grid.around_voxel(grid.holding(p).expect("the corner lies in the grid")).count() == 26));
+        assert!(
+            corners
+                .into_iter()
+                .all(|p| grid.around_voxel(grid.holding(p).expect("the corner lies in the grid")).count() == 26)
+        );
         assert_eq!(grid.holding(DVec3::splat(1e300)), None);
     }
 }

@@ -160,8 +160,8 @@ pub(super) fn point_shell(body: &Body, size: f64, memory: usize) -> Result<Vec<S
 /// for two opposite sides of a sheet. Then the normal of the nearest triangle is used.
 const CANCELLED: f64 = 1e-6;
 
-/// A sample of the probe's surface.
-# A sample point of the probe's surface.
+/// A sample point of the probe's surface.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct ShellPoint {
     /// Position in the probe's frame, m.
     pub(super) center: DVec3,

@@ -307,7 +307,8 @@ mod tests {
             change(&mut settings);
             Voxel::new(testing::ball(), slab(), settings).err()
         };
-        let error = fails(&|settings| (settings.voxel, settings.offset) = (Some(1e-5), Some(0))).expect("such small voxels are refused");
+        let error = fails(&|settings| (settings.voxel, settings.offset) = (Some(1e-5), Some(0)))
+            .expect("such small voxels are refused");
         assert!(matches!(error, BaselineError::TooLarge { .. }), "{error}");
         assert!(error.to_string().contains("MB"), "{error}");
         let error = fails(&|settings| settings.offset = Some(65));

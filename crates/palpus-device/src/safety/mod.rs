@@ -9,9 +9,9 @@
 //! | 2 gate | a jump, an implausible speed, a frozen state or a clock jump | zero; a fault |
 //! | 3 limit cycle | an oscillation from 10 Hz up that the hand does not make | attenuation |
 //! | 4 passivity | the hand has received more energy than it has put in | damping of the motion |
-//! | 5 slew | the wrench changes faster than the limit in N/s or N·m/s | the allowed part of the change |
+//! | 5 slew | the wrench changes faster than the limit (N/s, N·m/s) | a part of the change |
 //! | 6 saturation | the wrench is beyond the device's peak | shorter, same direction |
-//! | 7 heat | the wrench was beyond the continuous rating for too long (I²t) | shorter, same direction |
+//! | 7 heat | the wrench was above the continuous rating for too long | shorter, same direction |
 //! | 8 engagement | the user has not enabled forces, or the ramp is not over | zero, or a share |
 //! | 9 watchdog | the loop is late or has stalled | zero; a fault |
 //!
