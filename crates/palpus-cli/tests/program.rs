@@ -1,4 +1,4 @@
-//! The program as its user meets it: what is typed, what comes back, with which exit status.
+//! Tests of the whole program: arguments, output and exit status.
 
 mod program_run;
 
@@ -40,7 +40,7 @@ fn every_command_explains_itself_with_an_example() {
 }
 
 #[test]
-fn depth_bounds_what_frees_and_tells_containment() {
+fn depth_is_bounded_and_containment_is_reported() {
     let folder = Folder::new("depth");
     fs::write(folder.0.join("cube.obj"), CUBE).expect("a file in the folder");
     let small: String = CUBE.lines().take(8).map(|line| line.replace('1', "0.25") + "\n").collect();
@@ -60,7 +60,8 @@ fn depth_bounds_what_frees_and_tells_containment() {
     let (output, rows) = run("small.obj", &["--json"]);
     assert_eq!(json(&output)["contained"], 1);
     let number = |row: usize, column: usize| rows[row][column].parse::<f64>().expect("a number");
-    // Apart by 0.25; inside, half a unit from the top and a quarter of its own more; apart by 0.75.
+    // The first pose is apart by 0.25. In the second, the small cube is inside: it is half a unit
+    // from the top, plus a quarter for its own size. The third is apart by 0.75.
     for (row, depth, contained) in [(0, 0.0, "0"), (1, 0.75, "1"), (2, 0.0, "0")] {
         assert!((number(row, 1) - depth).abs() < 1e-6 && (number(row, 2) - depth).abs() < 1e-6, "{rows:?}");
         assert_eq!(rows[row][7], contained);
@@ -76,7 +77,7 @@ fn depth_bounds_what_frees_and_tells_containment() {
 }
 
 #[test]
-fn clearance_lists_and_shows_the_tightest_places() {
+fn clearance_lists_and_pictures_the_tightest_places() {
     let folder = Folder::new("clearance");
     fs::write(folder.0.join("cube.obj"), CUBE).expect("a file in the folder");
     let poses =
@@ -113,15 +114,16 @@ fn wrong_use_is_2_and_failure_is_1_with_one_error() {
         let error = text(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{arguments:?}: {error}");
         assert_eq!(error.matches("error:").count(), 1, "{arguments:?}: {error}");
-        assert!(error.contains(word), "{arguments:?} does not say `{word}`: {error}");
+        assert!(error.contains(word), "{arguments:?} does not mention `{word}`: {error}");
     }
 }
 
 #[test]
-fn a_query_answers_in_the_frame_of_b() {
+fn query_results_are_in_the_frame_of_b() {
     let folder = Folder::new("query");
     folder.file("cube.obj", CUBE);
-    // Apart by 1 along x; overlapping by 0.5 along z; turned by 90° and touching nothing, 3 above.
+    // The first pose is apart by 1 along x. The second overlaps by 0.5 along z. The third is turned
+    // by 90° and apart by 3.
     let poses =
         "tx,ty,tz,qx,qy,qz,qw\n3,0,0,0,0,0,1\n0,0,1.5,0,0,0,1\n0,5,0,0,0,0.7071067811865476,0.7071067811865476\n";
     folder.file("poses.csv", poses);
@@ -146,11 +148,11 @@ fn a_query_answers_in_the_frame_of_b() {
         assert!((row[11] - contacts).abs() < 0.5, "{row:?}");
     }
     let contacts = fs::read_to_string(folder.0.join("all.csv")).expect("the contacts");
-    assert_eq!(contacts.lines().count(), 2, "a header and the one contact:\n{contacts}");
+    assert_eq!(contacts.lines().count(), 2, "the file must have a header and one contact:\n{contacts}");
 }
 
 #[test]
-fn inspect_and_prepare_tell_of_a_cube() {
+fn inspect_and_prepare_describe_a_cube() {
     let folder = Folder::new("inspect");
     folder.file("cube.obj", CUBE);
     let report = json(&palpus(&folder.0, &["inspect", "cube.obj", "--json"]));
@@ -164,7 +166,7 @@ fn inspect_and_prepare_tell_of_a_cube() {
 }
 
 #[test]
-fn a_run_is_summed_up_recorded_and_replayed_bit_for_bit() {
+fn run_is_summarised_recorded_and_replayed_bit_for_bit() {
     let folder = Folder::new("run");
     let arguments = ["run", "box-table", "--fast", "--duration", "3", "--record", "run.csv", "--json"];
     let summary = json(&palpus(&folder.0, &arguments));
@@ -194,12 +196,12 @@ fn a_run_is_summed_up_recorded_and_replayed_bit_for_bit() {
     }
     assert_eq!(summary["ticks"], 3000);
     assert_eq!(summary["faults"], 0);
-    assert_eq!(summary["allocations"], 0, "the loop allocates");
-    assert!(summary["force_max_n"].as_f64().unwrap_or(0.0) > 0.1, "nothing was felt");
+    assert_eq!(summary["allocations"], 0, "the loop must not allocate");
+    assert!(summary["force_max_n"].as_f64().unwrap_or(0.0) > 0.1, "there must be a force");
     let replay = json(&palpus(&folder.0, &["replay", "run.csv", "--json"]));
     assert_eq!(replay["identical"], 3000);
 
-    // The recording fed to the loop as a device is the same run again.
+    // A run with the recording as its device is identical.
     let arguments = ["run", "box-table", "--fast", "--device", "replay:run.csv", "--record", "again.csv", "--json"];
     assert_eq!(json(&palpus(&folder.0, &arguments))["ticks"], 3000);
     let replay = json(&palpus(&folder.0, &["replay", "again.csv", "--json"]));
@@ -207,13 +209,13 @@ fn a_run_is_summed_up_recorded_and_replayed_bit_for_bit() {
 }
 
 #[test]
-fn a_changed_recording_shows_its_first_divergence() {
+fn changed_recording_shows_its_first_divergence() {
     let folder = Folder::new("divergence");
     let arguments = ["run", "box-table", "--fast", "--duration", "1", "--record", "run.csv", "--json"];
     assert!(palpus(&folder.0, &arguments).status.success());
     let recording = fs::read_to_string(folder.0.join("run.csv")).expect("the recording");
     let first = recording.lines().position(|line| line.starts_with("tick,")).expect("the header line");
-    let names: Vec<&str> = recording.lines().nth(first).expect("it is there").split(',').collect();
+    let names: Vec<&str> = recording.lines().nth(first).expect("the header line exists").split(',').collect();
     let column = names.iter().position(|name| *name == "force_z").expect("a force column");
     let changed: Vec<String> = recording
         .lines()
@@ -236,16 +238,16 @@ fn a_changed_recording_shows_its_first_divergence() {
 }
 
 #[test]
-fn a_heavy_pair_is_said_before_the_run() {
+fn heavy_pair_is_reported_before_the_run() {
     let folder = Folder::new("heavy");
     for (scene, is_heavy) in [("gears", true), ("torus-torus", false)] {
         assert_success(&palpus(&folder.0, &["export", scene, scene]));
         let file = folder.0.join(scene).join("scene.toml");
-        // Time budget of a step, µs: less than any contact needs, so that the smallest allowance
-        // must do for one patch.
+        // Time budget of a step, µs. It is less than any contact needs, so each step handles only
+        // one patch.
         let text = fs::read_to_string(&file).expect("a scene").replace("[contact]", "[contact]\ntime_budget = 1");
         fs::write(&file, text).expect("a scene");
-        let file = file.to_str().expect("a path of text");
+        let file = file.to_str().expect("the path is valid UTF-8");
         let run = palpus(&folder.0, &["run", file, "--headless", "--no-realtime", "--duration", "0.01", "--lenient"]);
         let said = String::from_utf8_lossy(&run.stderr).into_owned() + &String::from_utf8_lossy(&run.stdout);
         assert_eq!(said.contains("note: this pair is heavy for this machine"), is_heavy, "{scene}: {said}");
@@ -253,7 +255,7 @@ fn a_heavy_pair_is_said_before_the_run() {
 }
 
 #[test]
-fn a_scene_file_brings_its_own_meshes() {
+fn scene_file_uses_its_own_meshes() {
     let folder = Folder::new("scene");
     folder.file("cube.obj", CUBE);
     let scene = "unit = \"cm\"\n[probe]\nmesh = \"cube.obj\"\nposition = [0, 0, 4]\n[environment]\nmesh = \"cube.obj\"\n\
@@ -296,7 +298,7 @@ fn figures_are_written_as_pictures_and_numbers() {
         let rows = table.as_array().into_iter().flatten();
         rows.filter(|row| row["model"] == model).filter_map(|row| row["pieces"].as_u64()).max().unwrap_or(u64::MAX)
     };
-    // The paper's Table 1, for the scenes' own meshes.
+    // Numbers of pieces in the paper's Table 1; here for the scenes' own meshes.
     for (model, most) in [("torus", 67), ("cup", 190), ("spoon", 78), ("intestine", 9913)] {
         assert!(pieces(model) <= most, "{model}: {} pieces, the paper has {most}", pieces(model));
     }
@@ -304,49 +306,49 @@ fn figures_are_written_as_pictures_and_numbers() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_body_is_prepared_once_and_again_when_what_was_kept_is_damaged() {
+fn body_is_cached_and_prepared_again_if_damaged() {
     let folder = Folder::new("kept");
     folder.file("cube.obj", CUBE);
     let prepare = |more: &[&str]| palpus(&folder.0, &[&["prepare", "cube.obj", "--json"], more].concat());
-    let is_cached = |output: &Output| json(output)[0]["cached"].as_bool().expect("a truth");
+    let is_cached = |output: &Output| json(output)[0]["cached"].as_bool().expect("the value is a boolean");
     assert!(!is_cached(&prepare(&["--no-cache"])));
     assert!(!is_cached(&prepare(&[])));
     assert!(is_cached(&prepare(&[])));
-    let kept: Vec<_> = fs::read_dir(folder.0.join("cache/palpus/bodies")).expect("a folder").collect();
+    let kept: Vec<_> = fs::read_dir(folder.0.join("cache/palpus/bodies")).expect("the cache folder exists").collect();
     assert_eq!(kept.len(), 1);
-    let path = kept[0].as_ref().expect("an entry").path();
-    let mut bytes = fs::read(&path).expect("a kept body");
+    let path = kept[0].as_ref().expect("the entry can be read").path();
+    let mut bytes = fs::read(&path).expect("the cached body can be read");
     let last = bytes.len() - 1;
     bytes[last] ^= 1;
-    fs::write(&path, bytes).expect("a writable file");
+    fs::write(&path, bytes).expect("the cached body can be written");
     let again = prepare(&[]);
     assert!(!is_cached(&again));
     assert!(text(&again.stderr).contains("damaged"), "{}", text(&again.stderr));
     assert!(is_cached(&prepare(&[])));
-    // Another spelling of the same shape is another content.
+    // The same shape in another file content is another body.
     folder.file("cube.obj", &CUBE.replace("v -1 -1 -1", "v -1 -1 -1.5"));
     assert!(!is_cached(&prepare(&[])));
 }
 
 #[test]
-fn the_feel_of_a_scene_is_measured_the_same_twice() {
+fn feel_of_a_scene_is_measured_reproducibly() {
     let folder = Folder::new("feel");
     let measure = |out: &str| {
         let arguments = ["bench", "feel", "--scene", "box-rest", "--method", "smooth", "--quick", "--out", out];
         let output = palpus(&folder.0, &arguments);
         assert_success(&output);
         ["feel.csv", "feel.json", "feel.md", "feel.html"]
-            .map(|name| fs::read_to_string(folder.0.join(out).join(name)).expect("every file is there"))
+            .map(|name| fs::read_to_string(folder.0.join(out).join(name)).expect("every file is written"))
     };
     let first = measure("one");
-    assert!(first == measure("two"), "the numbers differ from run to run");
+    assert!(first == measure("two"), "the numbers must be the same in both runs");
     let document: Value = serde_json::from_str(&first[1]).expect("JSON");
     let rows = document["rows"].as_array().expect("rows");
     let value = |hand: &str, measure: &str| {
         let is_it = |row: &&Value| row["hand"] == hand && row["measure"] == measure;
         rows.iter().find(is_it).and_then(|row| row["value"].as_f64()).unwrap_or_else(|| panic!("no {measure}"))
     };
-    // The force on a box that lies flat points upward and is proportional to its depth.
+    // The force on a box that lies flat must point upward and be proportional to its depth.
     assert!(value("", "direction error max") < 1e-3);
     assert!(value("", "size error max") < 1e-6);
     assert!((value("", "felt stiffness") - 800.0).abs() < 1e-3);
@@ -356,22 +358,22 @@ fn the_feel_of_a_scene_is_measured_the_same_twice() {
     assert!(!wrong.status.success() && text(&wrong.stderr).contains("box-rest"));
 }
 
-/// Width and height of a PNG file.
+/// Returns width and height of a PNG file.
 fn png_size(path: &Path) -> [u32; 2] {
     let bytes = fs::read(path).expect("a picture");
     assert_eq!(bytes[..8], [137, 80, 78, 71, 13, 10, 26, 10], "{}", path.display());
-    assert!(bytes.len() > 1000, "{} shows next to nothing", path.display());
+    assert!(bytes.len() > 1000, "{} is almost empty", path.display());
     [16, 20].map(|at| u32::from_be_bytes(bytes[at..at + 4].try_into().expect("four bytes")))
 }
 
 #[test]
-fn pictures_are_made_without_a_display_and_are_the_same_again() {
+fn pictures_need_no_display_and_are_reproducible() {
     let folder = Folder::new("pictures");
     folder.file("cube.obj", CUBE);
     let shot = |arguments: &[&str], name: &str| {
         let output = palpus(&folder.0, arguments);
         assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
-        assert!(text(&output.stderr).contains(name), "{arguments:?} does not say where the picture is");
+        assert!(text(&output.stderr).contains(name), "{arguments:?} does not print the path of the picture");
         folder.0.join(name)
     };
     let view = &["view", "cube.obj", "--screenshot", "cube.png", "--size", "400x300", "--exploded"];
@@ -396,7 +398,7 @@ fn pictures_are_made_without_a_display_and_are_the_same_again() {
 }
 
 #[test]
-fn a_tick_of_a_recording_is_seen_as_it_was_in_the_run() {
+fn picture_of_a_replayed_tick_equals_the_run() {
     let folder = Folder::new("replayed-picture");
     let same = ["--size", "200x150", "--no-words"];
     let run = ["run", "pen-sphere", "--fast", "--duration", "0.3", "--record", "run.csv", "--at", "0.2"];
@@ -419,7 +421,7 @@ fn a_tick_of_a_recording_is_seen_as_it_was_in_the_run() {
 }
 
 #[test]
-fn pictures_that_cannot_be_are_refused() {
+fn impossible_pictures_are_refused() {
     let folder = Folder::new("no-pictures");
     folder.file("cube.obj", CUBE);
     let run = ["run", "pen-sphere", "--fast", "--no-record", "--duration", "0.1", "--screenshot", "p.png"];
