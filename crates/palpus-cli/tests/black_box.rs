@@ -14,7 +14,7 @@ use serde_json::Value;
 const FORMATS: [&str; 3] = ["csv", "parquet", "mcap"];
 
 fn recorded(file: &Path) -> Recording {
-    read_recording(file).expect("a recording")
+    read_recording(file).expect("the recording can be read")
 }
 
 fn has(row: &RecordRow, cut: Cut) -> bool {
@@ -30,14 +30,14 @@ fn recordings_are_numbered_unless_forced() {
     let at = |name: &str| folder.0.join(name);
     let named = |value: &Value| value["recordings"][0].as_str().map(str::to_owned);
     assert_eq!(named(&json(&palpus(&folder.0, &RUN))).as_deref(), Some("run.csv"));
-    let first = fs::read(at("run.csv")).expect("a recording");
+    let first = fs::read(at("run.csv")).expect("the recording can be read");
     let again = palpus(&folder.0, &RUN);
     assert_eq!(named(&json(&again)).as_deref(), Some("run-2.csv"));
     assert!(text(&again.stderr).contains("run.csv is there already; recording to run-2.csv"));
-    assert_eq!(fs::read(at("run.csv")).expect("a recording"), first);
+    assert_eq!(fs::read(at("run.csv")).expect("the recording can be read"), first);
     let forced = [&RUN[..], &["--force"]].concat();
     assert_eq!(named(&json(&palpus(&folder.0, &forced))).as_deref(), Some("run.csv"));
-    assert_ne!(fs::read(at("run.csv")).expect("a recording"), first);
+    assert_ne!(fs::read(at("run.csv")).expect("the recording can be read"), first);
     assert!(!at("run-3.csv").exists());
     let converted = palpus(&folder.0, &["convert", "run.csv", "run-2.csv"]);
     assert!(!converted.status.success() && text(&converted.stderr).contains("is there already"));
@@ -51,12 +51,12 @@ fn every_tick_has_wall_clock_and_phase() {
         let run = ["run", "box-table", "--fast", "--duration", "1", "--record", &file, "--json"];
         assert_success(&palpus(&folder.0, &run));
         let Recording { header, rows, .. } = recorded(&folder.0.join(&file));
-        let start = header.start_utc.expect("a start");
+        let start = header.start_utc.expect("the header has a start time");
         assert!(header.format == 3 && start.starts_with("20") && start.ends_with('Z'), "{start}");
         let servo: Vec<_> = rows.iter().map(|row| row.servo.expect("the row has format 3")).collect();
         assert!(servo[0].utc_ns > 1_600_000_000_000_000_000);
         assert!(servo.iter().all(|servo| servo.stepped && servo.raw.is_none() && servo.elapsed_s == 1e-3));
-        let last = servo.last().expect("there are ticks");
+        let last = servo.last().expect("the recording has ticks");
         assert_eq!((last.phase, last.lateness_s), (3, 0.0), "the device must be engaged");
     }
 }
@@ -121,8 +121,8 @@ fn faults_are_logged_without_a_recording() {
     for (more, place) in [(&["--fault-log", "mine.jsonl"][..], "mine.jsonl"), (&[], "state/palpus/faults.jsonl")] {
         let ran = palpus(&folder.0, &[&run[..], more].concat());
         assert!(text(&ran.stderr).contains(place.rsplit('/').next().unwrap_or(place)), "{}", text(&ran.stderr));
-        let log = fs::read_to_string(folder.0.join(place)).expect("a log");
-        let lines: Vec<Value> = log.lines().map(|line| serde_json::from_str(line).expect("a document")).collect();
+        let log = fs::read_to_string(folder.0.join(place)).expect("the log can be read");
+        let lines: Vec<Value> = log.lines().map(|line| serde_json::from_str(line).expect("the line is JSON")).collect();
         let [fault, over] = lines.as_slice() else { panic!("{log}") };
         assert_eq!(
             (&fault["event"], &fault["tick"], &fault["faults"][0]),
@@ -136,10 +136,10 @@ fn faults_are_logged_without_a_recording() {
         assert_eq!(over["event"], "over");
         assert!(over["lasted_s"].as_f64() > Some(0.01), "{over}");
     }
-    let before = fs::metadata(folder.0.join("state/palpus/faults.jsonl")).expect("a log").len();
+    let before = fs::metadata(folder.0.join("state/palpus/faults.jsonl")).expect("the log can be read").len();
     let none = palpus(&folder.0, &[&run[..], &["--fault-log", "none"]].concat());
     assert!(!text(&none.stderr).contains("jsonl"));
-    assert_eq!(fs::metadata(folder.0.join("state/palpus/faults.jsonl")).expect("a log").len(), before);
+    assert_eq!(fs::metadata(folder.0.join("state/palpus/faults.jsonl")).expect("the log can be read").len(), before);
 }
 
 #[test]
@@ -168,7 +168,7 @@ fn full_disk_is_reported_and_keeps_the_summary() {
         limited.args(["-c", "trap '' XFSZ; ulimit -f 8192; exec \"$@\"", "sh"]).arg(program.get_program());
         limited.args(program.get_args()).current_dir(&folder.0).env("XDG_CACHE_HOME", folder.0.join("cache"));
         limited.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
-        let ran = limited.output().expect("a shell");
+        let ran = limited.output().expect("the shell starts");
         let said = text(&ran.stderr);
         assert_eq!(json(&ran)["ticks"], 20_000, "{format}: {said}");
         let at_once = said.find("cannot be written any more").unwrap_or_else(|| panic!("{format}: {said}"));
@@ -192,9 +192,9 @@ fn large_recording_continues_in_parts_within_its_limit() {
         "{}",
         text(&ran.stderr)
     );
-    let mut files: Vec<_> = fs::read_dir(&folder.0).expect("a folder").flatten().collect();
+    let mut files: Vec<_> = fs::read_dir(&folder.0).expect("the folder can be created").flatten().collect();
     files.retain(|file| file.file_name().to_string_lossy().starts_with("run"));
-    let total: u64 = files.iter().map(|file| file.metadata().expect("a file").len()).sum();
+    let total: u64 = files.iter().map(|file| file.metadata().expect("the file can be written").len()).sum();
     assert!(files.len() == 3 && total <= 16_000_000, "{} files of {total} bytes", files.len());
     let first = recorded(&folder.0.join("run.csv"));
     let replay = json(&palpus(&folder.0, &["replay", "run.csv", "--json"]));
@@ -204,7 +204,7 @@ fn large_recording_continues_in_parts_within_its_limit() {
     parts.sort_by_key(|file| recorded(file).rows[0].tick);
     let ticks: Vec<u64> = parts.iter().flat_map(|file| recorded(file).rows).map(|row| row.tick).collect();
     assert!(ticks.windows(2).all(|two| two[1] == two[0] + 1) && ticks.last() == Some(&89_999));
-    let name = parts[0].file_name().expect("a name").to_string_lossy().into_owned();
+    let name = parts[0].file_name().expect("the path has a name").to_string_lossy().into_owned();
     let refused = palpus(&folder.0, &["replay", &name]);
     assert!(text(&refused.stderr).contains("run.csv, in which the recording begins"), "{}", text(&refused.stderr));
 }
@@ -221,7 +221,7 @@ fn recording_is_replayed_from_any_folder() {
     let folder = Folder::new("anywhere");
     scene_in(&folder);
     let other = folder.0.join("other");
-    fs::create_dir_all(other.join("deep")).expect("a folder");
+    fs::create_dir_all(other.join("deep")).expect("the folder can be created");
     let replays = |arguments: &[&str]| palpus(&other, &[&["replay", "run.csv", "--json"], arguments].concat());
     let identical = |arguments: &[&str]| {
         let output = replays(arguments);
@@ -233,8 +233,8 @@ fn recording_is_replayed_from_any_folder() {
     identical(&[]);
     // The scene file changes. Then it is deleted, together with the hand's file.
     let scene = folder.0.join("scene/scene.toml");
-    let now = fs::read_to_string(&scene).expect("a scene").replace("[probe]", "# changed\n[probe]");
-    fs::write(&scene, now).expect("a scene");
+    let now = fs::read_to_string(&scene).expect("the scene can be read").replace("[probe]", "# changed\n[probe]");
+    fs::write(&scene, now).expect("the scene can be read");
     assert!(identical(&[]).contains("scene.toml has changed since the recording"));
     fs::remove_file(&scene).expect("the file can be deleted");
     identical(&[]);
@@ -242,7 +242,7 @@ fn recording_is_replayed_from_any_folder() {
     for mesh in ["tool.obj", "part.obj"] {
         fs::copy(folder.0.join("scene").join(mesh), other.join(mesh)).expect("the file can be copied");
     }
-    fs::write(folder.0.join("scene/tool.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").expect("a mesh");
+    fs::write(folder.0.join("scene/tool.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").expect("the mesh can be read");
     identical(&[]);
     // A mesh gets another name, in a folder given by `--meshes`.
     fs::rename(other.join("tool.obj"), other.join("deep/renamed.obj")).expect("the file can be moved");
@@ -262,8 +262,9 @@ fn run_with_bounded_work_replays_bit_for_bit() {
     assert_success(&palpus(&folder.0, &["export", "gears", "scene"]));
     let scene = folder.0.join("scene/scene.toml");
     // Time budget of a step, µs: less than the gears need.
-    let text = fs::read_to_string(&scene).expect("a scene").replace("[contact]", "[contact]\ntime_budget = 5");
-    fs::write(&scene, text).expect("a scene");
+    let text =
+        fs::read_to_string(&scene).expect("the scene can be read").replace("[contact]", "[contact]\ntime_budget = 5");
+    fs::write(&scene, text).expect("the scene can be read");
     let run = ["run", "scene/scene.toml", "--headless", "--no-realtime", "--duration", "2", "--record", "run.csv"];
     palpus(&folder.0, &[&run[..], &["--json"]].concat());
     let rows = recorded(&folder.0.join("run.csv")).rows;

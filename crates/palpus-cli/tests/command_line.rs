@@ -64,8 +64,12 @@ fn poses_come_from_standard_input() {
         assert!(table.starts_with("frame,separation,") && table.lines().count() == 3, "{table}");
     }
     let document = json(&piped(&["--json", "--tolerance", "1"]));
-    let separations: Vec<f64> =
-        document["results"].as_array().expect("results").iter().filter_map(|row| row["separation"].as_f64()).collect();
+    let separations: Vec<f64> = document["results"]
+        .as_array()
+        .expect("the results are a list")
+        .iter()
+        .filter_map(|row| row["separation"].as_f64())
+        .collect();
     assert_eq!(separations, [0.5, -0.5]);
     assert_eq!(document["tolerance"].as_f64(), Some(1.0));
 }

@@ -20,11 +20,11 @@ fn devices_page_lists_found_and_missing_devices() {
 #[test]
 fn json_has_the_same_devices() {
     let document = document(&palpus(&["devices", "--json"]));
-    let found = document["found"].as_array().expect("a list");
+    let found = document["found"].as_array().expect("the value is a list");
     let sim = found.iter().find(|device| device["device"] == "sim").expect("the simulated device is found");
     assert_eq!((&sim["force_max_n"], &sim["driven"]["rotation"]), (&Value::from(8.5), &Value::from(3)));
     assert_eq!(sim["safety"]["force_peak"], 8.5);
-    for missing in document["missing"].as_array().expect("a list") {
+    for missing in document["missing"].as_array().expect("the value is a list") {
         for part in ["backend", "name", "looked_for", "why", "mend"] {
             assert!(missing[part].as_str().is_some_and(|text| !text.is_empty()), "{part}: {missing}");
         }

@@ -13,14 +13,14 @@ fn doctor_prints_text_or_json() {
     // The verdict depends on the machine and its load, so any of the three is accepted.
     let output = palpus(&["doctor", "--scene", "peg-hole", "--duration", "0.5", "--json"]);
     let report = document(&output);
-    let fitness = report["verdict"]["fitness"].as_str().expect("a verdict");
+    let fitness = report["verdict"]["fitness"].as_str().expect("the report has a verdict");
     assert!(["fit", "fit_with_notes", "not_fit"].contains(&fitness), "{fitness}");
     assert_eq!(output.status.code(), Some(i32::from(fitness == "not_fit")));
     assert_eq!(report["timer"]["turns"], 500);
     assert_eq!(report["scene"]["name"], "peg-hole");
     assert!(report["scene"]["p999_us"].as_f64().is_some_and(|us| us > 0.0));
     assert_eq!(report["real_time"].as_array().map(Vec::len), Some(4));
-    for note in report["verdict"]["notes"].as_array().expect("notes") {
+    for note in report["verdict"]["notes"].as_array().expect("the notes are a list") {
         assert!(note["what"].as_str().is_some_and(|what| !what.is_empty() && !what.contains('\n')), "{note}");
     }
 

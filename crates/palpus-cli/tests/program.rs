@@ -42,24 +42,25 @@ fn every_command_explains_itself_with_an_example() {
 #[test]
 fn depth_is_bounded_and_containment_is_reported() {
     let folder = Folder::new("depth");
-    fs::write(folder.0.join("cube.obj"), CUBE).expect("a file in the folder");
+    fs::write(folder.0.join("cube.obj"), CUBE).expect("the file can be written");
     let small: String = CUBE.lines().take(8).map(|line| line.replace('1', "0.25") + "\n").collect();
-    let faces = &CUBE[CUBE.find('f').expect("faces")..];
-    fs::write(folder.0.join("small.obj"), small + faces).expect("a file in the folder");
-    fs::write(folder.0.join("open.obj"), &CUBE[..CUBE.rfind('f').expect("a last face")]).expect("a file in the folder");
+    let faces = &CUBE[CUBE.find('f').expect("the mesh has faces")..];
+    fs::write(folder.0.join("small.obj"), small + faces).expect("the file can be written");
+    fs::write(folder.0.join("open.obj"), &CUBE[..CUBE.rfind('f').expect("the mesh has a last face")])
+        .expect("the file can be written");
     let poses = "tx,ty,tz,qx,qy,qz,qw\n1.5,0,0,0,0,0,1\n0,0,0.5,0,0,0,1\n2,0,0,0,0,0,1\n";
-    fs::write(folder.0.join("poses.csv"), poses).expect("a file in the folder");
+    fs::write(folder.0.join("poses.csv"), poses).expect("the file can be written");
     let run = |a: &str, more: &[&str]| {
         let line = [&["depth", a, "cube.obj", "--poses", "poses.csv", "--out", "out.csv"], more].concat();
         let output = palpus(&folder.0, &line);
         assert_success(&output);
-        let rows = fs::read_to_string(folder.0.join("out.csv")).expect("the result");
+        let rows = fs::read_to_string(folder.0.join("out.csv")).expect("the result can be read");
         let cells = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<_>>();
         (output, rows.lines().skip(1).map(cells).collect::<Vec<_>>())
     };
     let (output, rows) = run("small.obj", &["--json"]);
     assert_eq!(json(&output)["contained"], 1);
-    let number = |row: usize, column: usize| rows[row][column].parse::<f64>().expect("a number");
+    let number = |row: usize, column: usize| rows[row][column].parse::<f64>().expect("the cell is a number");
     // The first pose is apart by 0.25. In the second, the small cube is inside: it is half a unit
     // from the top, plus a quarter for its own size. The third is apart by 0.75.
     for (row, depth, contained) in [(0, 0.0, "0"), (1, 0.75, "1"), (2, 0.0, "0")] {
@@ -71,7 +72,7 @@ fn depth_is_bounded_and_containment_is_reported() {
     assert!(text(&output.stderr).contains("open boundary"), "{}", text(&output.stderr));
     let output = palpus(&folder.0, &["query", "small.obj", "cube.obj", "--poses", "poses.csv", "--out", "q.csv"]);
     assert_success(&output);
-    let rows = fs::read_to_string(folder.0.join("q.csv")).expect("the result");
+    let rows = fs::read_to_string(folder.0.join("q.csv")).expect("the result can be read");
     let contained: Vec<&str> = rows.lines().skip(1).filter_map(|line| line.rsplit(',').next()).collect();
     assert_eq!(contained, ["0", "1", "0"]);
 }
@@ -79,10 +80,10 @@ fn depth_is_bounded_and_containment_is_reported() {
 #[test]
 fn clearance_lists_and_pictures_the_tightest_places() {
     let folder = Folder::new("clearance");
-    fs::write(folder.0.join("cube.obj"), CUBE).expect("a file in the folder");
+    fs::write(folder.0.join("cube.obj"), CUBE).expect("the file can be written");
     let poses =
         "tx,ty,tz,qx,qy,qz,qw\n3,0,0,0,0,0,1\n2.5,0,0,0,0,0,1\n3,0,0,0,0,0,1\n1.5,0,0,0,0,0,1\n1.75,0,0,0,0,0,1\n";
-    fs::write(folder.0.join("poses.csv"), poses).expect("a file in the folder");
+    fs::write(folder.0.join("poses.csv"), poses).expect("the file can be written");
     let line = ["clearance", "cube.obj", "cube.obj", "--poses", "poses.csv", "--html", "page.html", "--json"];
     let output = palpus(&folder.0, &line);
     assert_success(&output);
@@ -91,9 +92,9 @@ fn clearance_lists_and_pictures_the_tightest_places() {
     for (place, frame, clearance) in [(0, 3, -0.5), (1, 1, 0.5)] {
         let place = &answer["tightest"][place];
         assert_eq!(place["frame"], frame);
-        assert!((place["clearance"].as_f64().expect("a number") - clearance).abs() < 1e-6, "{place}");
+        assert!((place["clearance"].as_f64().expect("the cell is a number") - clearance).abs() < 1e-6, "{place}");
     }
-    let page = fs::read_to_string(folder.0.join("page.html")).expect("the page");
+    let page = fs::read_to_string(folder.0.join("page.html")).expect("the page can be read");
     assert_eq!(page.matches("<figcaption>A: frame 3").count(), 1);
     assert!(page.contains("data:image/png;base64,"));
 }
@@ -131,7 +132,7 @@ fn query_results_are_in_the_frame_of_b() {
         ["query", "cube.obj", "cube.obj", "--poses", "poses.csv", "--out", "out.csv", "--contacts", "all.csv"];
     let output = palpus(&folder.0, &arguments);
     assert_success(&output);
-    let result = fs::read_to_string(folder.0.join("out.csv")).expect("the result");
+    let result = fs::read_to_string(folder.0.join("out.csv")).expect("the result can be read");
     let rows: Vec<Vec<f64>> = result
         .lines()
         .skip(1)
@@ -147,7 +148,7 @@ fn query_results_are_in_the_frame_of_b() {
         }
         assert!((row[11] - contacts).abs() < 0.5, "{row:?}");
     }
-    let contacts = fs::read_to_string(folder.0.join("all.csv")).expect("the contacts");
+    let contacts = fs::read_to_string(folder.0.join("all.csv")).expect("the contacts can be read");
     assert_eq!(contacts.lines().count(), 2, "the file must have a header and one contact:\n{contacts}");
 }
 
@@ -213,10 +214,10 @@ fn changed_recording_shows_its_first_divergence() {
     let folder = Folder::new("divergence");
     let arguments = ["run", "box-table", "--fast", "--duration", "1", "--record", "run.csv", "--json"];
     assert!(palpus(&folder.0, &arguments).status.success());
-    let recording = fs::read_to_string(folder.0.join("run.csv")).expect("the recording");
-    let first = recording.lines().position(|line| line.starts_with("tick,")).expect("the header line");
+    let recording = fs::read_to_string(folder.0.join("run.csv")).expect("the recording can be read");
+    let first = recording.lines().position(|line| line.starts_with("tick,")).expect("the recording has a header line");
     let names: Vec<&str> = recording.lines().nth(first).expect("the header line exists").split(',').collect();
-    let column = names.iter().position(|name| *name == "force_z").expect("a force column");
+    let column = names.iter().position(|name| *name == "force_z").expect("the recording has a force column");
     let changed: Vec<String> = recording
         .lines()
         .enumerate()
@@ -245,8 +246,10 @@ fn heavy_pair_is_reported_before_the_run() {
         let file = folder.0.join(scene).join("scene.toml");
         // Time budget of a step, µs. It is less than any contact needs, so each step handles only
         // one patch.
-        let text = fs::read_to_string(&file).expect("a scene").replace("[contact]", "[contact]\ntime_budget = 1");
-        fs::write(&file, text).expect("a scene");
+        let text = fs::read_to_string(&file)
+            .expect("the scene can be read")
+            .replace("[contact]", "[contact]\ntime_budget = 1");
+        fs::write(&file, text).expect("the scene can be read");
         let file = file.to_str().expect("the path is valid UTF-8");
         let run = palpus(&folder.0, &["run", file, "--headless", "--no-realtime", "--duration", "0.01", "--lenient"]);
         let said = String::from_utf8_lossy(&run.stderr).into_owned() + &String::from_utf8_lossy(&run.stdout);
@@ -292,8 +295,9 @@ fn figures_are_written_as_pictures_and_numbers() {
         let length = fs::metadata(folder.0.join("figures").join(name)).map(|m| m.len()).unwrap_or(0);
         assert!(length > 500, "{name} has {length} bytes");
     }
-    let table: Value = serde_json::from_slice(&fs::read(folder.0.join("figures/table1.json")).expect("the table"))
-        .expect("valid JSON");
+    let table: Value =
+        serde_json::from_slice(&fs::read(folder.0.join("figures/table1.json")).expect("the table can be read"))
+            .expect("the JSON is valid");
     let pieces = |model: &str| {
         let rows = table.as_array().into_iter().flatten();
         rows.filter(|row| row["model"] == model).filter_map(|row| row["pieces"].as_u64()).max().unwrap_or(u64::MAX)
@@ -342,8 +346,8 @@ fn feel_of_a_scene_is_measured_reproducibly() {
     };
     let first = measure("one");
     assert!(first == measure("two"), "the numbers must be the same in both runs");
-    let document: Value = serde_json::from_str(&first[1]).expect("JSON");
-    let rows = document["rows"].as_array().expect("rows");
+    let document: Value = serde_json::from_str(&first[1]).expect("the JSON is valid");
+    let rows = document["rows"].as_array().expect("the rows are a list");
     let value = |hand: &str, measure: &str| {
         let is_it = |row: &&Value| row["hand"] == hand && row["measure"] == measure;
         rows.iter().find(is_it).and_then(|row| row["value"].as_f64()).unwrap_or_else(|| panic!("no {measure}"))
@@ -360,10 +364,10 @@ fn feel_of_a_scene_is_measured_reproducibly() {
 
 /// Returns width and height of a PNG file.
 fn png_size(path: &Path) -> [u32; 2] {
-    let bytes = fs::read(path).expect("a picture");
+    let bytes = fs::read(path).expect("the picture can be read");
     assert_eq!(bytes[..8], [137, 80, 78, 71, 13, 10, 26, 10], "{}", path.display());
     assert!(bytes.len() > 1000, "{} is almost empty", path.display());
-    [16, 20].map(|at| u32::from_be_bytes(bytes[at..at + 4].try_into().expect("four bytes")))
+    [16, 20].map(|at| u32::from_be_bytes(bytes[at..at + 4].try_into().expect("the slice has four bytes")))
 }
 
 #[test]
@@ -377,21 +381,21 @@ fn pictures_need_no_display_and_are_reproducible() {
         folder.0.join(name)
     };
     let view = &["view", "cube.obj", "--screenshot", "cube.png", "--size", "400x300", "--exploded"];
-    let first = fs::read(shot(view, "cube.png")).expect("a picture");
+    let first = fs::read(shot(view, "cube.png")).expect("the picture can be read");
     assert_eq!(png_size(&folder.0.join("cube.png")), [400, 300]);
-    assert_eq!(first, fs::read(shot(view, "cube.png")).expect("a picture"));
+    assert_eq!(first, fs::read(shot(view, "cube.png")).expect("the picture can be read"));
     assert_eq!(png_size(&shot(&["inspect", "cube.obj", "--picture", "seen/cube.png"], "seen/cube.png")), [1280, 800]);
 
     let square = ["view", "cube.obj", "--size", "240x160"];
     let gauss = fs::read(shot(&[&square[..], &["--gauss", "--screenshot", "gauss.png"]].concat(), "gauss.png"));
     let depth = ["--depth", "--axis", "z", "--offset", "-0.5", "--fineness", "24", "--screenshot", "depth.png"];
     let depth = fs::read(shot(&[&square[..], &depth].concat(), "depth.png"));
-    assert_ne!(gauss.expect("a picture"), depth.expect("a picture"));
+    assert_ne!(gauss.expect("the picture can be read"), depth.expect("the picture can be read"));
 
     let run = |at: &str, name: &str| {
         let common = ["run", "pen-sphere", "--fast", "--no-record", "--duration", "0.3", "--size", "200x150"];
         fs::read(shot(&[&common[..], &["--at", at, "--screenshot", name, "--no-words"]].concat(), name))
-            .expect("a picture")
+            .expect("the picture can be read")
     };
     assert_eq!(run("0.1", "one.png"), run("0.1", "two.png"));
     assert_ne!(run("0.1", "one.png"), run("0.25", "later.png"));
@@ -406,7 +410,8 @@ fn picture_of_a_replayed_tick_equals_the_run() {
     let replay = ["replay", "run.csv", "--at", "0.2", "--screenshot", "replay.png"];
     let output = palpus(&folder.0, &[&replay[..], &same].concat());
     assert_success(&output);
-    let [first, second] = ["run.png", "replay.png"].map(|name| fs::read(folder.0.join(name)).expect("a picture"));
+    let [first, second] =
+        ["run.png", "replay.png"].map(|name| fs::read(folder.0.join(name)).expect("the picture can be read"));
     assert_eq!(first, second);
     for (arguments, code, word) in [
         (&["replay", "run.csv", "--view"][..], 1, "--screenshot"),

@@ -14,7 +14,7 @@ const FORMATS: [&str; 3] = ["csv", "parquet", "mcap"];
 /// Returns the rows without the header and without the columns that differ from run to run, such as
 /// times.
 fn rows(file: &Path) -> Vec<String> {
-    let recording = fs::read_to_string(file).expect("a recording");
+    let recording = fs::read_to_string(file).expect("the recording can be read");
     let row = |line: &str| {
         let cells: Vec<&str> = line.split(',').collect();
         [&cells[..26], &cells[30..39]].concat().join(",")
@@ -107,7 +107,7 @@ fn recorded_tool_pose_is_device_pose_minus_grip() {
         let file = format!("run.{format}");
         let run = ["run", "scene.toml", "--fast", "--duration", "3", "--record", &file, "--json"];
         assert_eq!(document(&palpus(&folder.0, &run))["ticks"], 3000);
-        let recording = palpus_io::read_recording(&folder.0.join(&file)).expect("a recording");
+        let recording = palpus_io::read_recording(&folder.0.join(&file)).expect("the recording can be read");
         let grip_a = recording.header.scene.render.grip_a;
         assert!(recording.rows.iter().any(|row| row.contacts > 0), "there must be contact");
         for row in &recording.rows {
@@ -142,9 +142,9 @@ fn format_2_is_read_converted_and_replayed() {
     far_cube(&folder, "[0.25, 0.01, 0.015]");
     let run = ["run", "scene.toml", "--fast", "--duration", "1", "--record", "run.csv", "--json"];
     assert_eq!(document(&palpus(&folder.0, &run))["ticks"], 1000);
-    let text = fs::read_to_string(folder.0.join("run.csv")).expect("a recording");
+    let text = fs::read_to_string(folder.0.join("run.csv")).expect("the recording can be read");
     let old = folder.file("old.csv", &as_format(2, &text));
-    let read = palpus_io::read_recording(&old).expect("a recording");
+    let read = palpus_io::read_recording(&old).expect("the recording can be read");
     assert!(read.header.format == 2 && read.rows.iter().all(|row| row.servo.is_none()));
     assert!(palpus(&folder.0, &["convert", "old.csv", "old.parquet"]).status.success());
     for file in ["old.csv", "old.parquet"] {
@@ -159,7 +159,7 @@ fn format_1_is_replayed_if_grip_equals_origin() {
         far_cube(&folder, grip);
         let run = ["run", "scene.toml", "--fast", "--duration", "1", "--record", "run.csv", "--force", "--json"];
         assert_eq!(document(&palpus(&folder.0, &run))["ticks"], 1000);
-        let text = fs::read_to_string(folder.0.join("run.csv")).expect("a recording");
+        let text = fs::read_to_string(folder.0.join("run.csv")).expect("the recording can be read");
         folder.file("old.csv", &as_format(1, &text));
         assert!(palpus(&folder.0, &["convert", "old.csv", "old.mcap", "--force"]).status.success());
         for file in ["old.csv", "old.mcap"] {

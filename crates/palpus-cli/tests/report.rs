@@ -13,7 +13,7 @@ fn recorded(folder: &Path, name: &str, seconds: &str) {
 }
 
 fn page(folder: &Path, name: &str) -> String {
-    fs::read_to_string(folder.join(name)).expect("a page")
+    fs::read_to_string(folder.join(name)).expect("the page can be read")
 }
 
 /// Name and value of an attribute.
@@ -132,13 +132,13 @@ fn page_of_a_run_is_self_contained() {
 fn foreign_text_is_escaped() {
     let folder = Folder::new("report-hostile");
     recorded(&folder.0, "run.csv", "0.05");
-    let recording = fs::read_to_string(folder.0.join("run.csv")).expect("a recording");
+    let recording = fs::read_to_string(folder.0.join("run.csv")).expect("the recording can be read");
     let hostile = r#"</h1><script>alert(1)</script><img src=x onerror='y'>&\"`"#;
     let recording = recording
         .replace("device = \"sim\"", &format!("device = \"{hostile}\""))
         .replace("built_in = \"spoon-cup\"", &format!("file = \"{hostile}.toml\""))
         .replace("mesh = \"spoon-cup/probe\"", &format!("mesh = \"{hostile}\""));
-    fs::write(folder.0.join("b.csv"), recording).expect("a recording");
+    fs::write(folder.0.join("b.csv"), recording).expect("the recording can be read");
     assert_success(&palpus(&folder.0, &["report", "b.csv", "--out", "pages/b.html"]));
     let page = page(&folder.0, "pages/b.html");
     is_self_contained(&page);

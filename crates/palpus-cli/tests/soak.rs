@@ -26,21 +26,21 @@ fn soak_writes_its_report() {
     assert_eq!((&report["scene"], &report["finished"]), (&"peg-hole".into(), &true.into()));
     assert_eq!(report["allocations"], 0);
     assert!(report["ran_s"].as_f64().is_some_and(|ran| (1.9..60.0).contains(&ran)), "{}", report["ran_s"]);
-    let ticks: f64 = report["ticks"].as_f64().expect("there are ticks");
+    let ticks: f64 = report["ticks"].as_f64().expect("the recording has ticks");
     assert!(ticks > 0.0 && report["lateness"]["turns"].as_f64() == Some(ticks));
     for bare in ["timer_before", "timer_after"] {
         assert_eq!(report[bare]["turns"], 200, "{bare}");
     }
-    let rows = report["over_time"].as_array().expect("there are rows");
+    let rows = report["over_time"].as_array().expect("the recording has rows");
     assert!(rows.len() >= 2 && rows.iter().all(|row| row["rate_hz"].as_f64().is_some_and(|rate| rate > 0.0)));
     assert!(cfg!(not(target_os = "linux")) || rows[0]["machine"]["resident"].as_u64().is_some_and(|bytes| bytes > 0));
 
     let again = palpus(&["replay", &record]);
     assert!(again.status.success(), "{}", text(&again.stdout));
 
-    let page = std::fs::read_to_string(format!("{out}/soak.html")).expect("a page");
+    let page = std::fs::read_to_string(format!("{out}/soak.html")).expect("the page can be read");
     assert!(page.contains("<svg") && page.contains("peg-hole") && !page.contains("http-equiv"));
-    let words = std::fs::read_to_string(format!("{out}/soak.md")).expect("a Markdown file");
+    let words = std::fs::read_to_string(format!("{out}/soak.md")).expect("the file can be read");
     for part in ["verdict", "late by", "timer before", "step", "cuts", "memory", "time.svg", "lateness.svg"] {
         assert!(words.contains(part), "{part} in\n{words}");
     }

@@ -84,7 +84,7 @@ fn three_faults_latch_unless_asked_otherwise() {
         let recording = read_recording(&folder.0.join("run.csv")).expect("the recording can be read");
         let replay = json(&palpus(&folder.0, &["replay", "run.csv", "--json"]));
         assert_eq!(replay["identical"], replay["ticks"], "{rearm}");
-        let last = recording.rows.last().and_then(|row| row.servo.as_ref()).expect("there are ticks");
+        let last = recording.rows.last().and_then(|row| row.servo.as_ref()).expect("the recording has ticks");
         last.phase
     };
     let phases = (phase_at_the_end("person"), phase_at_the_end("auto"));
@@ -241,7 +241,7 @@ fn is_led_out(folder: &Path, rendering: &str) {
         assert!(force < 1.0 && speed < 0.05, "{rendering}: {force} N, {speed} m/s at tick {}", row.tick);
         assert_eq!(row.wrench.torque.length(), 0.0, "{rendering}: tick {}", row.tick);
     }
-    let last = rows.last().expect("there are rows");
+    let last = rows.last().expect("the recording has rows");
     assert_eq!(last.servo.as_ref().map(|servo| servo.phase), Some(Phase::Engaged as u32), "{rendering}");
     assert!(last.separation > -1e-3, "{rendering}: {} m", last.separation);
     let replay = json(&palpus(folder, &["replay", "run.csv", "--json"]));

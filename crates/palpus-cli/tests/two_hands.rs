@@ -14,8 +14,8 @@ fn both_tools_are_summarised_recorded_and_replayed() {
     for hand in [&summary, &summary["second"]] {
         assert_eq!(hand["ticks"], 8000);
         assert_eq!((&hand["faults"], &hand["allocations"]), (&0.into(), &0.into()));
-        assert!(hand["force_max_n"].as_f64().expect("a force") > 0.2, "{hand}");
-        assert!(hand["contacts"]["max"].as_u64().expect("a count") > 0);
+        assert!(hand["force_max_n"].as_f64().expect("the summary has a force") > 0.2, "{hand}");
+        assert!(hand["contacts"]["max"].as_u64().expect("the summary has a count") > 0);
     }
     for file in ["run.csv", "run-second.csv"] {
         let report = json(&palpus(&folder.0, &["replay", file, "--json"]));
@@ -28,14 +28,14 @@ fn both_tools_are_summarised_recorded_and_replayed() {
     for file in ["run.csv", "run-second.csv"] {
         assert_success(&palpus(&folder.0, &["replay", file, "--screenshot", "tick.png", "--at", "4"]));
         assert_success(&palpus(&folder.0, &["report", file]));
-        let page = fs::read_to_string(folder.0.join(file).with_extension("html")).expect("a page");
+        let page = fs::read_to_string(folder.0.join(file).with_extension("html")).expect("the page can be read");
         assert!(page.contains("replays bit for bit"), "{file}");
     }
     // A second run must be identical.
     let again = ["run", "two-hands", "--fast", "--duration", "8", "--second-hand", "firm", "--record", "again.csv"];
     json(&palpus(&folder.0, &[&again[..], &["--json"]].concat()));
     let forces = |name: &str| -> Vec<String> {
-        let recording = fs::read_to_string(folder.0.join(name)).expect("a recording");
+        let recording = fs::read_to_string(folder.0.join(name)).expect("the recording can be read");
         let rows = recording.lines().filter(|line| !line.starts_with('#')).skip(1);
         rows.map(|row| row.split(',').skip(17).take(6).collect::<Vec<_>>().join(",")).collect()
     };
@@ -99,7 +99,7 @@ fn scene_file_with_a_second_tool_runs_and_is_pictured() {
     scene("[second]\nmesh = \"brick.obj\"\nposition = [30, 0, 40]\n[second.hand]\npreset = \"firm\"\n");
     let run = ["run", "scene.toml", "--fast", "--duration", "1", "--no-record", "--screenshot", "both.png", "--json"];
     let summary = json(&palpus(&folder.0, &run));
-    assert!(summary["second"]["contacts"]["max"].as_u64().expect("a count") > 0, "{summary}");
+    assert!(summary["second"]["contacts"]["max"].as_u64().expect("the summary has a count") > 0, "{summary}");
     assert!(fs::metadata(folder.0.join("both.png")).is_ok_and(|file| file.len() > 1000));
     for (second, word) in [
         ("[second]\nmesh = \"brick.obj\"\npositon = [0, 0, 0]\n", "position"),
@@ -138,10 +138,10 @@ fn three_tools_are_recorded_and_replayed_bit_for_bit() {
     let summary = json(&palpus(&folder.0, &[&run[..], &["--screenshot", "three.png"]].concat()));
     for hand in [&summary, &summary["second"], &summary["third"]] {
         assert_eq!((&hand["ticks"], &hand["faults"], &hand["allocations"]), (&3000.into(), &0.into(), &0.into()));
-        assert!(hand["force_max_n"].as_f64().expect("a force") > 0.1, "{hand}");
+        assert!(hand["force_max_n"].as_f64().expect("the summary has a force") > 0.1, "{hand}");
     }
     assert!(
-        summary["second"]["force_max_n"].as_f64().expect("a force") <= 2.0,
+        summary["second"]["force_max_n"].as_f64().expect("the summary has a force") <= 2.0,
         "the second tool must keep its own limit"
     );
     let files = ["run.csv", "run-second.csv", "run-third.csv"];
@@ -188,7 +188,11 @@ fn loss_of_one_device_of_three_leaves_the_others_running() {
 fn doctor_accepts_scenes_with_several_tools() {
     let folder = Folder::new("two-hands-doctor");
     let output = palpus(&folder.0, &["doctor", "--scene", "two-hands", "--duration", "0.5", "--json"]);
-    assert!(document(&output)["scene"]["ticks"].as_u64().expect("a count") > 0, "{}", text(&output.stderr));
+    assert!(
+        document(&output)["scene"]["ticks"].as_u64().expect("the summary has a count") > 0,
+        "{}",
+        text(&output.stderr)
+    );
 }
 
 #[test]

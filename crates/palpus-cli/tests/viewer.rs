@@ -25,7 +25,7 @@ fn blue([r, g, b]: [i32; 3]) -> bool {
 #[ignore = "needs Xvfb, Mesa and xdotool (apt-get install xvfb xdotool libgl1-mesa-dri libxkbcommon-x11-0 libxcursor1 libxi6)"]
 fn click_picks_a_piece_and_key_shows_depth() {
     let display = Display::open("viewer");
-    fs::write(display.folder.join("cube.obj"), CUBE).expect("a temporary file");
+    fs::write(display.folder.join("cube.obj"), CUBE).expect("the file can be written");
     let _window = display.show(&["view", "cube.obj"]);
     let anything = |[r, g, b]: [i32; 3]| r + g + b > 90;
     display.wait_for("window", 100_000, &WHOLE, anything);

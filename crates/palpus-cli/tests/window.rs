@@ -76,7 +76,7 @@ fn two_tools_are_shown_steered_and_replayed() {
     drive(&display, "key d");
     assert!(run.wait().expect("the child can be waited for").success());
     for file in ["palpus-out/run.csv", "palpus-out/run-second.csv"] {
-        let lines = fs::read_to_string(display.folder.join(file)).expect("a recording");
+        let lines = fs::read_to_string(display.folder.join(file)).expect("the recording can be read");
         assert!(lines.lines().filter(|line| line.starts_with("# change")).count() >= 2, "{file}");
         let replay = display.palpus(&["replay", file]).output().expect("the program starts");
         assert!(replay.status.success(), "{file}: {}", String::from_utf8_lossy(&replay.stdout));
@@ -112,7 +112,12 @@ fn forces(lines: &[String]) -> Vec<f64> {
     let rows = lines.iter().filter(|line| line.starts_with(|c: char| c.is_ascii_digit()));
     rows.map(|row| {
         let cells: Vec<&str> = row.split(',').collect();
-        columns.map(|column| cells[column].parse::<f64>().expect("a number")).iter().map(|f| f * f).sum::<f64>().sqrt()
+        columns
+            .map(|column| cells[column].parse::<f64>().expect("the cell is a number"))
+            .iter()
+            .map(|f| f * f)
+            .sum::<f64>()
+            .sqrt()
     })
     .collect()
 }
@@ -240,7 +245,7 @@ fn two_meshes_are_opened_together_and_saved() {
         let vertices = |side: i32, z: i32| corners.map(|[x, y]| format!("v {} {} {z}\n", x * side, y * side)).concat();
         for (name, side, height) in [("pin.obj", 10, 60), ("plate.obj", 90, 8)] {
             let mesh = vertices(side, 0) + &vertices(side, height) + faces;
-            fs::write(display.folder.join(name), mesh).expect("a mesh");
+            fs::write(display.folder.join(name), mesh).expect("the mesh can be read");
         }
         let run = display.show(&["run", "box-table", "--no-realtime", "--lenient"]);
         display.wait_for("box", 300, &SCENE, orange);
@@ -260,7 +265,7 @@ fn two_meshes_are_opened_together_and_saved() {
         let folder = display.folder.join("palpus-out/scenes/pin-plate");
         wait_for_file(&folder.join("scene.toml"));
         wait_for_file(&display.folder.join("state/palpus/recent.txt"));
-        let recent = fs::read_to_string(display.folder.join("state/palpus/recent.txt")).expect("a list");
+        let recent = fs::read_to_string(display.folder.join("state/palpus/recent.txt")).expect("the value is a list");
         assert!(recent.contains("pin.obj") && recent.contains("plate.obj"), "{recent}");
         display.wait_for("pin", 100, &SCENE, orange);
         drive(&display, "key F2");
@@ -304,7 +309,8 @@ fn handle_moves_the_probe_and_sets_the_start() {
         std::thread::sleep(Duration::from_millis(2500));
         drop(run);
         let places = |file: &str| {
-            let text = fs::read_to_string(display.folder.join("palpus-out").join(file)).expect("a recording");
+            let text =
+                fs::read_to_string(display.folder.join("palpus-out").join(file)).expect("the recording can be read");
             let names = text
                 .lines()
                 .find(|line| line.starts_with("tick,"))
@@ -353,7 +359,7 @@ fn may_have_a_core() -> bool {
         let text = fs::read_to_string(file).expect("the kernel reports it");
         text.lines().find_map(|line| line.strip_prefix(name)).expect("the file has the line").trim().to_owned()
     };
-    let capabilities = u64::from_str_radix(&of("/proc/self/status", "CapEff:"), 16).expect("a number");
+    let capabilities = u64::from_str_radix(&of("/proc/self/status", "CapEff:"), 16).expect("the cell is a number");
     let limit = of("/proc/self/limits", "Max realtime priority");
     let has_priority = capabilities >> 23 & 1 == 1 || !limit.starts_with('0');
     has_priority && std::thread::available_parallelism().is_ok_and(|cores| cores.get() > 1)

@@ -51,7 +51,7 @@ impl Display {
         static DISPLAYS: AtomicU32 = AtomicU32::new(0);
         let number = DISPLAYS.fetch_add(1, Ordering::Relaxed);
         let folder = std::env::temp_dir().join(format!("palpus-{name}-{}-{number}", std::process::id()));
-        fs::create_dir_all(&folder).expect("a temporary folder");
+        fs::create_dir_all(&folder).expect("the folder can be created");
         let [width, height] = WHOLE.high;
         let mut server = Command::new("Xvfb")
             .args(["-displayfd", "1", "-screen", "0", &format!("{width}x{height}x24"), "-fbdir"])
@@ -120,7 +120,9 @@ impl Display {
     /// XWD: a header of 32-bit numbers, colours, rows.
     fn pixels(&self) -> Vec<([usize; 2], [u8; 3])> {
         let file = fs::read(self.folder.join("Xvfb_screen0")).expect("the screen file can be read");
-        let number = |k: usize| u32::from_be_bytes(file[4 * k..4 * k + 4].try_into().expect("four bytes")) as usize;
+        let number = |k: usize| {
+            u32::from_be_bytes(file[4 * k..4 * k + 4].try_into().expect("the slice has four bytes")) as usize
+        };
         let (header, width, height, row, colours) = (number(0), number(4), number(5), number(12), number(19));
         let first = header + 12 * colours;
         let pixel = |[x, y]: [usize; 2]| first + y * row + 4 * x;
