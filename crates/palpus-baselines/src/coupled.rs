@@ -11,12 +11,13 @@
 //!
 //! Our choices:
 //!
-//! * The mass of the body is a setting. Its inertia is that of a ball of the probe's size, the same
-//!   about all axes, so there is no gyroscopic term.
-//! * By default the dampers give critical damping of the free body. * Velocities are computed
-//!   before positions (semi-implicit Euler). Otherwise the coupling alone gains energy.
-//! * \[MPT99\] also bounds the stretch of the spring. Here the device's limits bound the force. *
-//!   Any method can be the inner one; in the paper it is [`Voxel`](crate::Voxel).
+//! * The mass of the body is a setting. It has the inertia of a ball of the probe's size, which is
+//!   the same about all axes. So there is no gyroscopic term.
+//! * By default the dampers give critical damping of the free body.
+//! * Velocities are computed before positions (semi-implicit Euler). Otherwise the coupling alone
+//!   gains energy.
+//! * \[MPT99\] also bounds the stretch of the spring. Here the device's limits bound the force.
+//! * Any method can be the inner one; in the paper it is [`Voxel`](crate::Voxel).
 
 use std::sync::Arc;
 

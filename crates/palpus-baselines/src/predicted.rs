@@ -5,8 +5,8 @@
 //!    features by Voronoi marching with coherence. Abstract of \[GME00\]: "incremental algorithms
 //!    for contact determination between convex primitives", "geometric locality, temporal
 //!    coherence, and predictive methods"; \[K02 §2.3\]: "our algorithm uses the same collision
-//!    detection algorithm as described in \[16\]". So this step uses palpus's own query, and the
-//!    contacts of disjoint pairs are those of palpus.
+//!    detection algorithm as described in \[16\]". So this step uses palpus's own query, and
+//!    palpus computes the contacts of disjoint pairs.
 //! 2. *Prediction*: \[K02 §5.3\]: "In \[16\] penetration depth is roughly estimated along the
 //!    direction of motion using the previous closest feature pairs". Each pair within the watch
 //!    distance stores its last closest points, each fixed to its body, and their direction. If the
@@ -30,11 +30,11 @@
 //! * Pieces have virtual features where the surface was cut. As in palpus, closest points on
 //!   virtual features are no contacts, and nothing is predicted from them, unless
 //!   [`PredictedSettings::virtual_features`] is set.
-//! * While a pair overlaps, its features stay those from when it was last apart, however far it
-//!   slides. With [`PredictedSettings::drawn_back`] the features are searched again in each step,
-//!   at the pose where the probe is moved back along the last direction until the pair is apart.
-//!   This is better than what \[K02\] describes, so that its claims can be compared with both
-//!   readings.
+//! * While a pair overlaps, it keeps the features from the moment before the overlap, however far
+//!   it slides. With [`PredictedSettings::drawn_back`] the features are searched again in each
+//!   step, at the pose where the probe is moved back along the last direction until the pair is
+//!   apart. This is better than what \[K02\] describes, so that its claims can be compared with
+//!   both readings.
 //! * Clusters have the same radius as in palpus. Interpolation is off by default, since it delays
 //!   every force and hides the steps of the force.
 

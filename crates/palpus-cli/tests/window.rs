@@ -379,6 +379,6 @@ fn drawing_threads_leave_the_core_of_the_loop() {
     }
     assert!(core.parse::<u32>().is_ok(), "the loop must have its own core: {threads:?}");
     assert!(of("palpus") != core && of("llvmpipe") == of("palpus"), "{threads:?}");
-    // The watchdog may use all cores of the process, which are those of this test.
+    // The watchdog may use all cores of the process. The process got them from this test.
     assert_eq!(of("watchdog"), given, "{threads:?}");
 }

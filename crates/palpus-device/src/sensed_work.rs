@@ -6,14 +6,14 @@
 //! sign: 0.45 µJ per step of 0.03 mm at 1 kN/m. In seconds of sliding this adds up to some 100 µJ,
 //! while the true work is negative. So in each tick, for each of the six axes:
 //!
-//! 1. *Travel* is the sensed motion that has not been booked yet. When a step is sensed, the grip
-//!    is near the border between two steps: half a step short of the sensed position, plus half of
-//!    its motion in a tick. So a grip that rests on a border has not moved, though its sensed
+//! 1. *Travel* is the sensed motion whose work has not been counted yet. When a step is sensed, the
+//!    grip is near the border between two steps: half a step short of the sensed position, plus half
+//!    of its motion in a tick. So a grip that rests on a border has not moved, though its sensed
 //!    position alternates.
-//! 2. *Book* the travel up to that border with the mean of the loads since the last booking, since
-//!    the grip moved in that time. A booking is made once [`SPAN`] has passed or the travel is
-//!    [`MANY`] steps. After a rest, older loads have less weight.
-//! 3. *Fast*: motion of at least [`FAST`] steps in a tick is booked at once, with the load that
+//! 2. *Count* the work of the travel up to that border, with the mean of the loads since the last
+//!    count, since the grip moved in that time. This is done once [`SPAN`] has passed or the travel
+//!    is [`MANY`] steps. After a rest, older loads have less weight.
+//! 3. *Fast*: motion of at least [`FAST`] steps in a tick is counted at once, with the load that
 //!    acted in this tick. The same holds for every tick if the step is 0, that is for sensors
 //!    without steps and for unknown steps.
 
@@ -23,17 +23,17 @@ use palpus::algebra::{Pose, Wrench, rotation_between};
 use crate::acting::Acting;
 use crate::device::DeviceSpec;
 
-/// Shortest time over which a motion of few steps is booked, s. At 20 mm/s it covers several
+/// Shortest time over which a motion of few steps is counted, s. At 20 mm/s it covers several
 /// steps of 0.03 mm, and it is short compared with the period of a limit cycle.
 const SPAN: f64 = 3.5e-3;
 /// Loads older than this, s, are counted with half their weight.
 const MEMORY: f64 = 50e-3;
-/// Encoder steps in one tick from which the motion is booked in each tick.
+/// Encoder steps in one tick from which the motion is counted in each tick.
 const FAST: f64 = 2.0;
-/// Encoder steps of travel that are booked before [`SPAN`] has passed.
+/// Encoder steps of travel that are counted before [`SPAN`] has passed.
 const MANY: f64 = 2.4;
 
-/// Books the work of the written wrenches from sensed poses; the module describes the method.
+/// Computes the work of the written wrenches from sensed poses; the module describes the method.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SensedWork {
     acting: Acting,
@@ -44,16 +44,16 @@ pub(crate) struct SensedWork {
     steps: [f64; 2],
 }
 
-/// Motion and load of one axis since the last booking.
+/// Motion and load of one axis since the last count.
 #[derive(Clone, Copy, Debug, Default)]
 struct Axis {
-    /// Motion that has not been booked yet, m or rad.
+    /// Motion that has not been counted yet, m or rad.
     travel: f64,
-    /// Load times time since the last booking, N·s or N·m·s.
+    /// Load times time since the last count, N·s or N·m·s.
     impulse: f64,
-    /// Time since the last booking, s.
+    /// Time since the last count, s.
     time: f64,
-    /// Number of ticks since the last booking.
+    /// Number of ticks since the last count.
     ticks: u32,
 }
 
@@ -69,7 +69,7 @@ impl SensedWork {
         Self::new(spec.delay, period, [spec.position_step, spec.angle_step])
     }
 
-    /// Takes the grip's new `pose`, reached in `elapsed` s. Returns the work booked in this tick by
+    /// Takes the grip's new `pose`, reached in `elapsed` s. Returns the work counted in this tick by
     /// forces and by torques, J.
     pub(crate) fn moved_to(&mut self, pose: &Pose, elapsed: f64) -> [f64; 2] {
         let Wrench { force, torque } = self.acting.over(elapsed);
@@ -78,8 +78,8 @@ impl SensedWork {
         let turned = rotation_between(last.rotation, pose.rotation);
         let [translation, rotation] = &mut self.axes;
         [
-            book(translation, moved, force, elapsed, self.steps[0]),
-            book(rotation, turned, torque, elapsed, self.steps[1]),
+            count(translation, moved, force, elapsed, self.steps[0]),
+            count(rotation, turned, torque, elapsed, self.steps[1]),
         ]
     }
 
@@ -96,17 +96,17 @@ impl SensedWork {
     }
 }
 
-/// Books the work along three axes; returns it in J.
-fn book(axes: &mut [Axis; 3], moved: DVec3, load: DVec3, elapsed: f64, step: f64) -> f64 {
+/// Counts the work along three axes; returns it in J.
+fn count(axes: &mut [Axis; 3], moved: DVec3, load: DVec3, elapsed: f64, step: f64) -> f64 {
     // Ignores a non-finite jump.
     if !(moved.is_finite() && load.is_finite() && elapsed.is_finite()) {
         return 0.0;
     }
-    (0..3).map(|k| axes[k].book(moved[k], load[k], elapsed, step)).sum()
+    (0..3).map(|k| axes[k].count(moved[k], load[k], elapsed, step)).sum()
 }
 
 impl Axis {
-    fn book(&mut self, moved: f64, load: f64, elapsed: f64, step: f64) -> f64 {
+    fn count(&mut self, moved: f64, load: f64, elapsed: f64, step: f64) -> f64 {
         self.travel += moved;
         self.impulse += load * elapsed;
         self.time += elapsed;
@@ -139,15 +139,15 @@ mod tests {
     const STEP: f64 = 0.03e-3;
 
     /// Returns the work of a spring of 1 kN/m between 0 and the sensed position of a grip whose
-    /// true position is `place(t)`: booked and true, J.
+    /// true position is `place(t)`: counted and true, J.
     fn spring(place: impl Fn(f64) -> f64, seconds: f64, step: f64) -> [f64; 2] {
         let mut work = SensedWork::new(0.0, TICK, [step, 0.0]);
-        let (mut booked, mut done) = (0.0, 0.0);
+        let (mut counted, mut done) = (0.0, 0.0);
         let mut last: Option<(f64, f64)> = None;
         for k in 0..(seconds / TICK) as u32 {
             let x = place(f64::from(k) * TICK);
             let sensed = if step > 0.0 { (x / step).round() * step } else { x };
-            booked += work.moved_to(&Pose::from_translation(DVec3::X * sensed), TICK)[0];
+            counted += work.moved_to(&Pose::from_translation(DVec3::X * sensed), TICK)[0];
             if let Some((before, force)) = last {
                 done += force * (x - before);
             }
@@ -155,19 +155,19 @@ mod tests {
             work.write(&Wrench { force: DVec3::X * force, torque: DVec3::ZERO });
             last = Some((x, force));
         }
-        [booked, done]
+        [counted, done]
     }
 
     #[test]
-    fn slow_back_and_forth_motion_is_booked_within_a_step() {
+    fn slow_back_and_forth_motion_is_counted_within_a_step() {
         // 2 mm at 2 to 40 mm/s: 67 steps each way.
         for speed in [2e-3, 10e-3, 40e-3] {
             let turn = 2e-3 / speed;
             let place = |t: f64| 2e-3 - ((t / turn).rem_euclid(2.0) - 1.0).abs() * 2e-3;
-            let [booked, done] = spring(place, 2.0 * turn, STEP);
+            let [counted, done] = spring(place, 2.0 * turn, STEP);
             // The bound is one step times the change of the load.
             let most = STEP * 2.0;
-            assert!((booked - done).abs() < most, "{speed} m/s: {booked} J for {done} J");
+            assert!((counted - done).abs() < most, "{speed} m/s: {counted} J for {done} J");
         }
     }
 
@@ -180,15 +180,15 @@ mod tests {
     }
 
     #[test]
-    fn sensor_without_steps_is_booked_in_each_tick() {
-        let [booked, done] = spring(|t| 2e-3 * (300.0 * t).sin(), 1.0, 0.0);
-        assert!((booked - done).abs() < 1e-12, "{booked} J for {done} J");
+    fn sensor_without_steps_is_counted_in_each_tick() {
+        let [counted, done] = spring(|t| 2e-3 * (300.0 * t).sin(), 1.0, 0.0);
+        assert!((counted - done).abs() < 1e-12, "{counted} J for {done} J");
     }
 
     #[test]
-    fn oscillation_of_millimetres_is_booked_correctly() {
+    fn oscillation_of_millimetres_is_counted_correctly() {
         // 50 Hz, 1 mm: holding the spring force for a tick generates about 25 mJ in a second.
-        let [booked, done] = spring(|t| 1e-3 * (314.0 * t).sin(), 1.0, STEP);
-        assert!(done > 0.01 && (booked - done).abs() < 0.1 * done, "{booked} J for {done} J");
+        let [counted, done] = spring(|t| 1e-3 * (314.0 * t).sin(), 1.0, STEP);
+        assert!(done > 0.01 && (counted - done).abs() < 0.1 * done, "{counted} J for {done} J");
     }
 }

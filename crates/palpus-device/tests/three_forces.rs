@@ -1,5 +1,5 @@
-//! Tests of devices with six sensed and three actuated axes: their forces compared with those of a
-//! fully actuated device.
+//! Tests of devices with six sensed and three actuated axes: their forces are compared with the
+//! forces of a fully actuated device.
 
 mod bodies;
 

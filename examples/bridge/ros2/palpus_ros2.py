@@ -13,7 +13,7 @@
     palpus run --device bridge:/tmp/palpus.sock
 
 All values are in the device's frame (x to the right, y away from the user, z up) and in SI units. The twist
-is that of the grip. Without a new pose for 5 ms the node withholds the force and publishes zero. The subscriber
+is the velocity of the grip. Without a new pose for 5 ms the node withholds the force and publishes zero. The subscriber
 to the wrench must also set the force to zero when no more wrenches arrive.
 Needs rclpy. The script was compiled, but not yet run with a robot.
 """

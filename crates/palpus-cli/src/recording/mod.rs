@@ -237,7 +237,7 @@ mod tests {
         std::fs::remove_file(&path).expect("the file can be deleted");
         assert_eq!(read.rows.len(), ticks.len());
         for (row, tick) in read.rows.iter().zip(&ticks) {
-            let servo = row.servo.expect("of format 3");
+            let servo = row.servo.expect("the row has format 3");
             assert!(row.same_wrench(&tick.wrench) && !servo.stepped && servo.phase == tick.phase as u32);
         }
     }

@@ -1,7 +1,8 @@
 //! The bridge: connects a haptic device whose driver is a separate process. `docs/bridge.md`
 //! specifies the protocol.
 //!
-//! The *driver* listens on a Unix socket or on a UDP port of this machine; palpus connects.
+//! The *driver* listens on a Unix socket or on a UDP port of this machine, and palpus connects
+//! to it.
 //!
 //! 1. [`BridgeDevice::open`] sends a hello with a new nonce. The driver's welcome repeats this
 //!    nonce and adds the session's nonce and the device's description. A command without a wrench

@@ -76,7 +76,8 @@ fn is_privileged() -> bool {
     rustix::process::geteuid().is_root()
 }
 
-/// Returns the cores that the process may use: those of its first thread, before it left a core.
+/// Returns the cores that the process may use. They are the cores that the first thread could use
+/// before it left a core.
 fn cores_of_process() -> Result<CpuSet, Errno> {
     static CORES: OnceLock<Result<CpuSet, Errno>> = OnceLock::new();
     *CORES.get_or_init(|| sched_getaffinity(Some(getpid())))

@@ -1,7 +1,7 @@
 //! Interventions of the safety chain.
 
-/// Reason why the device got another wrench than the computed one. The order is that of the chain's
-/// stages; reasons from outside the chain come last.
+/// Reason why the device got another wrench than the computed one. The order follows the stages of
+/// the chain; reasons from outside the chain come last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Cut {

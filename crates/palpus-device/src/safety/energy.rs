@@ -7,8 +7,9 @@
 //! 1. *Observe* the work of the wrenches that acted, over the sensed motion (`sensed_work.rs`). It
 //!    is positive if the hand has received energy. The wrench that acts now was written earlier;
 //!    the device states the delay ([`SafetyLimits::delay`]).
-//! 2. *Keep the account*. A credit is at most the energy that a spring can return at peak force.
-//!    Otherwise a long slide, which puts energy in all the time, would hide a later oscillation.
+//! 2. *Update the account* with this work. A credit is at most the energy that a spring can return
+//!    at peak force. Otherwise a long slide, which puts energy in all the time, would hide a later
+//!    oscillation.
 //! 3. *Control*: take back the energy beyond the allowance, as far as the motion allows in the
 //!    coming tick. A force and a torque act against the velocities, each in proportion to what it
 //!    can take back. Each is at most the part of the wrench along the motion plus a damper that the
@@ -44,7 +45,8 @@ const MOST_DAMPING: f64 = 3.0;
 /// Travel for the credit, m: a spring with the peak force over this travel can return half of force
 /// times travel.
 const CREDIT_TRAVEL: f64 = 16e-3;
-/// Rotation for the credit of torques, rad, likewise.
+/// Rotation for the credit of torques, rad: a spring with the peak torque over this rotation can
+/// return half of torque times rotation.
 const CREDIT_TURN: f64 = 0.4;
 
 /// Passivity observer and controller of one device.

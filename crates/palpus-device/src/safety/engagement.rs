@@ -47,7 +47,7 @@ pub enum Rearm {
     /// The user presses a button of the device or a key.
     #[default]
     ByPerson,
-    /// Through the engagement, as after any other fault. This is meant for tests.
+    /// The device engages again as after any other fault. This is meant for tests.
     Automatic,
 }
 

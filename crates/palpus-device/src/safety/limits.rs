@@ -62,11 +62,13 @@ const ENGAGE_SHARE: f64 = 0.1;
 const RAMP_TIME: f64 = 0.25;
 /// Time without a fault before the device may be engaged again, s.
 const HOLD_TIME: f64 = 0.25;
-/// Damping after a fault over peak force, s/m: the damping reaches [`REST_SHARE`] of the peak at
-/// 0.4 m/s. At 8.5 N it is 2.1 N·s/m. This is a tenth of the damping at which a light arm would
-/// begin to oscillate (0.1 kg, velocity filtered at 100 Hz, wrench two ticks late).
+/// Damping coefficient after a fault, divided by the peak force, s/m: the damping reaches
+/// [`REST_SHARE`] of the peak at 0.4 m/s. At 8.5 N it is 2.1 N·s/m. This is a tenth of the damping
+/// at which a light arm would begin to oscillate (0.1 kg, velocity filtered at 100 Hz, wrench two
+/// ticks late).
 const REST_DAMPING: f64 = 0.25;
-/// Angular damping after a fault over peak torque, s/rad: 9.4e-4 N·m·s/rad at 0.188 N·m.
+/// Angular damping coefficient after a fault, divided by the peak torque, s/rad: 9.4e-4 N·m·s/rad
+/// at 0.188 N·m.
 const REST_ANGULAR_DAMPING: f64 = 5e-3;
 /// Largest damping wrench after a fault, as a share of the peak.
 const REST_SHARE: f64 = 0.1;
@@ -155,8 +157,8 @@ impl SafetyLimits {
     /// Returns the limits for a device with this `spec` in a loop of `rate_hz`.
     ///
     /// The values that the device states are checked first. A peak that is negative or NaN counts
-    /// as 0. For a device in [`known_devices`], the peaks are at most the listed ones. No peak is
-    /// larger than that of any desktop device (40 N, 5 N·m).
+    /// as 0. For a device in [`known_devices`], the peaks are at most the listed ones. No peak
+    /// exceeds 40 N or 5 N·m, which is more than any desktop device gives.
     pub fn of(spec: &DeviceSpec, rate_hz: f64) -> Self {
         let period = 1.0 / rate_hz;
         let known = known_devices().into_iter().find(|known| known.name == spec.name);

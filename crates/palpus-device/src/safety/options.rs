@@ -6,8 +6,8 @@ use crate::device::DeviceSpec;
 /// Options of the safety chain.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SafetyOptions {
-    /// How the user enables forces. `None`: by holding any button if the device has buttons, else
-    /// automatically.
+    /// How the user enables forces. With `None`, the user holds any button of the device. If the
+    /// device has no buttons, forces are enabled automatically.
     pub engagement: Option<Engagement>,
     /// Thresholds of the chain; `None` for [`SafetyLimits::of`] the device. A threshold that is
     /// looser than the device's is replaced by the device's.

@@ -10,8 +10,8 @@
 //! 5. It writes the resulting wrenches to the devices and notifies their watchdogs.
 //! 6. It records times, energy, largest values and cuts, and passes the ticks to the observer.
 //!
-//! **Several devices.** Each device has its own gate, safety chain, brake and watchdog,
-//! independent of those of other devices. So a fault removes the force of one device only.
+//! **Several devices.** Each device has its own gate, safety chain, brake and watchdog. So a fault
+//! removes the force of one device only.
 //!
 //! - If a gate does not accept a state, the step gets the device's last accepted state, at rest.
 //!   Otherwise the other operators would feel a tool in a place where it never was.

@@ -66,7 +66,7 @@ impl RunEnd {
     }
 }
 
-/// Summary of a run, as far as the loop knows it.
+/// Summary of a run, with the values that the loop itself measures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunStatistics {
     /// Number of ticks whose wrench was written.
@@ -79,7 +79,7 @@ pub struct RunStatistics {
     /// Ticks per second of wall-clock time, Hz.
     pub rate_hz: f64,
     /// Number of ticks whose wrench was written more than a period after the tick was due, because
-    /// they began late or took long.
+    /// the tick began late or took long.
     pub overruns: u64,
     /// Number of ticks that began more than [`LATE`] after they were due.
     pub late_ticks: u64,

@@ -12,9 +12,9 @@
 //! 4. A pushed cap sends reports many times a second. Without a report for a quarter of a second it
 //!    counts as released.
 //!
-//! The axes are those of palpus: +X right, +Y away from the user, +Z up. The reports are tested
-//! against documented byte sequences; no device was available. In a window the SpaceMouse moves the
-//! simulated operator, as the keyboard does; the window implements this.
+//! The axes follow the convention of palpus: +X right, +Y away from the user, +Z up. The reports
+//! are tested against documented byte sequences; no device was available. In a window the
+//! SpaceMouse moves the simulated operator, as the keyboard does; the window implements this.
 
 #[cfg(target_os = "linux")]
 mod hidraw;
