@@ -56,7 +56,7 @@ pub struct Settings {
 }
 
 impl Default for Settings {
-    /// The values of `palpus::render::Settings::default`.
+    /// Returns the values of `palpus::render::Settings::default`.
     fn default() -> Self {
         Self { tolerance: 1e-3, stiffness: 800.0, grip_a: DVec3::ZERO }
     }

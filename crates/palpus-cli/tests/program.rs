@@ -233,9 +233,9 @@ fn changed_recording_shows_its_first_divergence() {
     folder.file("changed.csv", &(changed.join("\n") + "\n"));
     let output = palpus(&folder.0, &["replay", "changed.csv"]);
     assert_eq!(output.status.code(), Some(1));
-    let told = text(&output.stdout);
-    assert!(told.contains("1 of 1000 wrenches differ; the first is tick 700"), "{told}");
-    assert!(told.contains("123.5"), "{told}");
+    let printed = text(&output.stdout);
+    assert!(printed.contains("1 of 1000 wrenches differ; the first is tick 700"), "{printed}");
+    assert!(printed.contains("123.5"), "{printed}");
 }
 
 #[test]
@@ -302,7 +302,8 @@ fn figures_are_written_as_pictures_and_numbers() {
         let rows = table.as_array().into_iter().flatten();
         rows.filter(|row| row["model"] == model).filter_map(|row| row["pieces"].as_u64()).max().unwrap_or(u64::MAX)
     };
-    // Numbers of pieces in the paper's Table 1; here for the scenes' own meshes.
+    // The limits are the numbers of pieces in the paper's Table 1. The meshes come from the
+    // built-in scenes.
     for (model, most) in [("torus", 67), ("cup", 190), ("spoon", 78), ("intestine", 9913)] {
         assert!(pieces(model) <= most, "{model}: {} pieces, the paper has {most}", pieces(model));
     }

@@ -114,8 +114,8 @@ fn scene_file_with_a_second_tool_runs_and_is_pictured() {
     }
 }
 
-/// Writes a scene with `count` bricks in a row above a floor, each a tool. The second one has its
-/// own coupling and device limits.
+/// Writes a scene with `count` bricks in a row above a floor, each a tool. The coupling and the
+/// device limits of the second brick differ from the first brick's.
 fn row_of_tools(folder: &Folder, count: usize, more: &str) {
     bricks(folder);
     let tool = |k: usize| {

@@ -100,8 +100,8 @@ pub struct Script {
 }
 
 impl Script {
-    /// A script with these faults at these ticks (tick 0 is the first read), in virtual time or by
-    /// the wall clock.
+    /// Returns a script with these faults at these ticks (tick 0 is the first read), in virtual
+    /// time or by the wall clock.
     pub fn new(faults: &[(u64, Fault)], time: Option<&VirtualTime>) -> Self {
         Self { faults: faults.into(), reads: Arc::default(), time: time.cloned() }
     }
@@ -243,7 +243,7 @@ impl<D: HapticDevice> FaultyDevice<D> {
         self
     }
 
-    /// The wrapped device.
+    /// Returns the wrapped device.
     pub fn device(&self) -> &D {
         &self.device
     }

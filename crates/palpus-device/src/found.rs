@@ -45,7 +45,7 @@ pub enum FindingState {
 }
 
 impl Finding {
-    /// A finding for a device that can be used.
+    /// Returns a finding for a device that can be used.
     pub fn found(
         backend: &'static str,
         device: impl Into<String>,
@@ -57,7 +57,7 @@ impl Finding {
         Self { backend, name, state: FindingState::Found { device: device.into(), spec, rate_hz, note: note.into() } }
     }
 
-    /// A finding for devices that cannot be used, with the reason.
+    /// Returns a finding for devices that cannot be used, with the reason.
     pub fn missing(
         backend: &'static str,
         name: impl Into<String>,

@@ -23,13 +23,14 @@ pub trait Sink<R>: Send + 'static {
     /// Writes a row.
     fn write(&mut self, row: &R) -> io::Result<()>;
 
-    /// Called every few milliseconds while there is no row to write, so that the sink can write
-    /// rows that it has buffered.
+    /// Lets the sink write rows that it has buffered. The writer thread calls this every few
+    /// milliseconds while there is no new row.
     fn idle(&mut self) -> io::Result<()> {
         Ok(())
     }
 
-    /// Called once at the end, after the last row, if there was no error.
+    /// Completes the recording. The writer thread calls this once, after the last row, if there was
+    /// no error.
     fn finish(&mut self) -> io::Result<()> {
         Ok(())
     }

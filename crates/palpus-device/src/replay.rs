@@ -14,7 +14,7 @@ pub struct ReplayDevice {
 }
 
 impl ReplayDevice {
-    /// A device with description `spec` that plays `states`.
+    /// Returns a device with description `spec` that plays `states`.
     pub fn new(spec: DeviceSpec, states: Vec<DeviceState>) -> Self {
         Self { spec, states, next: 0 }
     }

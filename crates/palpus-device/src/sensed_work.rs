@@ -7,9 +7,9 @@
 //! while the true work is negative. So in each tick, for each of the six axes:
 //!
 //! 1. *Travel* is the sensed motion whose work has not been counted yet. When a step is sensed, the
-//!    grip is near the border between two steps: half a step short of the sensed position, plus half
-//!    of its motion in a tick. So a grip that rests on a border has not moved, though its sensed
-//!    position alternates.
+//!    grip is near the border between two steps: half a step short of the sensed position, plus
+//!    half of its motion in a tick. So a grip that rests on a border has not moved, though its
+//!    sensed position alternates.
 //! 2. *Count* the work of the travel up to that border, with the mean of the loads since the last
 //!    count, since the grip moved in that time. This is done once [`SPAN`] has passed or the travel
 //!    is [`MANY`] steps. After a rest, older loads have less weight.
@@ -28,9 +28,10 @@ use crate::device::DeviceSpec;
 const SPAN: f64 = 3.5e-3;
 /// Loads older than this, s, are counted with half their weight.
 const MEMORY: f64 = 50e-3;
-/// Encoder steps in one tick from which the motion is counted in each tick.
+/// Number of encoder steps in one tick from which the motion is fast, so that it is counted at
+/// once.
 const FAST: f64 = 2.0;
-/// Encoder steps of travel that are counted before [`SPAN`] has passed.
+/// Number of encoder steps of travel from which the travel is counted before [`SPAN`] has passed.
 const MANY: f64 = 2.4;
 
 /// Computes the work of the written wrenches from sensed poses; the module describes the method.
@@ -69,8 +70,8 @@ impl SensedWork {
         Self::new(spec.delay, period, [spec.position_step, spec.angle_step])
     }
 
-    /// Takes the grip's new `pose`, reached in `elapsed` s. Returns the work counted in this tick by
-    /// forces and by torques, J.
+    /// Takes the grip's new `pose`, reached in `elapsed` s. Returns the work counted in this tick
+    /// by forces and by torques, J.
     pub(crate) fn moved_to(&mut self, pose: &Pose, elapsed: f64) -> [f64; 2] {
         let Wrench { force, torque } = self.acting.over(elapsed);
         let Some(last) = self.pose.replace(*pose) else { return [0.0; 2] };

@@ -79,7 +79,7 @@ pub struct HaplyOptions {
 }
 
 impl Default for HaplyOptions {
-    /// The first arm of the service on this machine, with a thread of ordinary priority.
+    /// Returns the first arm of the service on this machine, with a thread of ordinary priority.
     fn default() -> Self {
         Self { address: HAPLY_ADDRESS.to_owned(), beyond_loopback: false, arm: None, priority: None }
     }

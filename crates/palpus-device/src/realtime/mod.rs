@@ -40,13 +40,13 @@ impl Default for RealTimeOptions {
 /// Outcome of one claim.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Claimed {
-    /// Granted; the text describes what was granted.
+    /// The claim was granted; the text describes what was granted.
     Granted(String),
-    /// Not granted.
+    /// The claim was not granted.
     Refused {
-        /// The reason.
+        /// Reason for the refusal.
         why: String,
-        /// How to mend it, in one line.
+        /// What the user can do about it, in one line.
         mend: String,
     },
     /// The claim was not requested, or has no meaning on this system.

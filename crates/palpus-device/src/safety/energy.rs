@@ -24,7 +24,8 @@
 //! such contact gives no more energy than it takes ([`ContactAccount`]).
 //!
 //! Differences from HR02: the account uses the wrench that acted, with its delay, instead of the
-//! commanded one. Step 3 has two bounds. There is an allowance, since sensed positions have steps.
+//! commanded one. Step 3 has two bounds. A small excess is allowed, since sensed positions have
+//! steps.
 
 use glam::DVec3;
 use palpus::algebra::{Twist, Wrench};
@@ -77,7 +78,7 @@ pub struct ContactAccount {
 }
 
 impl ContactAccount {
-    /// An empty account between devices with these `limits`.
+    /// Returns an empty account between devices with these `limits`.
     pub fn new<'a>(limits: impl Iterator<Item = &'a SafetyLimits>) -> Self {
         let least = |(force, allowance): (f64, f64), limits: &SafetyLimits| {
             (force.min(limits.force_peak), allowance.min(limits.allowance))
@@ -110,7 +111,8 @@ struct Port {
 }
 
 impl EnergyAccount {
-    /// An empty account for a device with these `limits`, in a loop with the nominal `period` (s).
+    /// Returns an empty account for a device with these `limits`, in a loop with the nominal
+    /// `period` (s).
     pub fn new(limits: &SafetyLimits, period: f64) -> Self {
         Self {
             period,

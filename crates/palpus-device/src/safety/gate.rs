@@ -42,7 +42,7 @@ pub struct Admitted {
 }
 
 impl Gate {
-    /// A gate that has seen no state yet.
+    /// Returns a gate that has seen no state yet.
     pub fn new(limits: &SafetyLimits) -> Self {
         Self { limits: *limits, last: None, age: 0.0, travel: 0.0, turn: 0.0 }
     }

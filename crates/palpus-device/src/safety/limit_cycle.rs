@@ -108,7 +108,7 @@ struct Axis {
 }
 
 impl LimitCycle {
-    /// A detector without history. Each wrench is held for `period` seconds.
+    /// Returns a detector without history. Each wrench is held for `period` seconds.
     pub(super) fn new(limits: &SafetyLimits, period: f64) -> Self {
         Self {
             period,

@@ -120,7 +120,7 @@ pub struct SafetyChain {
 }
 
 impl SafetyChain {
-    /// A chain for a loop with the nominal `period` (s).
+    /// Returns a chain for a loop with the nominal `period` (s).
     pub fn new(limits: &SafetyLimits, engagement: Engagement, options: &SafetyOptions, period: f64) -> Self {
         // A device without torque should not report a saturation in every tick.
         let saturation = if limits.torque_peak > 0.0 { Saturation::Separate } else { Saturation::UnderActuated };

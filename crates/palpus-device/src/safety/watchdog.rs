@@ -28,8 +28,8 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// A watch over a loop that rests at first. While it does not rest, it must beat at least every
-    /// `stall`.
+    /// Returns a watch over a loop that rests at first. While it does not rest, it must beat at
+    /// least every `stall`.
     pub fn new(brake: Arc<dyn Brake>, stall: Duration) -> Self {
         Self { brake, stall: nanos(stall), beat: AtomicU64::new(RESTING), over: AtomicBool::new(false) }
     }

@@ -113,7 +113,8 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         Ok(shaped)
     }
 
-    /// Called when the loop pauses together with the device, where the held wrench has no effect.
+    /// Drops the held wrench and stops the watchdog. The loop calls this when it pauses and the
+    /// device's time stops too, so that the held wrench has no effect.
     pub(super) fn stand(&mut self) {
         self.held = None;
         if let Some(guard) = &self.end.guard {

@@ -140,10 +140,10 @@ pub struct ServoTick {
 /// Receives every tick of every device. It is called on the servo thread after all wrenches of a
 /// tick were written, so it must be fast and must not allocate.
 pub trait TickObserver<T = ()> {
-    /// Called for a tick in which the step returned a result; `detail` is [`StepOutcome::detail`].
+    /// Receives a tick in which the step returned a result; `detail` is [`StepOutcome::detail`].
     fn observe(&mut self, tick: &ServoTick, detail: &T);
 
-    /// Called for a tick without a result of the step. Either the step panicked
+    /// Receives a tick without a result of the step. Either the step panicked
     /// ([`crate::Cut::Panic`] is among the cuts), or the loop damps the grip at the end of a run
     /// and does not call the step.
     fn unanswered(&mut self, _: &ServoTick) {}
@@ -169,7 +169,7 @@ pub struct Servo {
 }
 
 impl Servo {
-    /// A loop for one device.
+    /// Returns a loop for one device.
     ///
     /// # Errors
     /// Fails if an option is out of range.

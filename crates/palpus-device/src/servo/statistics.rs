@@ -60,7 +60,7 @@ pub enum RunEnd {
 }
 
 impl RunEnd {
-    /// The end of a run after the device returned `error`.
+    /// Returns the end of a run after the device returned `error`.
     pub(super) fn of(error: DeviceError) -> Self {
         if error == DeviceError::Ended { Self::DeviceEnded } else { Self::DeviceFailed(error) }
     }

@@ -65,7 +65,7 @@ fn pull(newtons: f64) -> Wrench {
     Wrench { force: DVec3::X * newtons, torque: DVec3::ZERO }
 }
 
-/// A chain that passes every valid wrench unchanged, since these tests are about the loop.
+/// Returns a chain that passes every valid wrench unchanged, since these tests are about the loop.
 fn open() -> SafetyOptions {
     let [spec, ..] = known_devices();
     let limits = SafetyLimits {
@@ -88,7 +88,7 @@ fn fast(duration: f64) -> Servo {
     Servo::new(options).unwrap()
 }
 
-/// A loop in virtual time with the default thresholds of the device.
+/// Returns a loop in virtual time with the default thresholds of the device.
 fn guarded(duration: f64, safety: SafetyOptions) -> Servo {
     Servo::new(ServoOptions { duration: Some(duration), safety, ..Default::default() }).unwrap()
 }

@@ -34,7 +34,7 @@ pub struct WallTime {
 }
 
 impl WallTime {
-    /// A clock that starts now.
+    /// Returns a clock that starts now.
     pub fn new() -> Self {
         Self { origin: Instant::now() }
     }

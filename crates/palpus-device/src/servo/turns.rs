@@ -74,7 +74,7 @@ impl<'a, D: HapticDevice + ?Sized, T> Turns<'a, D, T> {
         }
     }
 
-    /// Waits while the run is paused, if the time of all devices stops with it.
+    /// Waits while the run is paused, if a pause also stops the time of all devices.
     pub(super) fn stand(&mut self, stop: &AtomicBool) {
         if !self.stands || !self.control.is_paused() {
             return;

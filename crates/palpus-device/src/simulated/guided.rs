@@ -87,7 +87,7 @@ struct Offset {
 }
 
 impl<I: Intent> Guided<I> {
-    /// An operator that follows `script` unless `guide` says otherwise.
+    /// Returns an operator that follows `script` unless `guide` commands something else.
     pub fn new(script: I, guide: Newest<Guide>) -> Self {
         Self {
             script,

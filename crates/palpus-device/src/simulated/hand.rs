@@ -8,8 +8,8 @@ pub trait Intent {
     /// this must be a pure function of time.
     fn pose(&self, time: f64) -> Pose;
 
-    /// Called when a tick begins at `time` (s) with the grip at `_grip`. The intent may change only
-    /// here.
+    /// Updates the intent at the beginning of a tick, at `time` (s) with the grip at `_grip`. The
+    /// intent may change only here.
     fn begin(&mut self, _time: f64, _grip: &Pose) {}
 }
 

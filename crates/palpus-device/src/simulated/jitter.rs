@@ -26,8 +26,8 @@ pub struct Jitter {
 }
 
 impl Jitter {
-    /// The jitter that was logged on a Touch at 1 kHz: means of a second from 978 to 1012 Hz,
-    /// standard deviations of 21 to 41 Hz, single ticks of up to 2.4 ms.
+    /// Returns the jitter that was logged on a Touch at 1 kHz: means of a second from 978 to 1012
+    /// Hz, standard deviations of 21 to 41 Hz, single ticks of up to 2.4 ms.
     pub fn logged(seed: u64) -> Self {
         Self { wander: 0.01, scatter: [0.021, 0.031], late_share: 0.5, late: [1.4, 2.4], seed }
     }

@@ -60,8 +60,8 @@ pub struct SimulationSettings {
 }
 
 impl Default for SimulationSettings {
-    /// A light arm with the limits of the paper's device (8.5 N, continuously 1.4 N; 0.188 N·m),
-    /// held with an ordinary grip, at 1 kHz, with a delay of one tick.
+    /// Returns a light arm with the limits of the paper's device (8.5 N, continuously 1.4 N; 0.188
+    /// N·m), held with an ordinary grip, at 1 kHz, with a delay of one tick.
     fn default() -> Self {
         Self {
             spec: DeviceSpec {
@@ -152,7 +152,7 @@ impl Clone for OwnBrake {
 }
 
 impl<I: Intent> SimulatedDevice<I> {
-    /// A device at rest at the pose that `intent` has at time 0.
+    /// Returns a device at rest at the pose that `intent` has at time 0.
     ///
     /// # Errors
     /// Fails if a setting is out of range.

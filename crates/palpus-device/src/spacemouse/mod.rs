@@ -111,8 +111,8 @@ impl SpaceMouse {
         Err(SpaceMouseError::NotHere)
     }
 
-    /// A device that reads its reports from `source`, one report per read. This is for other
-    /// systems and sources than Linux's hidraw.
+    /// Returns a device that reads its reports from `source`, one report per read. This is for
+    /// other systems and sources than Linux's hidraw.
     ///
     /// A read must not wait: without a report it must fail with [`ErrorKind::WouldBlock`]. Any
     /// other error, and an end of the source, means that the device is lost.

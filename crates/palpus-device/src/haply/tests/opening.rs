@@ -1,4 +1,5 @@
-//! Tests of opening and of searching: which service, arm and grip are accepted, and what is noted.
+//! Tests of opening and of searching: which service, arm and grip are accepted,
+//! and which notes the device gets.
 
 use std::net::TcpListener;
 use std::time::{Duration, Instant};

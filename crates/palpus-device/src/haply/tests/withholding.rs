@@ -23,7 +23,7 @@ fn drive_until_withheld(device: &mut HaplyDevice, withheld: bool) -> DeviceState
     panic!("no state with withheld = {withheld}: {:?}", device.counts());
 }
 
-/// A service that sends `says` from message 20 to 59.
+/// Returns a service that sends `says` from message 20 to 59.
 fn interrupted(says: impl Fn(usize) -> Value + Send + 'static) -> Service {
     let script = move |k| if (20..60).contains(&k) { Act::Say(vec![says(k).to_string()]) } else { Act::Answer };
     Service::usual(script)
@@ -94,7 +94,7 @@ fn force_is_not_sent_before_the_loop_saw_the_gap() {
     assert!(!drive_until_withheld(&mut device, false).withheld);
 }
 
-/// A service that reports `given` of the last commanded force.
+/// Returns a service that reports `given` of the last commanded force.
 fn echoing(given: fn(DVec3) -> DVec3) -> Service {
     let script = move |_| Act::Echo(given);
     Service::usual(script)
