@@ -202,7 +202,7 @@ fn run_is_summarised_recorded_and_replayed_bit_for_bit() {
     let replay = json(&palpus(&folder.0, &["replay", "run.csv", "--json"]));
     assert_eq!(replay["identical"], 3000);
 
-    // A run with the recording as its device is identical.
+    // A run with the recording as its device has as many ticks and gives identical wrenches.
     let arguments = ["run", "box-table", "--fast", "--device", "replay:run.csv", "--record", "again.csv", "--json"];
     assert_eq!(json(&palpus(&folder.0, &arguments))["ticks"], 3000);
     let replay = json(&palpus(&folder.0, &["replay", "again.csv", "--json"]));

@@ -1,4 +1,5 @@
-//! Tests of devices behind the bridge: sessions and their ends, wrenches, and a driver of 4 kHz.
+//! Tests of devices behind the bridge: sessions and their ends, wrenches, and a driver that runs at
+//! 4 kHz.
 #![allow(clippy::print_stdout, reason = "the run of a minute prints its counts")]
 
 mod bridge_driver;

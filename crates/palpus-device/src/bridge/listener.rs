@@ -144,7 +144,7 @@ impl Listener {
     pub(super) fn run(mut self, priority: Option<u8>) {
         if priority.is_some() {
             // If this priority is refused, the loop's priority was refused too, and its message
-            // says how to mend it.
+            // says how to fix it.
             claim(&RealTimeOptions { priority, lock_memory: false, pin: false });
         }
         // This also reports a panic of this thread.

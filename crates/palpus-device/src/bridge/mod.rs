@@ -152,7 +152,7 @@ impl BridgeDevice {
     /// Connects to the driver and begins a session. Takes at most about two seconds.
     ///
     /// # Errors
-    /// Fails if there is no driver, or if its device cannot be used. Each error says how to mend
+    /// Fails if there is no driver, or if its device cannot be used. Each error says how to fix
     /// it.
     pub fn open(options: &BridgeOptions) -> Result<Self, BridgeError> {
         let address = &options.address;

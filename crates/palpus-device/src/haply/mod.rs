@@ -196,7 +196,7 @@ impl HaplyDevice {
     ///
     /// # Errors
     /// Fails if there is no service, no device, or no device that can be used. Each error says how
-    /// to mend it, as far as this is known.
+    /// to fix it, as far as this is known.
     pub fn open(options: &HaplyOptions) -> Result<Self, HaplyError> {
         let opened = opening::open(options)?;
         let (states_in, states) = latest(Sensed::first(opened.first));

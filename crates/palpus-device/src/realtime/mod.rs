@@ -8,7 +8,7 @@
 //! 4. **The watchdog**: its thread can be started and has a higher priority than the loop.
 //!    Otherwise a loop that never sleeps would keep the watchdog off its core.
 //!
-//! Each resource is requested separately. If one is refused, the result says why and how to mend
+//! Each resource is requested separately. If one is refused, the result says why and how to fix
 //! it, and the loop runs without it. This is implemented for Linux; on other systems nothing is
 //! claimed.
 

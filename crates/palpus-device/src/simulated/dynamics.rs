@@ -8,7 +8,7 @@
 //! This changes the stiffness at which a sampled wall begins to oscillate. The scheme is stable for
 //! all dampers, and for all springs whose period is longer than π steps; [`Dynamics::new`] picks
 //! steps far shorter than that. Dry friction reduces the speed after each velocity step, at most to
-//! zero, so that it holds still instead of chattering.
+//! zero, so that the body stays at rest instead of chattering.
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Twist, Wrench};

@@ -268,7 +268,7 @@ mod tests {
     use crate::latest::{Publisher, latest};
 
     const DT: f64 = 1e-3;
-    /// Steps between two ticks; the dynamics take as many.
+    /// Number of integration steps per tick, as in the dynamics.
     const BETWEEN: u32 = 10;
 
     fn script(time: f64) -> Pose {

@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 
 use super::SpaceMouseError;
 
-/// 3Dconnexion's vendor number. Earlier devices have Logitech's number, so for these the products
-/// are listed.
+/// USB vendor number of 3Dconnexion. Older devices have the vendor number of Logitech, which other
+/// products share. So these devices are listed by product number.
 const VENDOR: u16 = 0x256f;
 const EARLIER_VENDOR: u16 = 0x046d;
 const EARLIER_PRODUCTS: [u16; 11] =
