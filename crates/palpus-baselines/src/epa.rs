@@ -7,7 +7,7 @@
 //! 3. Each contact gives the force k (t − d) along its normal, at the midpoint of its two points.
 //!    All forces are added up.
 //!
-//! These parts of palpus are left out on purpose, since such a user does not have them: the
+//! These parts of palpus are left out on purpose, since Coal and FCL do not have them: the
 //! check that a normal belongs to the mesh (pieces have virtual faces where they were cut), memory
 //! between steps, blending of the witness point of a flat contact, and clusters.
 //!

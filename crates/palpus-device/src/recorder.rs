@@ -58,14 +58,14 @@ impl<R: Copy> Recorder<R> {
         }
     }
 
-    /// Pushes a row into the queue; returns false if the queue is full. It then counts nothing, so
-    /// the caller can keep the row and try again. Never waits or allocates.
+    /// Pushes a row into the queue; returns false if the queue is full. A refused row is not
+    /// counted as dropped, so the caller can keep it and try again. This never waits or allocates.
     #[must_use]
     pub fn try_push(&mut self, row: R) -> bool {
         self.queue.push(row).is_ok()
     }
 
-    /// Number of rows dropped so far.
+    /// Returns the number of rows dropped so far.
     pub fn dropped(&self) -> u64 {
         self.dropped.load(Ordering::Relaxed)
     }

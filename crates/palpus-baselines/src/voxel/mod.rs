@@ -111,7 +111,7 @@ pub struct Voxel {
 }
 
 impl Voxel {
-    /// Makes the method for probe `a` and environment `b`.
+    /// Creates the method for probe `a` and environment `b`.
     ///
     /// # Errors
     /// Fails if a setting is invalid, or if the voxels need more memory than allowed.

@@ -130,7 +130,7 @@ mod tests {
         SimulatedDevice::new(SimulationSettings { rate_hz: RATE_HZ, ..Default::default() }, path).unwrap()
     }
 
-    /// The same simulated operator, in a device that moves even when it is not read.
+    /// A device with the same simulated operator. It moves even when the loop does not read it.
     struct Real<D>(D);
 
     impl<D: HapticDevice> HapticDevice for Real<D> {
