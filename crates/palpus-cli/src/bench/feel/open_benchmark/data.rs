@@ -160,7 +160,7 @@ mod tests {
             assert_eq!((soup.vertices, soup.face_vertices), (made.vertices, made.face_vertices), "{name}");
         }
         let readme = text(out.join("README.md"));
-        for entry in std::fs::read_dir(&folder).expect("the file can be read") {
+        for entry in std::fs::read_dir(&folder).expect("the folder can be read") {
             let name = entry.expect("the entry can be read").file_name();
             assert!(readme.contains(&*name.to_string_lossy()), "README.md does not name {}", name.display());
         }
