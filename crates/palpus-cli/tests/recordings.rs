@@ -120,8 +120,8 @@ fn recorded_tool_pose_is_device_pose_minus_grip() {
     }
 }
 
-/// Converts a recording to an older format. Format 1 has no tool pose; format 2 has none of the
-/// loop's own data.
+/// Converts a recording to an older format. Format 1 has no tool pose; format 2 has no data of the
+/// servo loop.
 fn as_format(version: usize, text: &str) -> String {
     let columns = [32, 39][version - 1];
     let old = |line: &str| match line.strip_prefix('#') {

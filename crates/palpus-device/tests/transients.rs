@@ -42,7 +42,8 @@ impl Plate {
     }
 }
 
-/// A simulated operator who taps the plate with about `speed` (m/s), after a time above it.
+/// Returns a device whose simulated operator rests above the plate, then taps it with about `speed`
+/// (m/s), and the limits of the device.
 fn tapping(hand: HandImpedance, speed: f64) -> (SimulatedDevice<impl Fn(f64) -> Pose>, Limits) {
     let settings = SimulationSettings { hand, ..SimulationSettings::default() };
     let limits = Limits { force: settings.spec.force_max, torque: settings.spec.torque_max };

@@ -107,7 +107,7 @@ fn judge_ticks(sequence: &Sequence, ticks: &[ServoTick]) {
         let at = format!("tick {} of sequence {:#x}", tick.index, sequence.seed);
         let wrench = &tick.wrench;
         assert!(within(wrench, limits.force_peak, limits.torque_peak), "{at}: {wrench:?} beyond the peak");
-        // Ticks that panicked are not observed, but their messages are ([`judge_messages`]).
+        // A tick that panicked is missing in `ticks`; `judge_messages` checks its message.
         let follows = index.is_none_or(|index: u64| index + 1 == tick.index);
         if !follows {
             (clean, phase) = (0.0, Phase::Faulted);
