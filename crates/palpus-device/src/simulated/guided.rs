@@ -388,7 +388,7 @@ mod tests {
             hand.begin(time, &grip);
             assert_eq!(hand.pose(time + 0.5 * DT), grip);
         }
-        // Taken again, the operator starts from the grip's pose. Given back, it returns to its
+        // When the grip is taken again, the operator starts from its pose. Given back, it returns to its
         // script.
         publisher.publish(held(-0.05));
         let taken = poses(&mut hand, 400, 1);
