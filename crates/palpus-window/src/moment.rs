@@ -150,7 +150,7 @@ mod tests {
     use palpus::detect::Contact;
 
     #[test]
-    fn a_moment_keeps_to_its_room() {
+    fn moment_stays_within_its_capacity() {
         let contact = Contact {
             piece_a: 0,
             piece_b: 0,
