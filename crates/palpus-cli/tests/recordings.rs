@@ -168,7 +168,7 @@ fn format_1_is_replayed_where_grip_and_origin_are_one() {
             {
                 let output = palpus(&folder.0, arguments);
                 assert_eq!(output.status.success(), replays, "{arguments:?}: {}", text_of(&output));
-                assert!(replays || text_of(&output).contains("is of format 1"), "{}", text_of(&output));
+                assert!(replays || text_of(&output).contains("has format 1"), "{}", text_of(&output));
             }
         }
     }

@@ -164,7 +164,7 @@ fn a_reproduction_says_what_was_measured_and_what_was_not() {
     let folder = Folder::new("report-reproduce");
     let wrong = palpus(&folder.0, &["report", "out", "--reproduce", "--only", "nothing"]);
     assert_eq!(wrong.status.code(), Some(1));
-    assert!(text(&wrong.stderr).contains("there are doctor, figures"));
+    assert!(text(&wrong.stderr).contains("the steps are doctor, figures"));
     assert_success(&palpus(
         &folder.0,
         &["report", "out", "--reproduce", "--quick", "--only", "depth", "--only", "convex"],
