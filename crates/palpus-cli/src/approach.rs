@@ -117,10 +117,10 @@ mod tests {
                     DVec3::new(side(0), side(1), side(2))
                 })
                 .collect();
-            let body = Arc::new(Body::from_convex(&points).expect("a box"));
+            let body = Arc::new(Body::from_convex(&points).expect("the box has a hull"));
             let start = Pose::from_translation(DVec3::new(0.0, 0.0, 3.0 * size));
             let path = approach(&body, &body, start, Pose::IDENTITY, 0.01 * size, CouplingMode::Coupled);
-            assert!(path.duration() <= 4.0, "{size}: back after {} s", path.duration());
+            assert!(path.duration() <= 4.0, "{size}: the hand returns only after {} s", path.duration());
             let speed = (0..4000u32).map(|k| path.twist(f64::from(k) * 1e-3).linear.length()).fold(0.0, f64::max);
             assert!(speed < 2.5, "{size}: {speed} m/s");
             let way = WayIn::find(&body, &body, start, Pose::IDENTITY, 0.01 * size);
@@ -130,11 +130,11 @@ mod tests {
     }
 
     #[test]
-    fn the_hand_presses_bodies_of_any_size() {
+    fn hand_presses_bodies_of_any_size() {
         for size in [1e-5, 1e-3, 0.1] {
             let side = |k: usize, bit: usize| size * (k >> bit & 1) as f64;
             let points: Vec<DVec3> = (0..8).map(|k| DVec3::new(side(k, 0), side(k, 1), side(k, 2))).collect();
-            let body = Arc::new(Body::from_convex(&points).expect("a box"));
+            let body = Arc::new(Body::from_convex(&points).expect("the box has a hull"));
             let start = Pose::from_translation(DVec3::new(0.0, 0.0, 3.0 * size));
             let goes = |mode| {
                 let path = approach(&body, &body, start, Pose::IDENTITY, 0.01 * size, mode);

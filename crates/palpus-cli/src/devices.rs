@@ -164,7 +164,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_of_several_devices_can_be_named() {
+    fn one_of_several_devices_can_be_selected() {
         let of = |name| {
             let Wanted { kind, which, place } = Wanted::of(name);
             (kind, which, place)

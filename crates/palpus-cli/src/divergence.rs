@@ -280,7 +280,7 @@ mod tests {
     use palpus::force::FrictionSettings;
 
     #[test]
-    fn changed_settings_are_named_with_what_they_were() {
+    fn changed_settings_are_named_with_old_values() {
         let before = Settings::default();
         assert_eq!(changed(&before, &before), "nothing");
         let friction =

@@ -76,7 +76,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn durations_are_read_and_said() {
+    fn durations_are_parsed_and_printed() {
         let read = |text: &str| text.parse::<Span>().ok().map(|span| span.0.as_secs_f64());
         for (text, seconds) in [
             ("90s", 90.0),

@@ -130,16 +130,16 @@ mod tests {
     use crate::stage;
 
     #[test]
-    fn lengths_have_a_unit_that_suits_them() {
+    fn lengths_have_a_suitable_unit() {
         let words = [2.5e-6, 3.464e-4, 0.02, 0.1234, 120.0].map(length);
         assert_eq!(words, ["2.50 µm", "0.35 mm", "20.0 mm", "12.3 cm", "120 m"]);
     }
 
     #[test]
-    fn a_scene_of_two_meshes_and_nothing_else_is_felt() {
+    fn scene_of_two_bare_meshes_makes_contact() {
         crate::bodies::use_cache(false);
         let folder = std::env::temp_dir().join(format!("palpus-gaps-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).expect("a temporary folder");
+        std::fs::create_dir_all(&folder).expect("the folder can be created");
         // A cube of 20 units, away from its origin.
         let mut cube = String::new();
         for k in 0..8u32 {
@@ -147,14 +147,15 @@ mod tests {
             cube += &format!("v {} {} {}\n", side(0), side(1), side(2));
         }
         cube += "f 1 5 7 3\nf 2 4 8 6\nf 1 2 6 5\nf 3 7 8 4\nf 1 3 4 2\nf 5 6 8 7\n";
-        std::fs::write(folder.join("cube.obj"), cube).expect("a file");
+        std::fs::write(folder.join("cube.obj"), cube).expect("the file can be written");
         let scene = folder.join("scene.toml");
         for (unit, tolerance, notes) in
             [("mm", 0.2e-3 * 3f64.sqrt(), 3), ("cm", 1e-3, 2), ("um", 0.2e-6 * 3f64.sqrt(), 4), ("m", 1e-3, 3)]
         {
             let text = format!("unit = \"{unit}\"\n[probe]\nmesh = \"cube.obj\"\n[environment]\nmesh = \"cube.obj\"\n");
-            std::fs::write(&scene, text).expect("a file");
-            let stage = stage::prepare(&scene.display().to_string(), FilePolicy::Inside).expect("a scene");
+            std::fs::write(&scene, text).expect("the file can be written");
+            let stage =
+                stage::prepare(&scene.display().to_string(), FilePolicy::Inside).expect("the scene can be read");
             assert_eq!(stage.notes.len(), notes, "{:?}", stage.notes);
             assert!((stage.settings.contact_tolerance / tolerance - 1.0).abs() < 1e-6, "{:?}", stage.settings);
             assert!((stage.settings.grip_a - stage.probe.mass().center_of_mass).length() < 1e-12);
@@ -165,31 +166,31 @@ mod tests {
                 let mut query = ContactQuery::new(a.clone(), b.clone(), settings);
                 query.nearest(&pose).map_or(f64::INFINITY, |contact| contact.separation)
             };
-            // The simulated hand's target may lie beyond a small body.
+            // The goal of the simulated operator may lie beyond a small body.
             let mut on_its_way = (0..4000).map(|k| felt(0.5 * stage.path.duration() * f64::from(k) / 4000.0));
-            assert!(stage.path.duration() <= 4.0, "{unit}: first touch within two seconds");
-            assert!(felt(0.0) > 0.0 && on_its_way.any(|gap| gap < 0.0), "it begins apart and comes into touch");
+            assert!(stage.path.duration() <= 4.0, "{unit}: the first touch must come within two seconds");
+            assert!(felt(0.0) > 0.0 && on_its_way.any(|gap| gap < 0.0), "the bodies must begin apart and then touch");
         }
         let _ = std::fs::remove_dir_all(&folder);
     }
 
     #[test]
-    fn a_far_mesh_is_brought_near() {
+    fn far_mesh_is_moved_near() {
         crate::bodies::use_cache(false);
         let folder = std::env::temp_dir().join(format!("palpus-gaps-far-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).expect("a temporary folder");
+        std::fs::create_dir_all(&folder).expect("the folder can be created");
         let cube = |name: &str, at: f64| {
             let corner = |k: u32| [0, 1, 2].map(|bit| f64::from(k >> bit & 1) + if bit == 1 { at } else { 0.0 });
             let vertices = (0..8).map(corner).map(|[x, y, z]| format!("v {x} {y} {z}\n")).collect::<String>();
             let faces = "f 1 5 7 3\nf 2 4 8 6\nf 1 2 6 5\nf 3 7 8 4\nf 1 3 4 2\nf 5 6 8 7\n";
-            std::fs::write(folder.join(name), vertices + faces).expect("a file");
+            std::fs::write(folder.join(name), vertices + faces).expect("the file can be written");
         };
         cube("a.obj", 0.0);
         cube("b.obj", 15.0);
         let scene = folder.join("scene.toml");
         let text = "unit = \"m\"\n[probe]\nmesh = \"a.obj\"\n[environment]\nmesh = \"b.obj\"\n";
-        std::fs::write(&scene, text).expect("a file");
-        let stage = stage::prepare(&scene.display().to_string(), FilePolicy::Inside).expect("a scene");
+        std::fs::write(&scene, text).expect("the file can be written");
+        let stage = stage::prepare(&scene.display().to_string(), FilePolicy::Inside).expect("the scene can be read");
         let start = stage.path.pose(0.0).translation.y;
         assert!((13.0..14.0).contains(&start), "{start}");
         assert!(stage.path.duration() <= 4.0);

@@ -157,37 +157,37 @@ mod tests {
     }
 
     #[test]
-    fn a_held_grip_is_pulled_softly_and_gets_no_energy() {
+    fn held_grip_is_pulled_softly_without_energy() {
         let mut lead = lead();
         for _ in 0..5000 {
-            let led = lead.tick(&at(0.0), DT, false).expect("it leads");
+            let led = lead.tick(&at(0.0), DT, false).expect("the device leads the grip");
             assert!(led.wrench.force.length() <= 0.7 + 1e-12 && led.work == 0.0 && !led.forget);
         }
     }
 
     #[test]
-    fn past_the_end_it_stops_once_the_probe_is_free() {
+    fn lead_out_stops_past_the_end_when_probe_is_free() {
         let mut lead = lead();
-        assert!(lead.tick(&at(0.0), DT, true).is_some(), "the engine sees no contact deep inside");
-        assert!(lead.tick(&at(0.0101), DT, true).expect("it leads").forget);
-        assert!(!lead.tick(&at(0.0101), DT, false).expect("the probe was turned").forget);
+        assert!(lead.tick(&at(0.0), DT, true).is_some(), "deep inside, where no contact is found, it must lead");
+        assert!(lead.tick(&at(0.0101), DT, true).expect("the device leads the grip").forget);
+        assert!(!lead.tick(&at(0.0101), DT, false).expect("the probe was rotated").forget);
         assert!(lead.tick(&at(0.0101), DT, true).is_none());
-        assert!(lead.tick(&at(0.0), DT, false).is_none(), "once over, it does not begin again");
+        assert!(lead.tick(&at(0.0), DT, false).is_none(), "the lead-out must not start again");
     }
 
     #[test]
-    fn a_device_that_begins_elsewhere_is_not_led() {
+    fn device_that_starts_elsewhere_is_not_led() {
         let mut lead = lead();
         assert!(lead.tick(&at(0.005), DT, false).is_none() && lead.tick(&at(0.0), DT, false).is_none());
     }
 
     #[test]
-    fn a_header_keeps_it_to_the_bit() {
+    fn header_stores_the_lead_out_exactly() {
         let lead = LeadOut { way: DVec3::new(0.1, 1.0 / 3.0, -1e-9), ..lead() };
         let mut more = Table::new();
         lead.record(&mut more);
-        let read = toml::from_str(&toml::to_string(&more).expect("it is TOML")).expect("it is TOML");
-        let again = LeadOut::of_recording(&read).expect("it is there");
+        let read = toml::from_str(&toml::to_string(&more).expect("the TOML is valid")).expect("the TOML is valid");
+        let again = LeadOut::of_recording(&read).expect("the header has a lead-out");
         assert!((again.from, again.way) == (lead.from, lead.way) && again.most == lead.most);
         assert!(LeadOut::of_recording(&Table::new()).is_none());
     }

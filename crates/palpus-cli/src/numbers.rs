@@ -62,7 +62,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn digits_that_matter_are_said() {
+    fn significant_digits_are_printed() {
         for (value, digits, text) in [
             (0.0, 3, "0"),
             (1234.5, 3, "1234"),

@@ -125,22 +125,22 @@ mod tests {
 
     use super::*;
 
-    /// A recording without rows whose header has this entry about other tools.
+    /// Returns a recording without rows, with this entry about other tools in its header.
     fn with(more: Table) -> Recording {
         crate::bodies::use_cache(false);
-        let stage = crate::stage::prepare("pen-sphere", FilePolicy::Inside).expect("a built-in scene");
+        let stage = crate::stage::prepare("pen-sphere", FilePolicy::Inside).expect("the scene is built in");
         let mut header = stage.header(stage.settings, "sim", 1000.0);
         header.scene.more = more;
         Recording { header, rows: Vec::new(), changes: Vec::new(), notice: None }
     }
 
     #[test]
-    fn recordings_name_each_other_as_now_and_as_before() {
+    fn recordings_name_each_other_in_both_formats() {
         let mut table = Table::new();
         let files = recordings(PathBuf::from("out/run.csv"), 3);
         name_recordings(1, &files, &mut table);
         assert_eq!(named_by(&with(table)), Some((1, vec!["run.csv", "", "run-third.csv"])));
-        let told = |text: &str| with(toml::from_str(text).expect("TOML"));
+        let told = |text: &str| with(toml::from_str(text).expect("the TOML is valid"));
         let before = told("other_tool = { this_is = \"second\", recording = \"run.csv\" }");
         assert_eq!(named_by(&before), Some((1, vec!["run.csv", ""])));
         for damaged in ["this = 0, recordings = []", "this = 4, recordings = [\"a\"]", "this = -1", "recordings = 3"] {

@@ -92,9 +92,9 @@ mod tests {
     use crate::stage;
 
     #[test]
-    fn a_missed_part_is_explained() {
+    fn missed_part_is_explained() {
         crate::bodies::use_cache(false);
-        let stage = stage::prepare("box-table", FilePolicy::Inside).expect("a built-in scene");
+        let stage = stage::prepare("box-table", FilePolicy::Inside).expect("the scene is built in");
         let of = |away: f64| Untouched {
             environment_pose: Pose::from_translation(DVec3::Z * -away),
             ..Untouched::of(&stage)

@@ -187,15 +187,17 @@ mod tests {
     }
 
     #[test]
-    fn what_is_framed_is_within_the_picture_and_fills_it() {
+    fn framed_bodies_fill_the_picture() {
         for view in VIEWS {
             let camera = Camera::framing(corners().into_iter(), view, 1.6);
-            let seen: Vec<Projected> =
-                corners().iter().map(|p| camera.project(*p, 1600.0, 1000.0).expect("ahead of the eye")).collect();
+            let seen: Vec<Projected> = corners()
+                .iter()
+                .map(|p| camera.project(*p, 1600.0, 1000.0).expect("the point is in front of the camera"))
+                .collect();
             assert!(seen.iter().all(|p| p.x > 100.0 && p.x < 1500.0 && p.y > 70.0 && p.y < 930.0), "{view:?} {seen:?}");
             let wide = seen.iter().map(|p| (p.x - 800.0).abs() / 800.0).fold(0.0, f64::max);
             let tall = seen.iter().map(|p| (p.y - 500.0).abs() / 500.0).fold(0.0, f64::max);
-            assert!(wide.max(tall) > 0.7, "{view:?} leaves the picture empty: {wide} {tall}");
+            assert!(wide.max(tall) > 0.7, "{view:?} does not fill the picture: {wide} {tall}");
         }
     }
 
@@ -208,16 +210,16 @@ mod tests {
     }
 
     #[test]
-    fn a_pan_moves_the_target_by_so_many_pixels() {
+    fn pan_moves_the_target_by_the_given_pixels() {
         let mut camera = Camera::framing(corners().into_iter(), View::Oblique, 1.6);
         let before = camera.target;
         camera.pan(30.0, -20.0, 1000.0);
-        let now = camera.project(before, 1600.0, 1000.0).expect("ahead of the eye");
+        let now = camera.project(before, 1600.0, 1000.0).expect("the point is in front of the camera");
         assert!((now.x - 830.0).abs() < 1e-6 && (now.y - 480.0).abs() < 1e-6, "{now:?}");
     }
 
     #[test]
-    fn the_eye_never_turns_over() {
+    fn eye_stays_upright() {
         let mut camera = Camera::framing(corners().into_iter(), View::Oblique, 1.0);
         camera.orbit(1.0, 10.0);
         assert!(camera.axes()[1].z.abs() < 1e-9 && camera.axes()[2].z > 0.999);

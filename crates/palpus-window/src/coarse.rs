@@ -113,7 +113,7 @@ fn side(normal: DVec3) -> i32 {
 mod tests {
     use super::*;
 
-    /// A ball of radius 1 in rings.
+    /// Returns a ball of radius 1, made of rings.
     fn ball(rings: u32, round: u32) -> Solid {
         let mut solid = Solid::default();
         for i in 0..=rings {
@@ -138,10 +138,10 @@ mod tests {
     }
 
     #[test]
-    fn a_coarse_ball_is_a_ball() {
+    fn coarse_ball_keeps_its_shape() {
         let fine = ball(100, 200);
         let most = 10_000;
-        let coarse = fine.coarse(most).expect("it has 40 000");
+        let coarse = fine.coarse(most).expect("the ball has enough triangles");
         assert!(coarse.triangles.len() <= most && coarse.triangles.len() > most / 4, "{}", coarse.triangles.len());
         assert_eq!(coarse.normals.len(), coarse.triangles.len());
         assert_eq!(coarse.pieces.len(), coarse.triangles.len());

@@ -185,13 +185,13 @@ mod tests {
     fn cube() -> Solid {
         let side = |k: usize, bit: usize| (k >> bit & 1) as f64 - 0.5;
         let points: Vec<DVec3> = (0..8).map(|k| DVec3::new(side(k, 0), side(k, 1), side(k, 2))).collect();
-        Solid::of_body(&Body::from_convex(&points).expect("a box"))
+        Solid::of_body(&Body::from_convex(&points).expect("the box has a hull"))
     }
 
     #[test]
     fn shadow_is_below_the_body_and_fades_with_height() {
         let corners = [DVec3::splat(-0.5), DVec3::splat(0.5)];
-        let ground = Ground::below_points(corners.into_iter(), Unit::Metre).expect("a scene");
+        let ground = Ground::below_points(corners.into_iter(), Unit::Metre).expect("the scene can be read");
         assert!(ground.middle.z < -0.5 && ground.is_seen_from(DVec3::Z) && !ground.is_seen_from(-DVec3::Z));
         let cube = cube();
         let at_height = |z: f64| {
@@ -200,7 +200,7 @@ mod tests {
         };
         let (near, far) = (at_height(0.0), at_height(2.0));
         assert!(near.at(ground.middle) > 0.5 && far.at(ground.middle) < 0.7 * near.at(ground.middle));
-        // Soft: half as dark at the edge, nothing a body's width away.
+        // The shadow is soft: half as dark at the edge, and zero at a body's width.
         let edge = near.at(ground.middle + 0.5 * DVec3::X) / near.at(ground.middle);
         assert!((0.3..0.8).contains(&edge), "{edge}");
         assert!(near.at(ground.middle + DVec3::X) < 1e-9 && near.at(ground.middle + 100.0 * DVec3::X) == 0.0);
@@ -210,8 +210,8 @@ mod tests {
     #[test]
     fn grid_lines_stay_within_reach_and_fade() {
         let corners = [DVec3::ZERO, DVec3::splat(0.1)];
-        let ground = Ground::below_points(corners.into_iter(), Unit::Metre).expect("a scene");
-        assert_eq!(ground.cell, 0.01, "a round length");
+        let ground = Ground::below_points(corners.into_iter(), Unit::Metre).expect("the scene can be read");
+        assert_eq!(ground.cell, 0.01, "the cell must be a round length");
         for (ends, _) in ground.lines() {
             assert!(ends.iter().all(|end| ground.strength(*end) < 1e-9));
         }

@@ -257,7 +257,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_letter_that_is_used_exists_and_keeps_to_the_grid() {
+    fn every_used_letter_exists_within_the_grid() {
         for letter in (33u8..127).map(char::from).filter(|c| !"$&^`{|}".contains(*c)).chain("µ°×·→–²³≥".chars())
         {
             assert_ne!(strokes(letter), UNKNOWN, "{letter}");
@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn words_leave_ink_where_they_stand_and_nowhere_else() {
+    fn words_are_drawn_only_at_their_place() {
         let mut picture = Picture::new(200, 40, [255; 3]);
         let setting = Setting { x: 10.0, y: 30.0, size: 18.0, colour: [0; 3], halo: [255; 3] };
         write(&mut picture, "Wrench", &setting);
@@ -282,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_outside_is_cut_off() {
+    fn text_outside_the_picture_is_clipped() {
         let mut picture = Picture::new(20, 20, [255; 3]);
         let setting = Setting { x: -30.0, y: 5.0, size: 30.0, colour: [0; 3], halo: [255; 3] };
         write(&mut picture, "far too long for it", &setting);

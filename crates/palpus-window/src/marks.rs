@@ -317,7 +317,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_arrow_reaches_from_its_tail_to_its_tip_and_looks_outward() {
+    fn arrow_reaches_from_tail_to_tip_and_faces_outward() {
         let (tail, way) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(0.0, 3.0, 4.0));
         let triangles = arrow(tail, way, 0.05);
         let along: Vec<f64> = triangles.iter().flatten().map(|c| (c.point - tail).dot(way) / 25.0).collect();
@@ -330,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn patches_tell_pressure_and_values_stand_at_tips() {
+    fn patches_show_pressure_and_labels_are_at_tips() {
         use crate::moment::Moment;
         use palpus::algebra::Wrench;
         let mut moment = Moment::new(4);
@@ -343,17 +343,20 @@ mod tests {
         moment.wrench = Wrench { force: DVec3::Z * 2.2, torque: DVec3::X * 0.5 };
         let scene = Scene { moment: Some(moment), force_scale: 4.4, ..Scene::default() };
         let marks = Marks::of(&scene, &Style::default(), &|_, pixels| pixels);
-        assert_eq!(marks.patches.len(), 4, "none without force");
+        assert_eq!(marks.patches.len(), 4, "there must be no patch without a force");
         let (heavy, light) = (marks.patches[1], marks.patches[3]);
         assert!(heavy.radius > light.radius && heavy.colour[1] < light.colour[1] && heavy.normal == DVec3::Z);
         assert!(heavy.cover_at(0.0) > 0.5 && heavy.cover_at(1.0) == 0.0);
         assert_eq!(marks.labels[0].words, "2.20 N");
-        assert!((marks.labels[0].point - DVec3::Z * 75.0).length() < 1e-9, "at the tip, half as far as the longest");
+        assert!(
+            (marks.labels[0].point - DVec3::Z * 75.0).length() < 1e-9,
+            "the label must be at the tip, at half the longest length"
+        );
         assert_eq!(marks.labels[1].words, "500.0 mN·m");
     }
 
     #[test]
-    fn no_force_is_no_arrow() {
+    fn zero_force_has_no_arrow() {
         assert!(arrow(DVec3::ONE, DVec3::ZERO, 0.1).is_empty());
         assert!(turning_arrow(DVec3::ONE, DVec3::ZERO, 1.0, 0.1).is_empty());
     }

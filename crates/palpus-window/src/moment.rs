@@ -150,7 +150,7 @@ mod tests {
     use palpus::detect::Contact;
 
     #[test]
-    fn a_moment_keeps_to_its_room() {
+    fn moment_stays_within_its_capacity() {
         let contact = Contact {
             piece_a: 0,
             piece_b: 0,
@@ -160,6 +160,7 @@ mod tests {
             normal: -DVec3::Z,
             separation: 1.0,
             slope: 0.0,
+            count: 1.0,
         };
         let mut tick = Tick::new(100);
         tick.contacts.resize(100, contact);

@@ -123,11 +123,11 @@ mod tests {
     }
 
     #[test]
-    fn everything_is_kept_while_there_is_room() {
+    fn all_moments_are_kept_while_there_is_room() {
         let moments = Moments::new(1 << 20);
         (0..100).for_each(|tick| moments.push(&moment(tick), tick != 30 && tick != 40));
         for tick in 0..100 {
-            let (kept, moment) = moments.at(tick).expect("kept");
+            let (kept, moment) = moments.at(tick).expect("the moment is stored");
             assert_eq!((kept, moment.time, moment.contacts.len()), (tick, tick as f64, tick % 7));
         }
         assert!(moments.at(100).is_none());
@@ -136,17 +136,17 @@ mod tests {
     }
 
     #[test]
-    fn of_more_the_kept_ones_are_evenly_spaced_and_fit() {
+    fn full_store_keeps_evenly_spaced_moments() {
         let most = 50 * (size_of::<Moment>() + 3 * size_of::<ShownContact>());
         let moments = Moments::new(most);
         (0..5000).for_each(|tick| moments.push(&moment(tick), true));
         let every = moments.progress().1;
         assert!(every.is_power_of_two() && every >= 128, "{every}");
         for tick in 0..5000 {
-            let (kept, moment) = moments.at(tick).expect("kept");
+            let (kept, moment) = moments.at(tick).expect("the moment is stored");
             assert_eq!((kept, moment.time), (tick / every * every, kept as f64));
         }
-        let store = moments.store.lock().expect("ours");
+        let store = moments.store.lock().expect("no thread has panicked");
         assert!(store.kept.iter().map(bytes).sum::<usize>() <= most && store.kept.len() >= 24);
     }
 }

@@ -99,7 +99,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn few_colours_are_kept_as_they_are() {
+    fn few_colours_are_kept_exactly() {
         let colours = [[0, 0, 0], [250, 10, 10], [10, 250, 10], [128, 128, 128]];
         let pixels: Vec<u8> = (0..100).flat_map(|k| colours[k * k % 4]).collect();
         let (palette, indices) = reduced(&pixels);
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn many_colours_come_near_and_a_rare_one_is_kept() {
+    fn many_colours_are_approximated_and_rare_ones_kept() {
         let mut pixels: Vec<u8> = (0..90_000u32).flat_map(|k| [(k % 200) as u8, (k / 450) as u8, 120]).collect();
         pixels[300..303].copy_from_slice(&[255, 0, 0]);
         let (palette, indices) = reduced(&pixels);

@@ -108,10 +108,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_box_owns_all_directions_and_has_its_volume() {
+    fn box_owns_all_directions_and_has_its_volume() {
         let side = |k: usize, bit: usize| (k >> bit & 1) as f64;
         let points: Vec<DVec3> = (0..8).map(|k| DVec3::new(2.0 * side(k, 0), side(k, 1), 3.0 * side(k, 2))).collect();
-        let body = Body::from_convex(&points).expect("a box");
+        let body = Body::from_convex(&points).expect("the box has a hull");
         let numbers = PieceNumbers::of(&body, 0);
         assert!((numbers.volume - 6.0).abs() < 1e-12);
         let counted = [numbers.faces, numbers.original_faces, numbers.virtual_faces, numbers.rims, numbers.vertices];

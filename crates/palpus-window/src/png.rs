@@ -44,13 +44,13 @@ mod tests {
 
     use super::*;
 
-    /// Width, height and the red, green and blue of every pixel of a file.
+    /// Reads width, height and the colours (red, green, blue) of every pixel of a PNG file.
     fn read(file: Vec<u8>) -> (u32, u32, Vec<u8>) {
         let mut decoder = png::Decoder::new(Cursor::new(file));
         decoder.set_transformations(png::Transformations::EXPAND);
-        let mut reader = decoder.read_info().expect("a header");
-        let mut pixels = vec![0; reader.output_buffer_size().expect("a small picture")];
-        let frame = reader.next_frame(&mut pixels).expect("a picture");
+        let mut reader = decoder.read_info().expect("the file has a header");
+        let mut pixels = vec![0; reader.output_buffer_size().expect("the picture is small enough")];
+        let frame = reader.next_frame(&mut pixels).expect("the picture can be read");
         (frame.width, frame.height, pixels)
     }
 
@@ -58,14 +58,14 @@ mod tests {
     fn colours_are_read_back() {
         let pixels: Vec<u8> = (0..18).map(|k| k * 13).collect();
         let mut file = Vec::new();
-        write_png(&mut file, 3, 2, &pixels).expect("memory takes all");
+        write_png(&mut file, 3, 2, &pixels).expect("writing to memory succeeds");
         assert_eq!(read(file), (3, 2, pixels));
     }
 
     #[test]
     fn colours_of_a_palette_are_read_back() {
         let mut file = Vec::new();
-        write_indexed_png(&mut file, 2, 2, &[9, 8, 7, 1, 2, 3], &[1, 0, 0, 1]).expect("memory takes all");
+        write_indexed_png(&mut file, 2, 2, &[9, 8, 7, 1, 2, 3], &[1, 0, 0, 1]).expect("writing to memory succeeds");
         assert_eq!(read(file), (2, 2, vec![1, 2, 3, 9, 8, 7, 9, 8, 7, 1, 2, 3]));
     }
 }

@@ -364,10 +364,10 @@ mod tests {
     }
 
     #[test]
-    fn a_triangle_covers_its_area_and_shows_one_side() {
+    fn triangle_covers_its_area_and_shows_one_side() {
         let points = [DVec3::ZERO, DVec3::X, DVec3::Y];
         let camera = Camera::framing(points.into_iter(), View::Top, 1.0);
-        // A square of 84 % of the picture, halved.
+        // The triangle is half of a square of 84 % of the picture.
         let front = drawn(points, &camera, Facing::Front);
         assert!((front as f64 - 0.5 * 84.0 * 84.0).abs() < 100.0, "{front}");
         assert_eq!(drawn(points, &camera, Facing::Any), front);
@@ -375,7 +375,7 @@ mod tests {
     }
 
     #[test]
-    fn two_halves_of_a_square_leave_no_gap() {
+    fn two_halves_of_a_square_have_no_gap() {
         let [a, b, c, d] = [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.3), DVec3::Y];
         let camera = Camera::framing([a, b, c, d].into_iter(), View::Top, 1.0);
         let mut layer = Layer::new(100, 100);
@@ -390,7 +390,7 @@ mod tests {
     }
 
     #[test]
-    fn what_reaches_behind_the_eye_is_cut() {
+    fn triangle_behind_the_eye_is_clipped() {
         let points = [DVec3::new(0.0, 0.0, 100.0), DVec3::new(-1.0, 0.1, -5.0), DVec3::new(1.0, 0.1, -5.0)];
         let camera = Camera { target: DVec3::ZERO, distance: 2.0, yaw: -1.5, pitch: 1.2 };
         let count = drawn(points, &camera, Facing::Any);
@@ -398,7 +398,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearer_wins_whatever_comes_first() {
+    fn nearer_triangle_wins_in_any_order() {
         let near = [DVec3::new(0.0, 0.0, 0.5), DVec3::new(1.0, 0.0, 0.5), DVec3::new(0.0, 1.0, 0.5)];
         let far = [DVec3::ZERO, DVec3::X, DVec3::Y];
         let camera = Camera::framing(far.into_iter(), View::Top, 1.0);

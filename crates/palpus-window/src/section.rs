@@ -289,19 +289,20 @@ mod tests {
     fn cube() -> Body {
         let side = |k: usize, bit: usize| if k >> bit & 1 == 1 { 1.0 } else { -1.0 };
         let points: Vec<DVec3> = (0..8).map(|k| DVec3::new(side(k, 0), side(k, 1), side(k, 2))).collect();
-        Body::from_convex(&points).expect("a cube")
+        Body::from_convex(&points).expect("the cube has a hull")
     }
 
     #[test]
-    fn a_cube_is_felt_as_it_is_from_every_side() {
+    fn section_of_a_cube_has_the_right_depths() {
         let body = Arc::new(cube());
         for axis in Axis::ALL {
             let plane = SectionPlane::through(&body, axis, 0.4);
-            let section = Section::of(&body, plane, 24, &Alone, &mut |_| ()).expect("a feeler");
+            let section = Section::of(&body, plane, 24, &Alone, &mut |_| ()).expect("the section can be computed");
             assert_eq!(section.samples.len(), section.columns * section.rows);
             for row in 0..section.rows {
                 for column in 0..section.columns {
-                    let (felt, p) = (section.at(column, row).expect("felt"), section.point(column, row));
+                    let (felt, p) =
+                        (section.at(column, row).expect("the point was probed"), section.point(column, row));
                     let outside = (p.abs() - DVec3::ONE).max(DVec3::ZERO).length();
                     let depth = (DVec3::ONE - p.abs()).min_element();
                     assert_eq!(felt.inside, depth > 0.0);
@@ -316,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn the_plane_cuts_a_cube_in_a_square() {
+    fn plane_cuts_a_cube_in_a_square() {
         let body = cube();
         let plane = SectionPlane::through(&body, Axis::X, 0.3);
         let mesh = body.mesh();

@@ -330,7 +330,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_slope_has_a_line_for_every_level() {
+    fn slope_has_a_contour_line_for_every_level() {
         let triangle = [([0.0, 0.0], 0.0), ([1.0, 0.0], 3.5), ([0.0, 1.0], 0.0)];
         let mut lines = Vec::new();
         cross_levels(&triangle, 1.0, &mut lines);

@@ -165,7 +165,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lengths_are_said_with_three_digits() {
+    fn lengths_have_three_digits() {
         assert_eq!(length_name(0.0123456, Unit::Metre), "12.3 mm");
         assert_eq!(length_name(0.0005, Unit::Metre), "0.5 mm");
         assert_eq!(length_name(12.0, Unit::Model), "12 units");

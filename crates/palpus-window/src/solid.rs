@@ -149,29 +149,29 @@ mod tests {
 
     #[cfg(feature = "gui")]
     #[test]
-    fn a_ray_meets_what_is_nearest_and_not_what_was_taken_out() {
+    fn ray_meets_the_nearest_face_and_skips_removed_pieces() {
         let side = |k: usize, bit: usize| (k >> bit & 1) as f64;
         let points: Vec<DVec3> = (0..8).map(|k| DVec3::new(side(k, 0), side(k, 1), side(k, 2))).collect();
-        let solid = Solid::of_body(&Body::from_convex(&points).expect("a box"));
+        let solid = Solid::of_body(&Body::from_convex(&points).expect("the box has a hull"));
         let (origin, ahead) = (DVec3::new(0.4, 0.3, 5.0), -DVec3::Z);
-        let (distance, piece) = solid.first_met(origin, ahead).expect("the upper face");
+        let (distance, piece) = solid.first_met(origin, ahead).expect("the ray meets the upper face");
         assert!((distance - 4.0).abs() < 1e-12 && piece == 0);
         assert_eq!((solid.first_met(origin, DVec3::Z), solid.first_met(origin + DVec3::X, ahead)), (None, None));
         assert!(solid.without(0).first_met(origin, ahead).is_none());
     }
 
     #[test]
-    fn a_box_keeps_its_edges() {
+    fn box_keeps_its_edges() {
         let side = |k: usize, bit: usize| (k >> bit & 1) as f64;
         let points: Vec<DVec3> = (0..8).map(|k| DVec3::new(side(k, 0), side(k, 1), side(k, 2))).collect();
-        let body = Body::from_convex(&points).expect("a box");
+        let body = Body::from_convex(&points).expect("the box has a hull");
         for solid in [Solid::of_body(&body), Solid::exploded(&body, 1.0)] {
             assert_eq!(solid.triangles.len(), 12);
             for (triangle, normals) in solid.triangles.iter().zip(&solid.normals) {
                 let [a, b, c] = triangle.map(|v| solid.vertices[v as usize]);
                 let normal = (b - a).cross(c - a).normalize();
                 assert!(normals.iter().all(|n| (*n - normal).length() < 1e-9));
-                assert!(normal.dot((a + b + c) / 3.0 - DVec3::splat(0.5)) > 0.0, "outward");
+                assert!(normal.dot((a + b + c) / 3.0 - DVec3::splat(0.5)) > 0.0, "the normal must point outward");
             }
             assert_eq!(solid.bounds(), (DVec3::ZERO, DVec3::ONE));
         }

@@ -189,14 +189,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn colours_survive_as_light() {
+    fn colours_survive_the_conversion_to_light() {
         for c in 0..=255u8 {
             assert_eq!(encoded(linear([c, 255 - c, 7])), [c, 255 - c, 7]);
         }
     }
 
     #[test]
-    fn pieces_beside_each_other_in_number_differ() {
+    fn pieces_with_adjacent_numbers_differ_in_colour() {
         for k in 0..200 {
             let now = piece_colour(k, 0.6);
             for j in k + 1..k + 4 {

@@ -99,19 +99,23 @@ mod tests {
     use crate::camera::View;
 
     #[test]
-    fn bodies_are_glass_before_the_probe_and_solid_elsewhere() {
+    fn bodies_are_transparent_only_before_the_probe() {
         let solid = Solid { vertices: vec![-DVec3::new(0.1, 0.1, 1.0), DVec3::new(0.1, 0.1, 1.0)], ..Solid::default() };
         let camera = Camera::framing(solid.vertices.iter().copied(), View::Front, 1.0);
-        let xray = XRay::around(&solid, &Pose::IDENTITY, &camera, [800.0; 2], 1.0).expect("it is seen");
+        let xray = XRay::around(&solid, &Pose::IDENTITY, &camera, [800.0; 2], 1.0).expect("the probe is visible");
         let (middle, depth) = (DVec2::splat(400.0), camera.distance);
-        assert_eq!(xray.solidity(middle, depth - 1.0), 0.0, "before the probe");
-        assert_eq!(xray.solidity(middle, depth + 1.0), 1.0, "behind it");
-        assert_eq!(xray.solidity(middle + DVec2::new(300.0, 0.0), depth - 1.0), 1.0, "beside it");
+        assert_eq!(xray.solidity(middle, depth - 1.0), 0.0, "the body must be transparent before the probe");
+        assert_eq!(xray.solidity(middle, depth + 1.0), 1.0, "the body must be solid behind the probe");
+        assert_eq!(
+            xray.solidity(middle + DVec2::new(300.0, 0.0), depth - 1.0),
+            1.0,
+            "the body must be solid beside the probe"
+        );
         let end = xray.ends[1].truncate();
-        assert_eq!(xray.solidity(end, depth - 1.0), 0.0, "along all of it");
+        assert_eq!(xray.solidity(end, depth - 1.0), 0.0, "the body must be transparent along the whole probe");
         #[cfg(feature = "gui")]
         for corner in xray.bounds() {
-            assert_eq!(xray.solidity(corner, depth - 1.0), 1.0, "solid at the corners of its bounds");
+            assert_eq!(xray.solidity(corner, depth - 1.0), 1.0, "the body must be solid at the corners of the bounds");
         }
     }
 }

@@ -98,17 +98,7 @@ const TOLERANCE: f64 = 0.002;
 /// Returns the point where the load acts: the mean of the contacts, by tilt share and engagement;
 /// `None` without contacts.
 fn middle(contacts: &[Contact]) -> Option<DVec3> {
-    let corners: Vec<Tilted> = contacts
-        .iter()
-        .map(|contact| Tilted {
-            place: contact.midpoint(),
-            direction: contact.normal,
-            separation: contact.separation,
-            engagement: TOLERANCE - contact.separation,
-            slope: contact.slope,
-            pieces: [contact.piece_a, contact.piece_b],
-        })
-        .collect();
+    let corners: Vec<Tilted> = contacts.iter().map(|contact| Tilted::of(contact, TOLERANCE)).collect();
     let mut shares = TiltShares::new(corners.len());
     shares.run(&corners);
     let load = |i: usize| shares.shares()[i] * corners[i].engagement;

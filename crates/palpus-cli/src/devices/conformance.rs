@@ -55,7 +55,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_failed_check_says_what_to_mend() {
+    fn failed_check_names_the_remedy() {
         let check = |name, outcome| Check { name, outcome };
         let checks = [
             check("answers a hello", Ok("an arm, 5 N".to_owned())),

@@ -211,7 +211,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn long_lines_are_wrapped_and_lose_nothing() {
+    fn long_lines_are_wrapped_completely() {
         let text = "one two  three four five";
         let lines = wrapped(text, 9);
         assert_eq!(lines, ["one two", "three", "four five"]);
@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn who_has_no_device_is_told_that_none_is_needed() {
+    fn page_without_devices_offers_the_simulated_device() {
         let simulated = palpus_device::look().into_iter().filter(|finding| finding.backend == "simulated");
         let page = page(&simulated.collect::<Vec<_>>()).join("\n");
         assert!(page.starts_with("No haptic device was found") && page.contains("palpus run --device sim"), "{page}");
@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn a_command_that_mends_stands_on_one_line() {
+    fn remedy_command_is_on_one_line() {
         let mend = "echo something long | sudo tee /a/file && ".repeat(4);
         let page = page(&[Finding::missing("backend", "some arm", "its library", "it is not there", mend.trim())]);
         assert!(page.iter().any(|line| line.trim() == mend.trim()));
@@ -235,14 +235,14 @@ mod tests {
     }
 
     #[test]
-    fn the_page_fits_a_narrow_terminal() {
+    fn page_fits_a_narrow_terminal() {
         for line in page(&palpus_device::look()) {
             assert!(line.chars().count() <= WIDTH || is_command(&line), "{line}");
         }
     }
 
     #[test]
-    fn a_found_device_says_all_that_it_is_asked_for() {
+    fn found_device_lists_all_its_data() {
         let spec = palpus_device::known_device("Touch X").unwrap();
         let finding = Finding::found("openhaptics", "openhaptics", spec, 1000.0, "");
         let page = page(std::slice::from_ref(&finding)).join("\n");

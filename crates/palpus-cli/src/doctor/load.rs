@@ -152,7 +152,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_this_program_did_is_not_others() {
+    fn load_excludes_this_program() {
         let own = |time: u64| format!("1 (a )b) S 1 1 1 0 -1 0 0 0 0 0 {time} 0 0 0 20 0 1");
         let all = |busy: u64, idle: u64| format!("cpu  {busy} 0 0 {idle} 0 0 0 0 0 0\ncpu0 1\ncpu1 1\nintr 5");
         let before = Snapshot::of(&all(100, 100), &own(10));
@@ -163,7 +163,7 @@ mod tests {
         };
         let load = between(with(before, 100), with(after, 140)).unwrap();
         assert!(load.in_words().contains("(a build 0.4)"), "{}", load.in_words());
-        // Half of two cores was busy, and half of that was not ours.
+        // Half of two cores was busy, and half of that load came from this program.
         assert_eq!(load.cores, 2);
         assert!((load.others_cores - 0.5).abs() < 1e-12, "{load:?}");
         assert!(Snapshot::of("", "").is_none());

@@ -149,14 +149,14 @@ mod tests {
     }
 
     #[test]
-    fn a_guest_is_told_from_its_flags() {
+    fn virtual_machine_is_detected_from_flags() {
         assert_eq!(is_virtual("flags\t\t: fpu sse hypervisor\n"), Some(true));
         assert_eq!(is_virtual("flags\t\t: fpu sse\n"), Some(false));
         assert_eq!(is_virtual("Features\t: neon\n"), None);
     }
 
     #[test]
-    fn what_is_not_known_is_said_so() {
+    fn unknown_facts_are_marked() {
         let lines = Machine { system: "none", ..Machine::default() }.lines();
         assert!(lines.iter().all(|(_, value)| value.contains("not known here")));
     }

@@ -94,7 +94,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_rate_is_held_when_step_and_timer_fit() {
+    fn rate_is_held_if_step_and_timer_fit() {
         let timer = |p99_us| Timer { p99_us, p999_us: 2.0 * p99_us, ..Timer::default() };
         let rates = [
             judge(1000.0, &timer(5.0), 0.0, 90.0),

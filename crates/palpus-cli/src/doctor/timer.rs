@@ -91,7 +91,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shares_are_of_all_turns() {
+    fn shares_refer_to_all_turns() {
         let timer = of((1..=1000).rev().map(|us| us * 1000).collect());
         assert_eq!((timer.p50_us, timer.p99_us, timer.p999_us, timer.max_us), (500.0, 990.0, 999.0, 1000.0));
         assert!((timer.late_share - 0.5).abs() < 1e-12);

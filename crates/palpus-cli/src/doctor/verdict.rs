@@ -198,13 +198,13 @@ mod tests {
     }
 
     #[test]
-    fn a_quiet_machine_is_fit() {
+    fn quiet_machine_is_fit() {
         let verdict = of(&timer(0.0), &scene(Some(4000.0)), &[claim(true)], &Machine::default(), None);
         assert_eq!((verdict.fitness, verdict.notes.len()), (Fitness::Fit, 0));
     }
 
     #[test]
-    fn what_is_not_granted_or_busy_is_noted_with_its_mend() {
+    fn refused_claim_and_load_are_noted_with_remedy() {
         let load =
             Load { cores: 2, others_cores: 1.5, stolen_share: 0.02, load_average: Some(3.0), busiest: Vec::new() };
         let machine = Machine { governors: Some(vec![("powersave".to_owned(), 2)]), ..Machine::default() };
@@ -212,7 +212,7 @@ mod tests {
         assert_eq!((verdict.fitness, verdict.notes.len()), (Fitness::FitWithNotes, 5));
         let mends = verdict.mends();
         assert!(mends.contains(&"ask for it") && mends.iter().any(|mend| mend.contains("cpupower")));
-        // Late turns and load have the same advice, which is printed once.
+        // Late turns and load have the same remedy, which is printed once.
         assert_eq!(mends.iter().filter(|mend| mend.contains("browsers")).count(), 1);
     }
 

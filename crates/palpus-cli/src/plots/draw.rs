@@ -327,13 +327,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_curve_is_interrupted_where_it_has_no_value() {
+    fn curve_is_interrupted_at_missing_values() {
         let points = [(0.0, 1.0), (1.0, f64::NAN), (2.0, 2.0), (3.0, 4.0)];
         assert_eq!(runs(&points), vec![&points[0..1], &points[2..4]]);
     }
 
     #[test]
-    fn a_thinned_curve_keeps_the_extremes() {
+    fn thinned_curve_keeps_the_extremes() {
         let points: Vec<(f64, f64)> = (0..10_000).map(|k| (f64::from(k), if k == 7777 { 9.0 } else { 1.0 })).collect();
         let thin = thinned(&points);
         assert!(thin.len() <= 2 * BINS && thin.contains(&(7777.0, 9.0)));
@@ -342,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn a_figure_of_anything_is_finite_and_escaped() {
+    fn figure_of_any_data_is_finite_and_escaped() {
         for points in [vec![], vec![(0.0, f64::NAN)], vec![(1.0, 2.0)], vec![(0.0, f64::INFINITY), (1.0, 1e300)]] {
             for drawn in [Drawn::Lines, Drawn::ThickInBands, Drawn::Bars] {
                 let series = |label| Series { label, color: BLUE, points: points.clone() };

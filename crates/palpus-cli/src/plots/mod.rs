@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn a_histogram_counts_every_positive_value_once() {
+    fn histogram_counts_every_positive_value_once() {
         let values = (0..1000).map(|k| f64::from(k) - 10.0);
         let bars = histogram(values);
         assert_eq!(bars.len(), BINS);

@@ -220,24 +220,24 @@ mod tests {
     use crate::fault_log::tests::ticks;
 
     #[test]
-    fn recording_a_tick_obtains_no_memory() {
+    fn recording_a_tick_does_not_allocate() {
         crate::bodies::use_cache(false);
-        let stage = crate::stage::prepare("pen-sphere", FilePolicy::Inside).expect("a built-in scene");
+        let stage = crate::stage::prepare("pen-sphere", FilePolicy::Inside).expect("the scene is built in");
         let header = stage.header(stage.settings, "sim", 1000.0);
         let path = std::env::temp_dir().join(format!("palpus-rows-{}.csv", std::process::id()));
         let keep = Keep { overwrite: true, limit: None };
-        let Recording { mut rows, writing } = Recording::start(&path, &header, &keep).expect("a file");
+        let Recording { mut rows, writing } = Recording::start(&path, &header, &keep).expect("the file can be written");
         let ticks = ticks();
         let before = allocations_of_this_thread();
         rows.change(0, &stage.settings);
         ticks.iter().for_each(|tick| rows.row(tick, None));
-        assert_eq!(allocations_of_this_thread(), before, "the servo thread allocates");
+        assert_eq!(allocations_of_this_thread(), before, "the servo thread must not allocate");
         assert!(writing.finish().is_empty());
-        let read = read_recording(&path).expect("a recording");
-        std::fs::remove_file(&path).expect("it goes");
+        let read = read_recording(&path).expect("the recording can be read");
+        std::fs::remove_file(&path).expect("the file can be deleted");
         assert_eq!(read.rows.len(), ticks.len());
         for (row, tick) in read.rows.iter().zip(&ticks) {
-            let servo = row.servo.expect("of format 3");
+            let servo = row.servo.expect("the row has format 3");
             assert!(row.same_wrench(&tick.wrench) && !servo.stepped && servo.phase == tick.phase as u32);
         }
     }

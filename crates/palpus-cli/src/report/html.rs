@@ -304,7 +304,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn whatever_a_text_is_it_stays_one() {
+    fn any_text_is_escaped() {
         let hostile = "</td><script>alert(1)</script><img src=x onerror=\"y\">&'`\u{0}";
         let mut html = Html::new();
         html.paragraph(hostile).text(hostile).said(hostile).heading(hostile).badge(Tone::Bad, hostile);
@@ -327,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn code_stands_between_backticks() {
+    fn code_is_marked_by_backticks() {
         let mut html = Html::new();
         html.prose("run `palpus <x>` now");
         assert_eq!(html.0, "run <code>palpus &lt;x&gt;</code> now");

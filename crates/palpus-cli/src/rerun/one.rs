@@ -133,9 +133,9 @@ fn check_gaps(recording: &Recording) -> anyhow::Result<()> {
 mod tests {
     use super::*;
     #[test]
-    fn late_ticks_are_told_by_the_recorded_lateness() {
+    fn late_ticks_are_found_by_recorded_lateness() {
         let late = |lateness_s| is_late(Some(&ServoRecord { lateness_s, ..ServoRecord::default() }));
         assert!(late(0.6e-3) && !late(0.4e-3));
-        assert!(!is_late(None), "format 2 does not say");
+        assert!(!is_late(None), "format 2 does not store the lateness");
     }
 }

@@ -99,18 +99,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_device_comes_back_from_a_header_as_it_was() {
+    fn device_is_restored_from_a_header() {
         let endless = DeviceSpec { force_max: f64::INFINITY, ..SimulationSettings::default().spec };
         for spec in known_devices().into_iter().chain([endless]) {
             let mut more = Table::new();
             record_spec(&spec, &mut more);
-            let text = toml::to_string(&more).expect("it is TOML");
-            assert_eq!(spec_of(&toml::from_str(&text).expect("it is TOML")), spec);
+            let text = toml::to_string(&more).expect("the TOML is valid");
+            assert_eq!(spec_of(&toml::from_str(&text).expect("the TOML is valid")), spec);
         }
     }
 
     #[test]
-    fn a_header_without_a_device_gives_its_chains_limits_or_the_simulated_device() {
+    fn header_without_device_gives_limits_or_simulated_device() {
         let simulated = SimulationSettings::default().spec;
         assert_eq!(spec_of(&Table::new()), simulated);
         let [_, _, touch, ..] = known_devices();
@@ -122,7 +122,7 @@ mod tests {
         more.insert("safety".into(), Value::Table(chain));
         let spec = spec_of(&more);
         assert!((spec.force_max - touch.force_max).abs() < 1e-12 && spec.actuated == Axes::TRANSLATION);
-        // Damaged values are refused.
+        // Damaged values are ignored.
         more.insert(SECTION.into(), Value::Table(Table::from_iter([("name".to_owned(), Value::from("arm"))])));
         assert_eq!(spec_of(&more), spec);
     }

@@ -95,7 +95,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_duration_has_its_bucket() {
+    fn every_duration_has_a_bucket() {
         for nanos in (0..5000).chain([1 << 20, (1 << 20) - 1, 123_456_789, (1 << 34) - 1]) {
             let place = place(nanos);
             assert!(nanos <= end(place) && (place == 0 || nanos > end(place - 1)), "{nanos}: {place}, {}", end(place));
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn shares_are_of_all() {
+    fn shares_refer_to_all_durations() {
         let mut buckets = Buckets::default();
         assert_eq!((buckets.quantile(0.5), buckets.beyond(0)), (0.0, 0));
         (1..=1000).for_each(|us| buckets.add(us * 1000));

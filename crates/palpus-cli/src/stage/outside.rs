@@ -42,23 +42,23 @@ fn ask(input: &mut dyn BufRead, output: &mut dyn Write) -> bool {
 mod tests {
     use super::*;
 
-    /// A scene in a folder of its own whose meshes lie beside that folder.
+    /// A scene in a folder of its own, with meshes outside of this folder.
     fn scene() -> std::path::PathBuf {
         let folder = std::env::temp_dir().join(format!("palpus-outside-{}", std::process::id()));
         let inner = folder.join("scene");
-        std::fs::create_dir_all(&inner).expect("a folder");
-        std::fs::write(folder.join("a.obj"), "v 0 0 0\n").expect("a mesh");
+        std::fs::create_dir_all(&inner).expect("the folder can be created");
+        std::fs::write(folder.join("a.obj"), "v 0 0 0\n").expect("the mesh can be read");
         let file = inner.join("scene.toml");
         let text = "unit = \"mm\"\n[probe]\nmesh = \"../a.obj\"\n[environment]\nmesh = \"../a.obj\"\n";
-        std::fs::write(&file, text).expect("a scene");
+        std::fs::write(&file, text).expect("the scene can be read");
         file
     }
 
     #[test]
-    fn outside_files_are_asked_for() {
+    fn files_outside_need_permission() {
         let file = scene();
         assert!(read(&file, FilePolicy::Inside, &|| Some(true)).is_ok());
-        assert!(read(&file, FilePolicy::Anywhere, &|| panic!("not asked")).is_ok());
+        assert!(read(&file, FilePolicy::Anywhere, &|| panic!("no question may be asked")).is_ok());
         let refused = read(&file, FilePolicy::Inside, &|| Some(false)).unwrap_err().to_string();
         assert!(refused.contains("did not allow"), "{refused}");
         let unasked = read(&file, FilePolicy::Inside, &|| None).unwrap_err().to_string();
@@ -66,7 +66,7 @@ mod tests {
     }
 
     #[test]
-    fn only_a_yes_is_a_yes() {
+    fn only_yes_gives_permission() {
         for (typed, is_yes) in [("y\n", true), ("yes\n", true), ("\n", false), ("n\n", false), ("", false)] {
             assert_eq!(ask(&mut typed.as_bytes(), &mut Vec::new()), is_yes, "{typed:?}");
         }

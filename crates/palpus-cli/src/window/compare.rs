@@ -99,16 +99,16 @@ mod tests {
     use super::*;
     use crate::stage;
 
-    /// Timeout for a busy machine.
+    /// Time limit on a busy machine.
     const PATIENCE: Duration = Duration::from_secs(60);
 
     #[test]
-    fn the_second_engine_answers_for_the_same_poses() {
+    fn second_engine_gets_the_same_poses() {
         crate::bodies::use_cache(false);
-        let stage = stage::prepare("box-table", FilePolicy::Inside).expect("a built-in scene");
+        let stage = stage::prepare("box-table", FilePolicy::Inside).expect("the scene is built in");
         let (spec, rate) = (SimulationSettings::default().spec, 1000.0);
         let settings = stage.settings_in(CouplingMode::Direct, &spec, rate);
-        let mut comparison = Comparison::begin(&stage, &settings, rate).expect("it begins");
+        let mut comparison = Comparison::begin(&stage, &settings, rate).expect("the comparison starts");
         let tick = |k: u32| {
             let time = f64::from(k) / rate;
             let (pose, twist) =
@@ -118,21 +118,24 @@ mod tests {
             WatchedTick { time, state, wrench, query_ns: 0, force_ns: 0, contacts: 0, separation: f64::INFINITY }
         };
         let ticks: Vec<WatchedTick> = (0..2000).map(tick).collect();
-        assert!(comparison.take(&mut |_| ()).is_none(), "nothing has been computed");
+        assert!(comparison.take(&mut |_| ()).is_none(), "without ticks there must be no result");
         comparison.give(ticks.clone());
         let (mut compared, begin) = (Vec::new(), Instant::now());
         while compared.len() < ticks.len() && begin.elapsed() < PATIENCE {
             comparison.take(&mut |tick| compared.push(tick));
             std::thread::sleep(Duration::from_millis(5));
         }
-        // A second engine with equal settings gives the same bits.
-        let mut engine = Engine::new(&stage, &[settings]).expect("valid settings");
+        // A second engine with equal settings must give identical wrenches.
+        let mut engine = Engine::new(&stage, &[settings]).expect("the settings are valid");
         let mut outcome = [None];
         for (tick, compared) in ticks.iter().zip(&compared) {
             engine.step(&[tick.state], 1.0 / rate, &mut outcome);
-            let wrench = outcome[0].as_ref().expect("an answer").wrench;
+            let wrench = outcome[0].as_ref().expect("the engine returns a wrench").wrench;
             assert_eq!((compared.time, compared.force, compared.torque), (tick.time, wrench.force, wrench.torque));
         }
-        assert!(compared.len() == ticks.len() && compared.iter().any(|tick| tick.force.length() > 0.1), "it touches");
+        assert!(
+            compared.len() == ticks.len() && compared.iter().any(|tick| tick.force.length() > 0.1),
+            "there must be contact"
+        );
     }
 }

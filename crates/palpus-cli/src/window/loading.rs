@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn work_tells_how_far_it_is_and_is_done_once() {
+    fn work_reports_progress_and_finishes_once() {
         let mut loader = Loader::new();
         assert_eq!(loader.told(), Loading::Idle);
         let (go, wait) = mpsc::channel::<()>();
@@ -101,25 +101,25 @@ mod tests {
                 wait.recv()?;
                 Ok(7)
             })
-            .expect("it begins");
-        heard.recv().expect("it says so");
+            .expect("the work starts");
+        heard.recv().expect("the work has started");
         assert_eq!(loader.told(), Loading::UnderWay { words: "half way".to_owned(), part: Some(0.5) });
         assert!(loader.take().is_none() && loader.begin("more", |_| Ok(8)).is_err());
-        go.send(()).expect("it waits");
-        assert_eq!(done(&mut loader).expect("it is well"), 7);
+        go.send(()).expect("the work waits");
+        assert_eq!(done(&mut loader).expect("the work succeeds"), 7);
         loader.end(Ok(()));
         assert!(loader.told() == Loading::Idle && loader.take().is_none());
     }
 
     #[test]
-    fn a_failure_is_one_line_until_something_else_begins() {
+    fn failure_is_one_line_until_the_next_work() {
         let mut loader = Loader::<()>::new();
         let fail = |_: Tell<'_>| Err(anyhow!("line 3:\n  no number").context("cup.obj cannot be read"));
-        loader.begin("reading", fail).expect("it begins");
+        loader.begin("reading", fail).expect("the work starts");
         let result = done(&mut loader);
         loader.end(result);
         assert_eq!(loader.told(), Loading::Failed("cup.obj cannot be read: line 3: no number".to_owned()));
-        loader.begin("reading", |_| Ok(())).expect("it begins");
+        loader.begin("reading", |_| Ok(())).expect("the work starts");
         assert!(matches!(loader.told(), Loading::UnderWay { .. }));
     }
 }

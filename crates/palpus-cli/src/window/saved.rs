@@ -123,12 +123,12 @@ mod tests {
     }
 
     #[test]
-    fn a_saved_scene_runs_with_the_same_settings() {
+    fn saved_scene_runs_with_the_same_settings() {
         crate::bodies::use_cache(false);
         let folder = std::env::temp_dir().join(format!("palpus-saved-{}", std::process::id()));
         let spec = SimulationSettings::default().spec;
-        let mut stage = stage::prepare("box-table", FilePolicy::Inside).expect("a built-in scene");
-        // Saves a built-in scene, and then the saved file; the second time from another start.
+        let mut stage = stage::prepare("box-table", FilePolicy::Inside).expect("the scene is built in");
+        // Saves a built-in scene, then the saved file; the second time with another start.
         for (round, mode) in [CouplingMode::Coupled, CouplingMode::Direct].into_iter().enumerate() {
             let mut settings = stage.settings_in(mode, &spec, 1000.0);
             settings.contact_tolerance *= 0.7;
@@ -142,12 +142,12 @@ mod tests {
                 let probe = Pose { translation: DVec3::new(0.01, -0.02, 0.2), rotation: DQuat::from_rotation_x(0.4) };
                 let grip_a = DVec3::new(0.001, 0.002, 0.003);
                 begin_at(&mut stage, &Start { probe: Some(probe), grip_a: Some(grip_a), lead_out: false })
-                    .expect("one tool");
+                    .expect("the scene has one tool");
                 settings.grip_a = grip_a;
             }
-            let file = save(&stage, &settings, round == 1, &folder).expect("it is saved");
+            let file = save(&stage, &settings, round == 1, &folder).expect("the scene can be saved");
             let name = file.display().to_string();
-            let again = stage::prepare(&name, FilePolicy::Inside).expect("it can be run");
+            let again = stage::prepare(&name, FilePolicy::Inside).expect("the scene can be prepared");
             let read = again.settings_for(&spec, 1000.0);
             near(read.contact_tolerance, settings.contact_tolerance);
             near(read.cluster_radius, settings.cluster_radius);
@@ -160,9 +160,9 @@ mod tests {
                 near(read.skin, coupling.skin);
             }
             let (one, other) = (again.path.pose(0.0), stage.path.pose(0.0));
-            assert!((one.translation - other.translation).length() < 1e-9, "the same start");
+            assert!((one.translation - other.translation).length() < 1e-9, "the start must not change");
             assert!(one.rotation.angle_between(other.rotation) < 1e-6);
-            assert!((read.grip_a - settings.grip_a).length() < 1e-9, "the same grip");
+            assert!((read.grip_a - settings.grip_a).length() < 1e-9, "the grip must not change");
             stage = again;
         }
         assert!(folder.join("box-table/scene.toml").is_file() && folder.join("box-table/scene-2.toml").is_file());

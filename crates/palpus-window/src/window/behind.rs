@@ -122,14 +122,14 @@ mod tests {
     use std::sync::mpsc::channel;
 
     #[test]
-    fn the_newest_question_is_answered_and_older_work_stops() {
+    fn newest_request_is_answered_and_older_work_stops() {
         let (woken, waking) = channel();
         let behind = Behind::new(
             move || {
                 let _ = woken.send(());
             },
             |question: u32, desk: &Desk<u32, u32>| {
-                // The first question is worked on until there is another.
+                // The job works on the first request until there is another one.
                 while question == 1 && !desk.is_superseded() {
                     std::thread::yield_now();
                 }
@@ -140,11 +140,11 @@ mod tests {
         behind.ask(2);
         let mut last = None;
         while last != Some(20) {
-            waking.recv().expect("it wakes the window");
+            waking.recv().expect("the job wakes the window");
             last = behind.answer().or(last);
         }
         while behind.is_busy() {
-            waking.recv().expect("it says when it is done");
+            waking.recv().expect("the job reports that it has finished");
         }
         assert_eq!(behind.answer(), None);
     }

@@ -45,7 +45,7 @@ mod tests {
     }
 
     #[test]
-    fn gaps_hold_the_value_before_them() {
+    fn gaps_repeat_the_previous_value() {
         let found = columns([(0.25, 1.0), (0.5, f64::NAN), (0.8, 3.0)].into_iter(), 10);
         assert_eq!(&found[..2], [None, None]);
         assert!(found[2..8].iter().all(|column| *column == Some([1.0; 2])), "{found:?}");

@@ -328,29 +328,29 @@ mod tests {
     }
 
     #[test]
-    fn the_hand_takes_over_where_the_device_is_and_turns_about_the_grip() {
+    fn hand_starts_at_the_device_and_rotates_about_the_grip() {
         let mut hand = Hand::default();
         hand.go(&scene(), &Motion { linear: DVec3::ZERO, turn: DQuat::from_rotation_x(0.5) });
-        let held = hand.held().expect("it holds");
-        assert!((held.point(DVec3::Z) - DVec3::new(2.0, 2.0, 4.0)).length() < 1e-12, "the grip stays");
+        let held = hand.held().expect("the hand holds the probe");
+        assert!((held.point(DVec3::Z) - DVec3::new(2.0, 2.0, 4.0)).length() < 1e-12, "the grip must not move");
         hand.go(&scene(), &Motion { linear: DVec3::Y, turn: DQuat::IDENTITY });
-        let held = hand.held().expect("it holds");
-        assert!((held.point(DVec3::Z) - DVec3::new(2.0, 3.0, 4.0)).length() < 1e-12, "and moves");
+        let held = hand.held().expect("the hand holds the probe");
+        assert!((held.point(DVec3::Z) - DVec3::new(2.0, 3.0, 4.0)).length() < 1e-12, "the grip must move");
     }
 
     #[test]
-    fn letting_go_of_the_mouse_lets_go_of_the_probe() {
+    fn releasing_the_mouse_releases_the_probe() {
         let mut hand = Hand::default();
         hand.go(&scene(), &Motion { linear: DVec3::Y, turn: DQuat::IDENTITY });
         hand.let_go();
-        assert!(hand.guide == Guide::Released && hand.holds(), "it is not the script's either");
-        // Taken again, it begins where the device is by then.
+        assert!(hand.guide == Guide::Released && hand.holds(), "the script must not hold the probe either");
+        // Taken again, the probe starts at the device's new pose.
         hand.go(&scene(), &Motion { linear: DVec3::ZERO, turn: DQuat::IDENTITY });
-        assert_eq!(hand.held().expect("it holds").translation, DVec3::new(2.0, 2.0, 3.0));
+        assert_eq!(hand.held().expect("the hand holds the probe").translation, DVec3::new(2.0, 2.0, 3.0));
     }
 
     #[test]
-    fn a_spring_reaches_from_end_to_end() {
+    fn drawn_spring_reaches_from_end_to_end() {
         let (from, to) = (Pos2::new(3.0, 4.0), Pos2::new(90.0, -20.0));
         let points = spring(from, to);
         assert_eq!((points[0], points[points.len() - 1]), (from, to));

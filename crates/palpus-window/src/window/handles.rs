@@ -253,22 +253,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_drag_counts_along_the_handle_alone() {
+    fn drag_counts_only_along_the_handle() {
         let step = Vec2::new(30.0, -40.0);
-        assert!((along(step, step * 2.0).expect("seen") - 2.0).abs() < 1e-6);
-        assert!(along(step, Vec2::new(40.0, 30.0)).expect("seen").abs() < 1e-6, "across it, nothing moves");
+        assert!((along(step, step * 2.0).expect("the handle is visible") - 2.0).abs() < 1e-6);
+        assert!(
+            along(step, Vec2::new(40.0, 30.0)).expect("the handle is visible").abs() < 1e-6,
+            "a drag across the handle must not move it"
+        );
         assert_eq!(along(Vec2::ZERO, step), None);
     }
 
     #[test]
-    fn the_nearest_part_of_a_line_counts() {
+    fn nearest_point_of_a_line_counts() {
         let line = [Pos2::new(0.0, 0.0), Pos2::new(10.0, 0.0), Pos2::new(10.0, 10.0)];
         assert_eq!(distance_to(&line, Pos2::new(5.0, 3.0)), 3.0);
         assert_eq!(distance_to(&line, Pos2::new(14.0, 13.0)), 5.0);
     }
 
     #[test]
-    fn handles_go_from_probe_to_grip_and_away() {
+    fn handles_switch_from_probe_to_grip_to_none() {
         assert_eq!(Moves::default().next().next().next(), Moves::Nothing);
     }
 }

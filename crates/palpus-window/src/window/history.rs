@@ -153,24 +153,24 @@ mod tests {
     }
 
     #[test]
-    fn what_is_too_old_is_forgotten() {
+    fn too_old_ticks_are_dropped() {
         let mut history = History::default();
         for k in 0..200 {
             history.push(at(f64::from(k) * 0.125, State::Free));
             history.push_moment(&Moment { time: f64::from(k) * 0.125, ..Moment::new(1) });
         }
         assert_eq!(history.ticks().count(), 81);
-        let first = history.ticks().next().expect("there are some").time;
+        let first = history.ticks().next().expect("the history has ticks").time;
         assert!((first - (history.end() - SPAN)).abs() < 1e-9);
-        assert!((history.moment(15.0).expect("it is kept").time - 15.0).abs() < 0.13);
-        assert!((history.at(Some(15.0)).expect("it is kept").time - 15.0).abs() < 0.13);
-        // Time begins anew with another run.
+        assert!((history.moment(15.0).expect("the moment is stored").time - 15.0).abs() < 0.13);
+        assert!((history.at(Some(15.0)).expect("the moment is stored").time - 15.0).abs() < 0.13);
+        // In a new run, the time starts again.
         history.push(at(0.0, State::Free));
         assert_eq!(history.ticks().count(), 1);
     }
 
     #[test]
-    fn times_of_contact_are_told_apart() {
+    fn separate_contacts_are_distinguished() {
         use State::{Disjoint, Free, Penetrating};
         let mut history = History::default();
         for (time, state) in

@@ -177,7 +177,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn two_meshes_are_opened_at_once() {
+    fn two_meshes_are_opened_together() {
         let mesh = |name: &str| MeshFile { file: PathBuf::from(name), metres_per_unit: 1e-3 };
         let of = |name: &str| Content::Mesh(mesh(name));
         let both = Wanted::Meshes { probe: Some(mesh("a.obj")), environment: Some(mesh("b.obj")) };

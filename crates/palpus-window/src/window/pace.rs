@@ -46,7 +46,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn drawing_takes_its_time_from_the_wait() {
+    fn drawing_time_is_subtracted_from_the_wait() {
         for (drawing, period) in [(0, 30), (5, 30), (20, 30), (50, 51)] {
             let mut pace = Pace::new(true);
             let mut now = Instant::now();

@@ -78,7 +78,7 @@ mod tests {
     fn cube(at: DVec3, translucent: bool) -> ShownBody {
         let corner = |k: u32| DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2 & 1)) - 0.5;
         let points: Vec<DVec3> = (0..8).map(corner).collect();
-        let solid = Arc::new(Solid::of_body(&Body::from_convex(&points).expect("a cube")));
+        let solid = Arc::new(Solid::of_body(&Body::from_convex(&points).expect("the cube has a hull")));
         ShownBody {
             part: BodyPart::Probe,
             solid,
@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_side_is_hit_unless_something_opaque_hides_it() {
+    fn nearest_face_is_hit_unless_opaque_body_hides_it() {
         let ray = |x: f64| Ray { origin: DVec3::new(x, 3.0, 10.0), direction: -DVec3::Z };
         let seen_by = |look, x| {
             let mut above = cube(DVec3::new(2.0, 3.0, 4.0), false);
@@ -98,15 +98,19 @@ mod tests {
             probe_at(&scene, &ray(x), |_| 0.1)
         };
         let pick = |translucent, x| seen_by(Look { translucent, ..Look::default() }, x);
-        let on_top = pick(true, 2.25).expect("it is hit");
+        let on_top = pick(true, 2.25).expect("the cube is hit");
         assert!((on_top - DVec3::new(0.25, 0.0, 0.5)).length() < 1e-12, "{on_top}");
         assert_eq!(pick(false, 2.25), None);
-        assert_eq!(seen_by(Look { xray: true, ..Look::default() }, 2.25), Some(on_top), "what is seen is taken");
+        assert_eq!(
+            seen_by(Look { xray: true, ..Look::default() }, 2.25),
+            Some(on_top),
+            "the visible point must be picked"
+        );
         assert_eq!(pick(true, 3.5), None);
     }
 
     #[test]
-    fn a_corner_that_is_nearly_hit_counts() {
+    fn nearly_hit_corner_counts() {
         let scene = Scene { bodies: vec![cube(DVec3::ZERO, false)], ..Scene::default() };
         let ray = Ray { origin: DVec3::new(0.55, 0.5, 9.0), direction: -DVec3::Z };
         assert_eq!(probe_at(&scene, &ray, |_| 0.1), Some(DVec3::splat(0.5)));

@@ -256,7 +256,7 @@ mod tests {
     use palpus::force::{FrictionSettings, ShadingSettings};
     use palpus::render::VirtualCoupling;
 
-    fn all_of_it() -> Settings {
+    fn all_enabled() -> Settings {
         let coupling = VirtualCoupling {
             stiffness: 1000.0,
             damping: 3.0,
@@ -279,8 +279,8 @@ mod tests {
     }
 
     #[test]
-    fn every_end_of_every_slider_is_valid_and_is_what_is_read_back() {
-        let coupled = all_of_it();
+    fn slider_ends_are_valid_and_read_back() {
+        let coupled = all_enabled();
         let presets = [
             Preset { name: "palpus", settings: coupled },
             Preset { name: "the paper", settings: Settings { coupling: None, stiffness: 800.0, ..coupled } },
@@ -293,7 +293,7 @@ mod tests {
                     let mut settings = preset.settings;
                     quantity.set(&mut settings, value);
                     assert_eq!(settings.validate(), Ok(()), "{quantity:?} {value}");
-                    let read = quantity.get(&settings).expect("it applies");
+                    let read = quantity.get(&settings).expect("the quantity applies");
                     assert!((read - value).abs() < 1e-9 * value.max(1.0), "{quantity:?} {read} {value}");
                 }
             }
@@ -301,15 +301,15 @@ mod tests {
     }
 
     #[test]
-    fn a_mode_brings_the_stiffness_that_belongs_to_it() {
-        let coupled = all_of_it();
+    fn mode_sets_its_own_stiffness() {
+        let coupled = all_enabled();
         let paper = Settings { coupling: None, stiffness: 800.0, friction: None, ..coupled };
         let presets = [Preset { name: "palpus", settings: coupled }, Preset { name: "the paper", settings: paper }];
         let fitting = Fitting::of(&presets, &coupled);
-        let direct = fitting.switched(&coupled).expect("there is one");
+        let direct = fitting.switched(&coupled).expect("the mode can be switched");
         assert!(direct.coupling.is_none() && (direct.stiffness - 800.0).abs() < 1e-9);
         assert!(direct.friction.is_some_and(|friction| (friction.tangential_stiffness - 800.0).abs() < 1e-9));
-        let back = fitting.switched(&direct).expect("there is one");
+        let back = fitting.switched(&direct).expect("the mode can be switched");
         assert!(back.coupling == coupled.coupling && (back.stiffness - coupled.stiffness).abs() < 1e-6);
     }
 }

@@ -196,7 +196,7 @@ mod tests {
     use crate::window::keys::SCENE_KEYS;
 
     #[test]
-    fn no_key_means_two_things() {
+    fn no_key_has_two_actions() {
         let own = SHORTCUTS.iter().map(|shortcut| shortcut.key);
         let all: Vec<Key> = own.chain(SCENE_KEYS.iter().map(|known| known.0)).chain([HOLD]).collect();
         for (k, key) in all.iter().enumerate() {

@@ -30,9 +30,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn arrows_follow_what_is_felt_of_late() {
+    fn arrow_scale_follows_recent_forces() {
         let mut scale = Scale::default();
-        assert_eq!(scale.follow(0.0, 0.0, 10.0), 0.2, "noise is not magnified");
+        assert_eq!(scale.follow(0.0, 0.0, 10.0), 0.2, "noise must not be magnified");
         assert_eq!(scale.follow(3.0, 1.0, 10.0), 3.0);
         let after = scale.follow(0.5, 2.0, 10.0);
         assert!(after > 2.0 && after < 3.0, "{after}");

@@ -106,7 +106,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn errors_are_told_without_places_in_sources() {
+    fn errors_are_shown_without_source_locations() {
         assert_eq!(last_part("winit EventLoopError: os error at a/b/mod.rs:788: Failed to open"), "Failed to open");
         assert_eq!(last_part("no config found"), "no config found");
     }

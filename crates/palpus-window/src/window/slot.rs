@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn an_empty_slot_changes_nothing() {
+    fn empty_slot_changes_nothing() {
         assert_eq!(Slot::new(None).content(), Content::Empty);
         assert_eq!(Slot::new(Some(Path::new("nowhere.obj"))).content(), Content::Bad);
     }

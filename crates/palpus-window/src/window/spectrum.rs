@@ -47,11 +47,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_hum_is_a_peak_of_its_amplitude() {
-        // 125 periods in the window: 122 Hz at 1000 Hz.
+    fn oscillation_is_a_peak_of_its_amplitude() {
+        // 125 periods in the window: 122 Hz at a rate of 1000 Hz.
         let value = |k: usize| 3.0 + 0.2 * (TAU * 125.0 * k as f64 / LENGTH as f64).sin();
         let values: Vec<f64> = (0..2000).map(value).collect();
-        let amplitudes = amplitudes(&values).expect("enough of them");
+        let amplitudes = amplitudes(&values).expect("there are enough values");
         assert!((amplitudes[124] - 0.2).abs() < 1e-6, "{}", amplitudes[124]);
         assert!(amplitudes.iter().enumerate().all(|(k, a)| k.abs_diff(124) <= 1 || *a < 1e-9));
         assert_eq!(super::amplitudes(&values[..LENGTH - 1]), None);

@@ -1,32 +1,33 @@
-//! Descent from facet to neighbouring facet of the CSO: the walk along coherent motion \[K02
+//! Descent from a facet of the CSO to a neighbouring facet: the walk along coherent motion \[K02
 //! §3.3.3\].
 //!
-//! The answer's facet is nearly always last tick's facet or one of its neighbours, so no search is
-//! needed. The last facet is set up at the new pose, and the facets across its sides are tested.
-//! Each is found by turning the supporting plane about the side until the plane meets the next
-//! vertex. On the Gauss map, the plane's normal runs along the arc of an edge of one body, from the
-//! facet's corner to the next corner of the overlay, which is the far end of the arc or the first
-//! arc of the other body that it crosses.
+//! The facet of the answer is nearly always the facet of the previous tick or one of its
+//! neighbours. So no search is needed. The previous facet is computed at the new pose, and the
+//! facets across its sides are tested. To find a facet across a side, the supporting plane turns
+//! about the side until it meets the next vertex. On the Gauss map, the plane's normal then moves
+//! along the arc of an edge of one body. It starts at the facet's corner and stops at the next
+//! corner of the overlay. That corner is the far end of the arc, or the first arc of the other body
+//! that crosses it.
 //!
-//! 1. Set the facet up. For a face, climb to the vertex that supports it. For two edges, test
-//!    whether they still cross; if not, take the lowest face beside them.
+//! 1. Compute the facet at the new pose. For a face, climb to the vertex that supports it. For two
+//!    edges, test whether they still cross; if not, take the lowest face beside them.
 //! 2. Unless a proof follows, make a quick test of the normals around the first and the last facet.
-//!    Mostly the normals of one body show that all facets which share a side or a corner with this
-//!    one are higher. Then the descent ends.
-//! 3. Otherwise test the facet across each side (for a face of many sides, only across the side
-//!    beyond which the origin lies). Move to the lowest of these facets if it is lower than the
-//!    current one, and repeat.
-//! 4. If none is lower, no facet that shares a side is nearer. The walk over hubs then tests the
-//!    hubs at which the quick test was undecided.
-//! 5. The offset is measured with true supports.
+//!    In most cases, the normals of one body show that all facets that share a side or a corner
+//!    with this facet are higher. Then the descent ends.
+//! 3. Otherwise test the facet across each side. For a face of many sides, test only the side
+//!    beyond which the origin lies. If the lowest of these facets is lower than the current facet,
+//!    move to it and repeat.
+//! 4. If none of them is lower, the current facet is the lowest of all facets that share a side
+//!    with it. The walk over hubs then tests the hubs at which the quick test was undecided.
+//! 5. Measure the offset with true supports.
 //!
-//! Flush features (a box on a table) make facets of many corners, for which turning about the sides
-//! does not work. At such a facet, and at any other inconsistency, the descent gives no answer. The
-//! walk over hubs then gives it, at several times the cost. That walk also tests facets that share
-//! only a corner with the current one. The descent does not, which makes no difference along
-//! coherent motion (as measured) but does from a cold start.
+//! Flush features (a box on a table) give facets of many corners, and turning the plane about their
+//! sides does not work. At such a facet, and at any other inconsistency, the descent returns no
+//! answer. The walk over hubs then finds it, at several times the cost. That walk also tests facets
+//! that share only a corner with the current facet; the descent does not. This makes no difference
+//! along coherent motion (measured), but it does from a cold start.
 
-mod glance;
+mod hub_test;
 mod spokes;
 mod view;
 
@@ -39,7 +40,7 @@ use super::{Antipodal, HubPair};
 use crate::algebra::Placement;
 use crate::algebra::tolerance::{FACET_HUBS, FLUSH_WITNESS, OFFSET_SLACK, PARALLEL_EDGES, WALK_DECREASE, WALK_STEPS};
 use crate::collision::StopReason;
-use glance::{Doubt, Glance};
+use hub_test::{Doubt, HubTest};
 use spokes::{Lowest, Met, Spokes};
 use view::{View, farthest_side};
 
@@ -47,20 +48,20 @@ use view::{View, farthest_side};
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bottom {
     pub(super) walked: Walked,
-    /// Hubs of the facet at which there may be a lower facet.
+    /// Hubs of the facet at which a lower facet may exist.
     pub(super) doubt: Doubt,
 }
 
-/// Goes downhill from the facet of `antipodal`. `None` if flush features or rounding prevent an
-/// answer. If not `thorough`, facets that share only a corner with the last one are not tested.
+/// Descends from the facet of `antipodal`. `None` if flush features or rounding prevent an answer.
+/// If not `thorough`, facets that share only a corner with the last facet are not tested.
 #[inline]
 pub(super) fn descend(cso: &Cso<'_>, antipodal: Antipodal, thorough: bool) -> Option<Bottom> {
     let pose_ab = cso.pose_ba.inverse();
     let downhill = Downhill { cso, pose_ab: &pose_ab, decrease: WALK_DECREASE * cso.size() };
     let mut here = downhill.set_up(antipodal)?;
-    // Along coherent motion the first facet is mostly also the last; from a cold start it hardly
-    // ever is.
-    let mut doubt = if thorough { downhill.glance(&here.corner) } else { Doubt::NONE };
+    // Along coherent motion the first facet is usually also the last one. From a cold start it
+    // hardly ever is.
+    let mut doubt = if thorough { downhill.test_hubs(&here.corner) } else { Doubt::NONE };
     if thorough && doubt.count == 0 {
         return Some(Bottom { walked: downhill.end(&here, 0)?, doubt });
     }
@@ -69,7 +70,7 @@ pub(super) fn descend(cso: &Cso<'_>, antipodal: Antipodal, thorough: bool) -> Op
             Some(corner) => here = Here { corner, supported: false, alone: false },
             None => {
                 if thorough && steps > 0 {
-                    doubt = downhill.glance(&here.corner);
+                    doubt = downhill.test_hubs(&here.corner);
                 }
                 return Some(Bottom { walked: downhill.end(&here, steps)?, doubt });
             }
@@ -78,25 +79,25 @@ pub(super) fn descend(cso: &Cso<'_>, antipodal: Antipodal, thorough: bool) -> Op
     None
 }
 
-/// The facet of `antipodal` at this pose, if it is known that none is lower. `None` as in
-/// [`descend`].
+/// Returns the facet of `antipodal` at this pose. Used if it is already known that no facet is
+/// lower. `None` as in [`descend`].
 pub(super) fn settle(cso: &Cso<'_>, antipodal: Antipodal) -> Option<Walked> {
     let pose_ab = cso.pose_ba.inverse();
     let downhill = Downhill { cso, pose_ab: &pose_ab, decrease: WALK_DECREASE * cso.size() };
     downhill.end(&downhill.set_up(antipodal)?, 0)
 }
 
-/// A facet, with the values that its construction gave.
+/// A facet and the data known from its construction.
 struct Here {
     corner: Corner,
-    /// Its features support its normal, as far as their planes support their bodies.
+    /// The features support the normal, within the accuracy of their face planes.
     supported: bool,
-    /// Nothing else is flush with it.
+    /// No other feature is flush with the facet.
     alone: bool,
 }
 
-/// The corner with its true offset. Merged faces are flat only within a tolerance, so one corner
-/// does not give the offset of the whole face.
+/// Returns the corner with its true offset. Merged faces are flat only within a tolerance, so one
+/// vertex of a face does not give the offset of the whole face.
 fn measured(cso: &Cso<'_>, corner: &Corner) -> Corner {
     let hub = HubPair {
         a: cso.a.climb(corner.hub.a, cso.toward_b(corner.normal)).0,
@@ -105,7 +106,7 @@ fn measured(cso: &Cso<'_>, corner: &Corner) -> Corner {
     Corner { hub, offset: corner.normal.dot(cso.vertex(hub)), ..*corner }
 }
 
-/// Features are flush, or rounding contradicts itself.
+/// Error: features are flush, or rounding makes the results inconsistent.
 struct Odd;
 
 struct Downhill<'d, 'p> {
@@ -115,22 +116,22 @@ struct Downhill<'d, 'p> {
 }
 
 impl Downhill<'_, '_> {
-    /// The faces of b and the vertices of a.
+    /// View for the facets of b's faces and a's vertices.
     #[inline]
     fn on_b(&self) -> View<'_> {
         let Cso { a, b, pose_ba } = *self.cso;
         View { p: b, q: a, q_in_p: pose_ba, p_in_q: self.pose_ab, p_is_a: false }
     }
 
-    /// The faces of a and the vertices of b.
+    /// View for the facets of a's faces and b's vertices.
     #[inline]
     fn on_a(&self) -> View<'_> {
         let Cso { a, b, pose_ba } = *self.cso;
         View { p: a, q: b, q_in_p: self.pose_ab, p_in_q: pose_ba, p_is_a: true }
     }
 
-    /// The result of a walk that ends at a facet, measured if its offset may not be the true one.
-    /// None if the facet turns out not to support its normal.
+    /// Returns the result of a walk that ends at this facet. The offset is measured if it may
+    /// differ from the true one. `None` if the facet does not support its normal.
     #[inline]
     fn end(&self, here: &Here, steps: u32) -> Option<Walked> {
         let Cso { a, b, .. } = *self.cso;
@@ -140,7 +141,7 @@ impl Downhill<'_, '_> {
         is_true.then_some(Walked { corner, alone: here.alone, steps, stop: StopReason::Converged })
     }
 
-    /// A facet at this pose, from one of an earlier pose.
+    /// Returns the facet of `antipodal` at this pose. The features come from an earlier pose.
     #[inline]
     fn set_up(&self, antipodal: Antipodal) -> Option<Here> {
         let Cso { a, b, .. } = *self.cso;
@@ -159,8 +160,8 @@ impl Downhill<'_, '_> {
         }
     }
 
-    /// The facet of face `f` of p and the vertex of q that supports it. The climb to that vertex
-    /// starts at `w`.
+    /// Returns the facet of face `f` of p and the vertex of q that supports it. The climb to that
+    /// vertex starts at `w`.
     fn on_face(&self, view: &View<'_>, f: u32, w: u32) -> Here {
         let normal = view.p.plane(f).normal;
         let (w, height, next) = view.q.climb_apart(w, view.facing(normal));
@@ -173,8 +174,8 @@ impl Downhill<'_, '_> {
         Here { corner, supported: true, alone }
     }
 
-    /// The facet of two edges if they cross on the Gauss map, else that of the lowest face beside
-    /// them.
+    /// Returns the facet of two edges if they cross on the Gauss map. Otherwise returns the facet
+    /// of the lowest face beside them. `None` if the edges are parallel.
     fn on_edges(&self, e: u32, g: u32) -> Option<Here> {
         let Cso { a, b, pose_ba } = *self.cso;
         let (edge_a, edge_b) = (a.edge(e), b.edge(g));
@@ -193,8 +194,8 @@ impl Downhill<'_, '_> {
             let normal = edge_normal(along_a, along_b, across)?;
             let antipodal = Antipodal::EdgeEdge { a: e, b: g };
             let corner = Corner { normal, offset: normal.dot(c), antipodal, hub };
-            // The dot product of unit vectors at an angle is one minus half the angle's square. The
-            // angle is doubled for rounding.
+            // For unit vectors at a small angle, the dot product is one minus half the square of
+            // the angle. The angle is doubled for rounding.
             let flush = 1.0 - 2.0 * FLUSH_WITNESS * FLUSH_WITNESS;
             let alone = normals_a.iter().chain(&normals_b).all(|n| n.dot(normal) < flush);
             return Some(Here { corner, supported: true, alone });
@@ -209,7 +210,7 @@ impl Downhill<'_, '_> {
         })
     }
 
-    /// The lowest facet across a side of the present one, if it is lower.
+    /// Returns the lowest facet across a side of the current facet. `None` if none is lower.
     fn lower_neighbour(&self, here: &Corner) -> Result<Option<Corner>, Odd> {
         let mut lowest = Lowest { bar: here.offset - self.decrease, met: None };
         match here.antipodal {
@@ -224,7 +225,8 @@ impl Downhill<'_, '_> {
         lowest.met.map(|met| self.corner(&met)).transpose()
     }
 
-    /// The sides of face `f` of p, about which the plane turns with vertex `w` of q.
+    /// Tests the facets across the sides of face `f` of p. The plane turns about each side while
+    /// vertex `w` of q supports it.
     #[inline]
     fn around_face(&self, view: &View<'_>, f: u32, w: u32, lowest: &mut Lowest) -> Result<(), Odd> {
         let normal = view.p.plane(f).normal;
@@ -241,7 +243,8 @@ impl Downhill<'_, '_> {
             let edge = view.p.edge(edges.at(k));
             let across = if edge.left == f { edge.right } else { edge.left };
             let end = view.p.plane(across).normal;
-            // The offset is concave along the arc: if its far end is no lower, no part of it is.
+            // The offset is concave along the arc. If the far end is not lower, no point of the arc
+            // is.
             if end.dot(view.p.vertex(corners.at(k)) - origin) >= lowest.bar {
                 continue;
             }
@@ -254,13 +257,14 @@ impl Downhill<'_, '_> {
         Ok(())
     }
 
-    /// Both ways from an edge pair along the arc of edge `g` of p: about the two ends of edge
-    /// `e` of q.
+    /// Tests both directions from an edge pair along the arc of edge `g` of p. In each direction,
+    /// one end of edge `e` of q supports the plane.
     #[inline]
     fn around_edges(&self, view: &View<'_>, g: u32, e: u32, normal: DVec3, lowest: &mut Lowest) -> Result<(), Odd> {
         let (edge_p, edge_q) = (view.p.edge(g), view.q.edge(e));
         let along = view.q.vertex(edge_q.head) - view.q.vertex(edge_q.tail);
-        // Turns toward the face that the tail faces more than the head does.
+        // Toward the left face of `g`, the supporting end of `e` is its tail if this is true, else
+        // its head. Toward the right face it is the other end.
         let tail_first = view.facing(view.p.plane(edge_p.left).normal).dot(along) < 0.0;
         let ends = if tail_first { [edge_q.tail, edge_q.head] } else { [edge_q.head, edge_q.tail] };
         for (end, face) in ends.into_iter().zip([edge_p.left, edge_p.right]) {
@@ -271,19 +275,19 @@ impl Downhill<'_, '_> {
         Ok(())
     }
 
-    /// The hubs of the facet at which there may be a lower facet.
+    /// Returns the hubs of the facet at which a lower facet may exist.
     #[inline]
-    fn glance(&self, here: &Corner) -> Doubt {
-        let mut glance = Glance { bar: here.offset - self.decrease, doubt: Doubt::NONE };
+    fn test_hubs(&self, here: &Corner) -> Doubt {
+        let mut test = HubTest { bar: here.offset - self.decrease, doubt: Doubt::NONE };
         match here.antipodal {
-            Antipodal::VertexFace { a: v, b: f } => glance.around_face(&self.on_b(), f, v),
-            Antipodal::FaceVertex { a: f, b: w } => glance.around_face(&self.on_a(), f, w),
-            Antipodal::EdgeEdge { a: e, b: g } => glance.around_edges(&self.on_b(), &self.on_a(), g, e),
+            Antipodal::VertexFace { a: v, b: f } => test.around_face(&self.on_b(), f, v),
+            Antipodal::FaceVertex { a: f, b: w } => test.around_face(&self.on_a(), f, w),
+            Antipodal::EdgeEdge { a: e, b: g } => test.around_edges(&self.on_b(), &self.on_a(), g, e),
         }
-        glance.doubt
+        test.doubt
     }
 
-    /// The exact facet at which the plane stopped.
+    /// Returns the exact facet at which the turning plane stopped.
     fn corner(&self, met: &Met) -> Result<Corner, Odd> {
         let Cso { a, b, pose_ba } = *self.cso;
         let Met { antipodal, hub, normal } = *met;
@@ -302,15 +306,15 @@ impl Downhill<'_, '_> {
     }
 }
 
-/// The unit normal of two edges from their cross product. None if they are parallel.
+/// Returns the unit normal of two edges, given their cross product. `None` if they are parallel.
 #[inline]
 fn edge_normal(along_a: DVec3, along_b: DVec3, across: DVec3) -> Option<DVec3> {
     let (length_a, length_b) = (along_a.length_squared(), along_b.length_squared());
     if across.length_squared() <= PARALLEL_EDGES * PARALLEL_EDGES * length_a * length_b {
         return None;
     }
-    // The cross product of nearly parallel edges has a rounding error along the edges. With that
-    // part removed, the plane supports both.
+    // The cross product of nearly parallel edges has a rounding error along the edges. After
+    // removing that part, the plane supports both edges.
     let normal = across - along_a * (across.dot(along_a) / length_a);
     Some(normal / normal.length())
 }

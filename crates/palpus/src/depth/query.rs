@@ -1,15 +1,17 @@
-//! The penetration depth of two overlapping convex polytopes \[K02 §3.3\].
+//! Computes the penetration depth of two overlapping convex polytopes \[K02 §3.3\].
 //!
-//! 1. Every seed becomes a start: a hub pair and an upper bound of the depth.
-//! 2. If the seeds hold the pair's previous answer (warm), descend from its facet. If that is not
-//!    possible, or another seed is lower, walk from the lowest start. Otherwise (cold), walk from
-//!    each seed, and from the lowest of some face normals.
-//! 3. Measure the end of the walk with true supports. If they give a larger offset than the walk,
-//!    walk on from them. If the end is no local minimum, walk on from a tilted normal.
+//! 1. Every seed gives a start: a hub pair and an upper bound of the depth.
+//! 2. If the seeds contain the pair's previous answer (warm start), descend from the facet of that
+//!    answer. If the descent fails, or if another seed has a smaller offset, walk from the lowest
+//!    start. Without a previous answer (cold start), walk from each seed, and from the lowest of
+//!    some face normals.
+//! 3. Measure the end of the walk with true supports. If the supports give a larger offset than the
+//!    walk, continue the walk from them. If the end is not a local minimum, continue the walk from
+//!    a tilted normal.
 //! 4. Compute the witness points.
 //!
-//! In any case, step 3 makes the depth the exact h of the returned normal: moving a by the depth
-//! along it separates the pair. A walk can only miss a direction of smaller h.
+//! Because of step 3, the depth is always the exact h of the returned normal: moving a by the depth
+//! along the normal separates the pair. A walk can only miss a direction that has a smaller h.
 
 mod validate;
 
@@ -30,7 +32,7 @@ use crate::algebra::tolerance::{
 use crate::body::Polytope;
 use crate::collision::StopReason;
 
-/// Working memory of depth queries, of fixed size; one may serve any number of pairs, one after
+/// Working memory of depth queries, of fixed size. One value serves any number of pairs, one after
 /// another.
 #[derive(Clone, Debug)]
 pub struct WalkScratch {
@@ -39,7 +41,7 @@ pub struct WalkScratch {
 }
 
 impl WalkScratch {
-    /// All the memory that any query needs.
+    /// Allocates all the memory that a query needs.
     pub fn new() -> Self {
         Self { trail: Trail::new(), clip: Clip::new() }
     }
@@ -51,14 +53,15 @@ impl Default for WalkScratch {
     }
 }
 
-/// The penetration depth of `a` and `b`, in b's frame, with `p_b = pose_ba.point(p_a)`.
+/// Returns the penetration depth of `a` and `b` in b's frame, in the length unit of the polytopes;
+/// `p_b = pose_ba.point(p_a)`.
 ///
-/// The pair should overlap; for one that does not, the depth is negative and the pair apart by at
-/// least that much. Without any seed the line between the centroids is one.
+/// The pair should overlap. If it does not, the depth is negative, and the distance is at least its
+/// absolute value. If `seeds` is empty, the walk starts along the line between the centroids.
 pub fn depth(a: &Polytope, b: &Polytope, pose_ba: &Placement, seeds: &[Seed], scratch: &mut WalkScratch) -> Depth {
     let cso = Cso { a, b, pose_ba };
     scratch.trail.clear();
-    // The usual case: a contact in its next tick.
+    // The usual case: a contact that already existed in the previous tick.
     if let [Seed::Previous { antipodal: Some(antipodal), .. }] = *seeds
         && let Some(walked) = walk_downhill(&cso, antipodal, true, &mut scratch.trail)
     {
@@ -74,7 +77,7 @@ pub fn depth(a: &Polytope, b: &Polytope, pose_ba: &Placement, seeds: &[Seed], sc
     answer_at(&cso, &walked, &mut scratch.clip)
 }
 
-/// The depth at the end of one walk from the lowest of the seeds, to be checked by a proof.
+/// Returns the depth at the end of one walk from the lowest seed. The caller proves the result.
 pub(super) fn depth_once(
     a: &Polytope,
     b: &Polytope,
@@ -89,8 +92,9 @@ pub(super) fn depth_once(
     answer_at(&cso, &walked, &mut scratch.clip)
 }
 
-/// The lowest start of all seeds; without any, or if none has a direction, that along the line
-/// between the centroids, or any.
+/// Returns the start with the smallest offset among all seeds. If no seed gives a direction,
+/// returns the start along the line between the centroids. If the centroids coincide, returns the
+/// start along x.
 pub(super) fn lowest_start(cso: &Cso<'_>, seeds: &[Seed]) -> Start {
     let starts = seeds.iter().filter_map(|seed| Start::of(cso, seed, FIRST));
     let lowest = starts.reduce(|lowest, start| if start.offset < lowest.offset { start } else { lowest });
@@ -100,8 +104,9 @@ pub(super) fn lowest_start(cso: &Cso<'_>, seeds: &[Seed]) -> Start {
     })
 }
 
-/// Downhill from the last facet, or else one walk from the lowest of the seeds. If not `thorough`,
-/// facets beyond corners are left to a proof.
+/// Descends from the facet of the previous answer. If that fails, or if another seed is lower,
+/// walks from the lowest seed. If not `thorough`, facets that share only a corner are not tested; a
+/// proof tests them later.
 #[inline]
 fn walk_warm(cso: &Cso<'_>, seeds: &[Seed], thorough: bool, trail: &mut Trail) -> Option<Walked> {
     let last = seeds.iter().find_map(|seed| match *seed {
@@ -120,7 +125,7 @@ fn walk_warm(cso: &Cso<'_>, seeds: &[Seed], thorough: bool, trail: &mut Trail) -
         }
     }
     match (last, lowest) {
-        // Another seed is lower than the last facet.
+        // Another seed has a smaller offset than the facet of the previous answer.
         (Some(last), Some(start)) if start.offset < last.corner.offset => {
             walk_from(cso, start, thorough, trail).or(Some(last))
         }
@@ -129,7 +134,8 @@ fn walk_warm(cso: &Cso<'_>, seeds: &[Seed], thorough: bool, trail: &mut Trail) -
     }
 }
 
-/// Downhill from the facet of `antipodal`, and on over hubs if a lower facet lies beyond a corner.
+/// Descends from the facet of `antipodal`. If a lower facet lies beyond a corner, continues with
+/// the walk over hubs.
 #[inline]
 fn walk_downhill(cso: &Cso<'_>, antipodal: Antipodal, thorough: bool, trail: &mut Trail) -> Option<Walked> {
     let Bottom { walked, doubt } = descend(cso, antipodal, thorough)?;
@@ -140,13 +146,13 @@ fn walk_downhill(cso: &Cso<'_>, antipodal: Antipodal, thorough: bool, trail: &mu
     }
 }
 
-/// Downhill from the lowest facet at a start, or over hubs where that is not possible.
+/// Descends from the lowest facet at a start. If the descent fails, walks over hubs.
 pub(super) fn walk_from(cso: &Cso<'_>, start: Start, thorough: bool, trail: &mut Trail) -> Option<Walked> {
     let first = trail.first_corner(cso, &start)?;
     walk_downhill(cso, first.antipodal, thorough, trail).or_else(|| walk_to_end(cso, start, trail))
 }
 
-/// A walk from every seed, and from the lowest of some face normals.
+/// Walks from every seed, and from the lowest of some face normals.
 fn walk_cold(cso: &Cso<'_>, seeds: &[Seed], trail: &mut Trail) -> Option<Walked> {
     let seeds = if seeds.is_empty() { &[Seed::CentroidLine] } else { seeds };
     let mut best = Lowest { walked: None, steps: 0 };
@@ -159,7 +165,7 @@ fn walk_cold(cso: &Cso<'_>, seeds: &[Seed], trail: &mut Trail) -> Option<Walked>
     best.walked.map(|walked| Walked { steps: best.steps, ..walked })
 }
 
-/// The best of several walks.
+/// The lowest end of several walks, and the number of steps of all of them.
 struct Lowest {
     walked: Option<Walked>,
     steps: u32,
@@ -175,7 +181,7 @@ impl Lowest {
     }
 }
 
-/// The starts of least offset among evenly chosen face normals of both bodies.
+/// Returns the starts with the smallest offset among evenly spaced face normals of both bodies.
 fn lowest_faces(cso: &Cso<'_>) -> [Option<Start>; COLD_WALKS] {
     let mut lowest: [Option<Start>; COLD_WALKS] = [None; COLD_WALKS];
     let mut attempt = |normal: DVec3| {
@@ -201,10 +207,10 @@ fn lowest_faces(cso: &Cso<'_>) -> [Option<Start>; COLD_WALKS] {
     lowest
 }
 
-/// Start of a climb without any hint.
+/// Hub pair from which a climb starts without a hint.
 const FIRST: HubPair = HubPair { a: 0, b: 0 };
 
-/// Walks until the end is confirmed; the best end that was measured on the way.
+/// Walks until the end is confirmed, and returns the lowest end that was measured.
 pub(super) fn walk_to_end(cso: &Cso<'_>, start: Start, trail: &mut Trail) -> Option<Walked> {
     let slack = OFFSET_SLACK * cso.size();
     let mut best: Option<Walked> = None;
@@ -226,11 +232,12 @@ pub(super) fn walk_to_end(cso: &Cso<'_>, start: Start, trail: &mut Trail) -> Opt
     best.map(|best| Walked { steps, stop: if next.is_none() { best.stop } else { StopReason::Stalled }, ..best })
 }
 
-/// A lower start next to a corner that is no local minimum of h; none if it is one.
+/// Returns a lower start next to a corner that is not a local minimum of h. `None` if the
+/// corner is a local minimum.
 ///
-/// Overlaps of cones are only as accurate as the faces are flat. If they leave a gap, a walk stops
-/// early. Then the origin lies beyond a side of the facet, and tilting the normal toward that side
-/// decreases h.
+/// Overlaps of normal cones are only as accurate as the faces are flat. Inaccurate overlaps may
+/// leave a gap, and then a walk stops too early. In that case the origin lies beyond a side of the
+/// facet, and tilting the normal toward that side decreases h.
 fn lower_beside(cso: &Cso<'_>, corner: &Corner) -> Option<Start> {
     let side = Facet::at(cso, corner, FLUSH_WITNESS).farthest_side(cso)?;
     let size = cso.size();
@@ -249,7 +256,7 @@ fn lower_beside(cso: &Cso<'_>, corner: &Corner) -> Option<Start> {
     None
 }
 
-/// An answer without a walk: the best of all faces.
+/// Returns the lowest face of both bodies, as an answer without a walk.
 pub(super) fn scan(cso: &Cso<'_>) -> Walked {
     let corner = lowest_face(cso).unwrap_or_else(|| {
         let antipodal = Antipodal::VertexFace { a: 0, b: 0 };
@@ -258,14 +265,14 @@ pub(super) fn scan(cso: &Cso<'_>) -> Walked {
     Walked { corner, alone: false, steps: 0, stop: StopReason::Stalled }
 }
 
-/// The corner with its true offset and a hub pair that supports it.
+/// Returns the corner with its true offset and with a hub pair that supports its normal.
 pub(super) fn measured(cso: &Cso<'_>, corner: &Corner) -> Corner {
     let (hub, offset) = cso.support(corner.hub, corner.normal);
     Corner { hub, offset, ..*corner }
 }
 
-/// The face of least offset among all faces of both bodies, with its true support. Only this search
-/// needs no hub.
+/// Returns the face with the smallest offset among all faces of both bodies, with its true support.
+/// Unlike a walk, this search needs no hub pair to start from.
 fn lowest_face(cso: &Cso<'_>) -> Option<Corner> {
     let mut found: Option<Corner> = None;
     let mut hub = FIRST;
@@ -288,7 +295,7 @@ fn lowest_face(cso: &Cso<'_>) -> Option<Corner> {
     found
 }
 
-/// The answer at the measured end of a walk.
+/// Returns the answer at the measured end of a walk.
 #[inline]
 pub(super) fn answer_at(cso: &Cso<'_>, walked: &Walked, clip: &mut Clip) -> Depth {
     let Walked { corner, alone, steps, stop } = walked;

@@ -1,14 +1,14 @@
 //! The walk over hub pairs \[K02 §3.3.3\].
 //!
-//! 1. Take the corner of least offset in the overlap at the first hub.
-//! 2. Test the hubs of its facet, each once. The least corner below the current one becomes the
-//!    next.
-//! 3. Stop if there is no lower corner. Offsets decrease strictly, so the walk ends; a cap on the
-//!    moves is an additional limit.
+//! 1. Find the corner with the smallest offset in the overlap at the first hub.
+//! 2. Test each hub of the facet at this corner once. Move to the lowest corner that is below the
+//!    current one.
+//! 3. Stop if there is no lower corner. Offsets decrease strictly, so the walk ends. The number of
+//!    moves is also limited.
 //!
-//! Deviations from \[K02\]: The overlay is on the sphere. From a facet of many corners (flush
-//! faces) the walk crosses the side beyond which the origin lies, instead of trying every corner.
-//! This finds a lower facet whenever a neighbouring one exists.
+//! Deviations from \[K02\]: The overlay lies on the sphere. From a facet of many corners (flush
+//! faces), the walk tests only the side beyond which the origin lies, not every corner. This finds
+//! a lower facet whenever a neighbouring one exists.
 
 use super::HubPair;
 use super::antipodal::Facet;
@@ -29,7 +29,7 @@ pub(super) struct Walked {
     pub(super) stop: StopReason,
 }
 
-/// Working memory of the walk; its content is not used across calls.
+/// Working memory of the walk. It keeps its content within one query only.
 #[derive(Clone, Debug)]
 pub(super) struct Trail {
     pub(super) maps_a: GaussMaps,
@@ -42,20 +42,20 @@ impl Trail {
         Self { maps_a: GaussMaps::new(), maps_b: GaussMaps::new(), visited: Visited::new() }
     }
 
-    /// Forgets the bodies: a new query begins.
+    /// Clears everything that belongs to the bodies of the previous query.
     pub(super) fn clear(&mut self) {
         self.maps_a.clear();
         self.maps_b.clear();
         self.visited.clear();
     }
 
-    /// The least corner at `hub` below `bar`.
+    /// Returns the corner with the smallest offset at `hub`, if that offset is below `bar`.
     pub(super) fn lower_at(&mut self, cso: &Cso<'_>, hub: HubPair, bar: f64) -> Option<Corner> {
         lowest_corner(cso, &mut self.maps_a, &mut self.maps_b, hub, bar)
     }
 
-    /// Walks from a start. None if no facet of the CSO was found there (then its hub supports no
-    /// direction).
+    /// Walks from a start. `None` if no facet of the CSO was found there; then the hub supports no
+    /// direction.
     pub(super) fn walk(&mut self, cso: &Cso<'_>, start: &Start) -> Option<Walked> {
         self.visited.clear();
         self.visited.insert(start.hub);
@@ -70,16 +70,16 @@ impl Trail {
         Some(Walked { corner: here, alone: false, steps: WALK_STEPS, stop: StopReason::Budget })
     }
 
-    /// The least corner at the start's hub.
+    /// Returns the corner with the smallest offset at the start's hub.
     pub(super) fn first_corner(&mut self, cso: &Cso<'_>, start: &Start) -> Option<Corner> {
-        // The overlap holds the start's normal, so it has a corner that is not higher. The start's
-        // offset is therefore a bar that rejects most of the overlap.
+        // The overlap contains the start's normal, so it has a corner that is not higher. The
+        // offset of the start is therefore a bound that rejects most of the overlap.
         [start.offset + OFFSET_SLACK * cso.size(), f64::INFINITY]
             .into_iter()
             .find_map(|bar| lowest_corner(cso, &mut self.maps_a, &mut self.maps_b, start.hub, bar))
     }
 
-    /// The least corner below `bar` around the hubs of the facet of `here`.
+    /// Returns the lowest corner below `bar` around the hubs of the facet of `here`.
     fn lower_neighbour(&mut self, cso: &Cso<'_>, here: &Corner, bar: f64) -> Option<Corner> {
         let mut look = Look { trail: self, cso, bar, found: None };
         let facet = Facet::at(cso, here, FLUSH_FACET);
@@ -116,8 +116,8 @@ impl Look<'_, '_> {
     }
 }
 
-/// The hubs that were already tested. Two hubs may share a place, and the later one then overwrites
-/// the earlier: a hub may be looked at twice, which costs time and changes nothing.
+/// The set of hubs that were already tested. If two hubs share a slot, the later one overwrites the
+/// earlier. A hub may then be tested twice, which costs time but does not change the result.
 #[derive(Clone, Debug)]
 struct Visited {
     places: [(HubPair, u32); Self::PLACES],
@@ -139,7 +139,7 @@ impl Visited {
         }
     }
 
-    /// True for a new hub.
+    /// Returns true if the hub is new.
     #[inline]
     fn insert(&mut self, hub: HubPair) -> bool {
         // Fibonacci hashing: the odd multiplier is 2³² over the golden ratio.

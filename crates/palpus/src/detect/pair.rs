@@ -173,6 +173,7 @@ pub(super) fn at_closest(leaf: &LeafPair, closest: &Closest) -> Contact {
         normal: closest.normal,
         separation: closest.distance,
         slope: 0.0,
+        count: 1.0,
     }
 }
 
@@ -187,6 +188,7 @@ fn at(leaf: &LeafPair, real: &AdmissibleDepth) -> Contact {
         normal: real.normal,
         separation: -real.depth,
         slope: 0.0,
+        count: 1.0,
     }
 }
 

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use palpus::algebra::{NoClock, Pose, Wrench, quantile_of_sorted};
-use palpus::detect::QueryCounters;
+use palpus::detect::{ContactQuery, Proof, QueryCounters, QuerySettings};
+use palpus::force::{LoadSharing, Tilted};
 use palpus::render::{Limits, ProbeState, Renderer, Settings, VirtualCoupling};
 use serde::Serialize;
 
@@ -16,6 +17,8 @@ use crate::bench::{TICK, settings};
 const ALLOWED: u64 = 6000;
 /// Capacity for the contacts of the truth.
 const TRUE_CAPACITY: usize = 1 << 15;
+/// From this number of contacts on, the truth has one contact for each pair of pieces.
+const MANY: usize = 512;
 
 /// Results of a case. Times in µs.
 #[derive(Debug, Serialize)]
@@ -147,7 +150,7 @@ pub(super) fn measure(case: &Case, truths: usize) -> anyhow::Result<Row> {
     };
     let settings = if case.coupled { coupled } else { plain };
     let mut renderer = Renderer::new(Arc::clone(&case.a), Arc::clone(&case.b), settings)?;
-    let mut truth = Truth::new(case, plain)?;
+    let mut truth = Truth::new(case, plain);
     let clock = CpuClock::new();
     let (mut times, mut turns, mut errors) = (Vec::new(), Vec::new(), Errors::default());
     let (mut each, mut late, mut contacts, mut stages) = (PerTick::default(), 0_u32, 0.0, [0.0; 3]);
@@ -211,20 +214,48 @@ pub(super) fn measure(case: &Case, truths: usize) -> anyhow::Result<Row> {
     })
 }
 
-/// The same contact law at single poses: no contact is cached, extrapolated or dropped.
+/// The same contact law at single poses, for all contacts: each depth is proven, and nothing is cached,
+/// extrapolated, sampled or dropped.
 struct Truth {
-    renderer: Renderer,
+    /// With and without the corners of patches.
+    queries: [ContactQuery; 2],
+    sharing: LoadSharing,
+    settings: Settings,
 }
 
 impl Truth {
-    fn new(case: &Case, settings: Settings) -> anyhow::Result<Self> {
-        let settings = Settings { capacity: TRUE_CAPACITY, ..settings };
-        Ok(Self { renderer: Renderer::new(Arc::clone(&case.a), Arc::clone(&case.b), settings)? })
+    fn new(case: &Case, settings: Settings) -> Self {
+        let query = |patch_angle| {
+            let proof = Proof::Prove;
+            let asked = QuerySettings {
+                tolerance: case.tolerance,
+                capacity: TRUE_CAPACITY,
+                proof,
+                patch_angle,
+                ..QuerySettings::default()
+            };
+            ContactQuery::new(Arc::clone(&case.a), Arc::clone(&case.b), asked)
+        };
+        Self { queries: [query(settings.patch_angle), query(None)], sharing: LoadSharing::new(TRUE_CAPACITY), settings }
     }
 
     fn at(&mut self, pose: &Pose) -> Wrench {
-        self.renderer.clear();
-        self.renderer.step(&ProbeState::at(*pose), TICK, &NoClock).commanded
+        let [corners, pairs] = &mut self.queries;
+        corners.clear();
+        pairs.clear();
+        // So many contacts describe the surface as well as the corners of each would.
+        let mut contacts = pairs.contacts(pose);
+        if contacts.len() < MANY {
+            contacts = corners.contacts(pose);
+        }
+        let skin = self.settings.skin();
+        let tilted: Vec<Tilted> = contacts.iter().map(|contact| Tilted::of(contact, skin)).collect();
+        let shares = self.sharing.run(&tilted, 0.0);
+        let push = |(contact, share): (&Tilted, &f64)| {
+            let force = contact.direction * (self.settings.stiffness * share * contact.engagement);
+            Wrench::of_force_at(force, contact.place - pose.translation)
+        };
+        tilted.iter().zip(shares).map(push).fold(Wrench::ZERO, |sum, one| sum + one)
     }
 }
 

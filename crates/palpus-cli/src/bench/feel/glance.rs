@@ -99,7 +99,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_measured_stands_in_its_cell() {
+    fn measured_value_is_in_its_cell() {
         let row = |scene, method: &'static str, hand, measure, value| Row {
             scene,
             method: method.into(),

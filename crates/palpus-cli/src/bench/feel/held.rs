@@ -169,7 +169,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_cycle_is_what_is_above_ten_hertz() {
+    fn cycle_contains_only_frequencies_above_ten_hertz() {
         let wave = |hertz: f64| -> Vec<Wrench> {
             (0..1000)
                 .map(|k| {

@@ -319,7 +319,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_said_with_the_digits_that_matter() {
+    fn numbers_have_significant_digits_only() {
         for (value, digits, expected) in [
             (0.0, 3, "0"),
             (1234.5, 3, "1234"),
@@ -334,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_not_measured_has_no_column() {
+    fn missing_measure_has_no_column() {
         let row = |hand, measure, value| Row { scene: "s", method: "m".into(), hand, measure, unit: "", value };
         let rows = [row("none", "limit cycle", 0.5), row("firm", "limit cycle", 2.0)];
         let pick = Pick { rows: &rows, scene: "s" };

@@ -234,16 +234,17 @@ mod tests {
         let still: Vec<Wrench> = times().map(at).collect();
         for shift in [-0.003, 0.0, 0.002] {
             let felt: Vec<Wrench> = times().map(|time| at(time - shift)).collect();
-            let lag = lag(&still, &felt).expect("forces that change");
+            let lag = lag(&still, &felt).expect("the forces change");
             assert!((lag - shift).abs() < 2e-5, "{lag} for {shift}");
         }
     }
 
-    /// A box that overhangs the table's edge by more than half tilts as far as its springs allow.
+    /// A box that overhangs the table's edge by more than half must tilt as far as its springs
+    /// allow.
     #[test]
-    fn a_tool_on_springs_leans_over_the_end() {
-        let scene = palpus_scenes::scene("box-edge").expect("a built-in scene");
-        let truth = Truth::of(&scene).expect("a scene with a truth");
+    fn tool_on_springs_tilts_over_the_edge() {
+        let scene = palpus_scenes::scene("box-edge").expect("the scene is built in");
+        let truth = Truth::of(&scene).expect("the scene has a truth");
         let springs = Springs { stiffness: 400.0, angular_stiffness: 1.0, grip_a: DVec3::ZERO };
         let probe = |x: f64| ProbeState {
             pose_ba: Pose::from_translation(DVec3::new(x, 0.0, 0.0145)),
@@ -252,7 +253,7 @@ mod tests {
         let flat = springs.balance(&truth, 0.0, &probe(0.0));
         assert!((flat.force - DVec3::Z * 0.2).length() < 1e-6, "{flat:?}");
         assert!(flat.torque.length() < 1e-6, "{flat:?}");
-        // The table's end is 15 mm from the middle, towards −x.
+        // The table's edge is 15 mm from the box's centre, towards −x.
         let leaning = springs.balance(&truth, 0.0, &probe(0.165));
         let share = 1.0 / (1.0 + 400.0 * 0.015 * 0.015);
         assert!((leaning.force.z - 0.2 * share).abs() < 0.01 * 0.2, "{leaning:?}");

@@ -58,7 +58,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_machine_is_read_from_what_its_kernel_says() {
+    fn machine_is_read_from_kernel_files() {
         assert_eq!(processor("processor\t: 0\nmodel name\t: A Fast One\n").as_deref(), Some("A Fast One"));
         assert_eq!(processor("model name\t:\n"), None);
         assert_eq!(memory("MemTotal:        4000000 kB\n").as_deref(), Some("4.1 GB"));

@@ -284,7 +284,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_shown_tells_no_places() {
+    fn shown_commands_contain_no_paths() {
         for quick in [false, true] {
             let wanted = Wanted { out: Path::new("/secret/out"), models: Some(Path::new("/secret/models")), quick };
             let steps = plan(&wanted);
@@ -303,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn a_reproduction_takes_less_than_twenty_minutes() {
+    fn planned_reproduction_takes_under_twenty_minutes() {
         let of = |quick| plan(&Wanted { out: Path::new("o"), models: Some(Path::new("m")), quick });
         let about = |quick| of(quick).iter().filter(|step| step.command.is_ok()).map(|step| step.about).sum::<f64>();
         assert!(about(false) < 1100.0 && about(true) < 110.0, "{} {}", about(false), about(true));

@@ -396,7 +396,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tables_of_scenes_become_one() {
+    fn tables_of_scenes_are_merged() {
         let text = "# All\n\n## a\n\n**Against the truth (x)**\n\n| method | m |\n|---|---|\n| p | 1 |\n\n## b\n\n**Other**\n\n| method |\n|---|\n\n\
                     **Against the truth (x)**\n\n| method | m |\n|---|---|\n| q | 2 |\n";
         let table = of_all_scenes(text, "Against").unwrap();

@@ -60,8 +60,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_documents_have_the_tables_that_are_shown() {
-        let [pairs] = &tables(PAIRS_MEASURED, "One step on real pairs")[..] else { panic!("one table of real pairs") };
+    fn documents_have_the_tables_that_are_shown() {
+        let [pairs] = &tables(PAIRS_MEASURED, "One step on real pairs")[..] else {
+            panic!("the document must have one table of real pairs")
+        };
         assert_eq!((pairs.head[0].as_str(), pairs.naming), ("pair", 1));
         assert!(
             pairs.rows.iter().any(|row| row[0] == "spoon-cup")
@@ -74,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn a_table_ends_where_its_lines_end() {
+    fn table_ends_with_its_lines() {
         let text =
             "# A\n\n**one**\n\n| a | b |\n|---|---:|\n| x | 1 |\n\ntwo\n| a |\n|---|\n| 1 |\n## B\n| c |\n|---|\n";
         let all = tables(text, "");

@@ -165,7 +165,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_changed_is_said_and_nothing_else() {
+    fn only_changed_settings_are_listed() {
         let before = Settings::default();
         let after = Settings { stiffness: 1200.0, ..before };
         assert_eq!(changed(&before, &after), "contact stiffness: 800 N/m → 1200 N/m");

@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_is_measured_from_its_rows() {
+    fn run_is_measured_from_its_rows() {
         let measures = Measures::of(&rows());
         assert_eq!((measures.ticks, measures.touching, measures.penetrating), (1000, 3, 1));
         assert!((measures.duration_s - 1.0).abs() < 1e-9 && (measures.rate_hz - 1000.0).abs() < 1e-6);

@@ -90,7 +90,7 @@ mod tests {
     use crate::window::keys::SCENE_KEYS;
 
     #[test]
-    fn no_key_means_two_things() {
+    fn no_key_has_two_actions() {
         let own = KEYS.iter().map(|(key, shift, ..)| (*key, *shift));
         let all: Vec<(Key, bool)> = own.chain(SCENE_KEYS.iter().map(|(key, ..)| (*key, false))).collect();
         for (k, key) in all.iter().enumerate() {
@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_goes_on_in_time_acts_again_and_shift_tells_keys_apart() {
+    fn only_time_steps_repeat_and_shift_matters() {
         let meant = |key, shift, again| meant(&Pressed { key, shift, again });
         assert_eq!(meant(Key::ArrowRight, false, true), Some(Action::Step(1)));
         assert_eq!(meant(Key::ArrowRight, true, false), Some(Action::Jump(0.1)));

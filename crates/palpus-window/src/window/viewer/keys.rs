@@ -72,7 +72,7 @@ mod tests {
     use crate::window::keys::SCENE_KEYS;
 
     #[test]
-    fn no_key_means_two_things() {
+    fn no_key_has_two_actions() {
         let own = KEYS.iter().map(|known| known.0);
         let all: Vec<Key> = own.chain(SCENE_KEYS.iter().map(|known| known.0)).collect();
         for (k, key) in all.iter().enumerate() {

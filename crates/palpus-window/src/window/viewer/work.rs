@@ -128,10 +128,10 @@ mod tests {
     use std::sync::mpsc::channel;
 
     #[test]
-    fn a_section_gets_finer_and_is_not_felt_again_for_another_look() {
+    fn section_is_refined_and_reused_for_another_look() {
         let side = |k: usize, bit: usize| (k >> bit & 1) as f64;
         let points: Vec<DVec3> = (0..8).map(|k| DVec3::new(side(k, 0), side(k, 1), side(k, 2))).collect();
-        let body = Arc::new(Body::from_convex(&points).expect("a box"));
+        let body = Arc::new(Body::from_convex(&points).expect("the box has a hull"));
         let plane = SectionPlane::through(&body, Axis::Z, 0.5);
         let (woken, waking) = channel();
         let behind = section_feeler(Arc::clone(&body), Unit::Model, move || {
@@ -141,10 +141,10 @@ mod tests {
             behind.ask(SectionQuestion { plane, shown, theme: Theme::Dark, width: 60 });
             let mut last = None;
             while behind.is_busy() {
-                waking.recv().expect("it wakes the window");
+                waking.recv().expect("the job wakes the window");
                 last = behind.answer().or(last.take());
             }
-            last.expect("an answer")
+            last.expect("the job has answered")
         };
         let (felt, again) = (finest(Shown::Felt), finest(Shown::Missing));
         assert_eq!(felt.section.columns, FINENESSES[2]);

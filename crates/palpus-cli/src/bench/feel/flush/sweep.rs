@@ -204,7 +204,11 @@ mod tests {
     fn assert_all_pass(count: usize) {
         let results = run_all(SEED, count).expect("every case can be measured");
         let wrong = results.iter().filter(|(_, felt)| !passes(felt)).count();
-        assert!(wrong == 0, "{wrong} of {count} cases fail, seed {SEED:#x}\n{}", page(&results).expect("a page"));
+        assert!(
+            wrong == 0,
+            "{wrong} of {count} cases fail, seed {SEED:#x}\n{}",
+            page(&results).expect("the page can be read")
+        );
     }
 
     #[test]
@@ -219,16 +223,16 @@ mod tests {
     }
 
     #[test]
-    fn a_case_runs_the_same_from_its_seed() {
+    fn case_is_reproducible_from_its_seed() {
         let case = Case::draw(SEED);
         assert_eq!(case, Case::draw(SEED));
-        let felt = case.run().expect("it can be measured");
-        assert_eq!(felt, case.run().expect("it can be measured"), "seed {SEED:#x}");
+        let felt = case.run().expect("the case can be measured");
+        assert_eq!(felt, case.run().expect("the case can be measured"), "seed {SEED:#x}");
         assert!(judged_values(&felt).iter().all(|value| value.is_finite()), "{felt:?}");
     }
 
     #[test]
-    fn cases_keep_to_their_ranges() {
+    fn cases_stay_within_their_ranges() {
         for seed in SEED..SEED + 200 {
             let Case { flush, stiffness, .. } = Case::draw(seed);
             assert!((0.01e-3..1e-3).contains(&flush.play), "{seed:#x}");

@@ -90,7 +90,7 @@ mod tests {
 
     #[test]
     fn columns_come_in_any_order_and_times_are_optional() {
-        let answers = Answers::of_text(&format!("{HEAD}\n1,2,3,4,5,6\n"), 1).expect("it is read");
+        let answers = Answers::of_text(&format!("{HEAD}\n1,2,3,4,5,6\n"), 1).expect("the file can be read");
         assert_eq!(answers.wrenches[0].force, DVec3::new(4.0, 5.0, 6.0));
         assert_eq!(answers.wrenches[0].torque, DVec3::new(1.0, 2.0, 3.0));
         assert!(answers.micros.is_empty());
@@ -106,7 +106,7 @@ mod tests {
             (String::new(), "there is no column force_x"),
         ] {
             let error = Answers::of_text(&text, 1).err().map(|error| error.to_string()).unwrap_or_default();
-            assert!(error.contains(said), "{error:?} does not say {said:?}");
+            assert!(error.contains(said), "{error:?} does not contain {said:?}");
         }
     }
 }

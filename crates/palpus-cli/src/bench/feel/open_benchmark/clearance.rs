@@ -230,13 +230,13 @@ mod tests {
     use super::*;
     use palpus_scenes::shape;
 
-    /// A wall all round at the play is judged right if its force is k times the overlap, and wrong
-    /// if the force begins a tenth of the play too early.
+    /// A wall all around at the distance of the play is judged correct if its force is k times the
+    /// overlap. It is judged wrong if the force begins a tenth of the play too early.
     #[test]
     fn travel_and_press_are_judged() {
         let fit = &FITS[1];
         let cube = shape::cuboid(DVec3::splat(0.01));
-        let mut ground = Ground::unscripted(&fit.scene(cube.clone(), cube)).expect("cubes");
+        let mut ground = Ground::unscripted(&fit.scene(cube.clone(), cube)).expect("the scene is valid");
         ground.script = fit.script();
         let value = |early: f64, measure: &str| {
             let earlier = Fit { play: fit.play - early, ..FITS[1] };
@@ -245,9 +245,14 @@ mod tests {
                 ground.script.iter().map(|probe| Wrench { force: force(probe), torque: DVec3::ZERO }).collect();
             let mut rows = Rows::new(fit.name, "wall");
             fit.judge(&ground, Skin::Surface, &wrenches, &mut rows);
-            rows.rows.iter().find(|row| row.measure == measure).map(|row| row.value).expect("it is measured")
+            rows.rows
+                .iter()
+                .find(|row| row.measure == measure)
+                .map(|row| row.value)
+                .expect("the measure is in the table")
         };
-        // A tick's way, and the way to the first force that counts.
+        // The bound covers the motion in one tick, and the motion up to the first force that
+        // counts.
         assert!(value(0.0, "free travel error") < 4e-6);
         assert!((value(0.0, "press over k") - 1.0).abs() < 1e-9);
         assert!(value(0.0, "press direction error") < 1e-6);

@@ -236,15 +236,15 @@ fn page(grounds: &[Ground], names: &[&str], rows: &[Row]) -> String {
 mod tests {
     use super::*;
 
-    /// The paper's method as an engine of files has the figures that it has as a method.
+    /// The paper's method, judged from files, must get the same figures as the built-in method.
     #[test]
-    fn engine_of_files_is_judged_as_the_method() {
+    fn engine_from_files_is_judged_like_the_method() {
         let out = std::env::temp_dir().join(format!("palpus-open-{}", std::process::id()));
-        let ground = Ground::new("box-rest", 1.0).expect("a built-in scene");
-        let own = of_method(&out, &ground, &METHODS[0]).expect("it is measured");
+        let ground = Ground::new("box-rest", 1.0).expect("the scene is built in");
+        let own = of_method(&out, &ground, &METHODS[0]).expect("the method can be measured");
         let file = out.join("answers").join("paper").join("box-rest.csv");
-        let theirs = of_engine(&ground, "other", &file).expect("its file is read");
-        std::fs::remove_dir_all(&out).expect("the folder is ours");
+        let theirs = of_engine(&ground, "other", &file).expect("the file can be read");
+        std::fs::remove_dir_all(&out).expect("the folder can be deleted");
         let value = |rows: &[Row], measure| rows.iter().find(|row| row.measure == measure).map(|row| row.value);
         for measure in ["force step max", "torque step max", "pop-throughs", "energy along the motion", "peak force"] {
             assert_eq!(value(&own, measure), value(&theirs, measure), "{measure}");
