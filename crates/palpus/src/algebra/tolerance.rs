@@ -700,6 +700,11 @@ pub const REPRESENTED_SLOPE: f64 = 0.04;
 /// earliest.
 pub const REPRESENTED_LEAST: f64 = 0.05;
 
+/// Share of the contact offset that counts as pressing where the sample presses less.
+///
+/// Shares of nothing would keep every contact that has just begun to press.
+pub const SAMPLE_LEAST: f64 = 0.05;
+
 /// The most contacts of the sample that are compared with those of other pairs.
 pub const SAMPLE_LOADS: usize = 512;
 

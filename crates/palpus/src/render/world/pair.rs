@@ -58,6 +58,7 @@ impl Pair {
         let capacity = settings.capacity;
         let asked = QuerySettings {
             tolerance: settings.contact_tolerance,
+            contact_offset: Some(settings.skin()),
             capacity,
             patch_angle: settings.patch_angle,
             guard: true,
@@ -90,6 +91,7 @@ impl Pair {
     pub(super) fn set_settings(&mut self, settings: Settings) {
         self.settings = settings;
         self.query.set_patch_angle(self.settings.patch_angle);
+        self.query.set_contact_offset(Some(self.settings.skin()));
         if self.settings.friction.is_none() {
             self.scratch.clear();
         }
