@@ -47,6 +47,7 @@ fn the_force_stage_does_not_allocate() {
         centers: Centers { a: DVec3::X, b: DVec3::ZERO },
         twist: Twist::default(),
         pressed: 0.0,
+        dt: 1e-3,
     };
     // None, a few, as many as fit, and far too many; clusters that are cut; contacts that come and
     // go.
