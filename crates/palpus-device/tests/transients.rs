@@ -1,21 +1,24 @@
 //! Impacts that ring: in a loop with a simulated device, a simulated hand and the safety chain.
 
 mod bodies;
+mod closed_loop;
+mod judged;
 
 use std::f64::consts::TAU;
 use std::sync::atomic::AtomicBool;
 
 use bodies::body;
+use closed_loop::{TICK, limits};
 use glam::{DVec2, DVec3};
+use judged::Judged;
 use palpus::algebra::{NoClock, Pose};
-use palpus::render::{Limits, Material, Object, ProbeState, Settings, Tick, ToolId, World};
+use palpus::render::{Material, Object, ProbeState, Settings, Tick, ToolId, World};
 use palpus_device::{
-    Cut, Cuts, DeviceState, HandImpedance, HapticDevice, Servo, ServoOptions, ServoTick, SimulatedDevice,
-    SimulationSettings, StepOutcome, Timing, hand_preset,
+    Cut, Cuts, DeviceState, HandImpedance, HapticDevice, RunStatistics, Servo, ServoOptions, ServoTick,
+    SimulatedDevice, SimulationSettings, StepOutcome, Timing, hand_preset,
 };
 use palpus_scenes::shape::cuboid;
 
-const TICK: f64 = 1e-3;
 /// m: of the hand's way up and down; as much above the plate as below.
 const SWING: f64 = 0.01;
 /// s: until the chain is engaged.
@@ -28,8 +31,8 @@ struct Plate {
 }
 
 impl Plate {
-    fn new(limits: Limits, material: Option<Material>) -> Self {
-        let settings = Settings { material, ..Settings::coupled(limits, TICK, 2e-4) };
+    fn new(material: Option<Material>) -> Self {
+        let settings = Settings { material, ..Settings::coupled(limits(), TICK, 2e-4) };
         let mut world = World::new(settings).expect("settings");
         world.add(Object::fixed(body(&cuboid(DVec3::new(0.1, 0.1, 0.02))), Pose::IDENTITY)).expect("a plate");
         let tool = world.add_tool(body(&cuboid(DVec3::new(0.01, 0.01, 0.02))), settings).expect("a tool");
@@ -42,44 +45,81 @@ impl Plate {
     }
 }
 
-/// A hand that taps the plate with about `speed` (m/s), after a while above it.
-fn tapping(hand: HandImpedance, speed: f64) -> (SimulatedDevice<impl Fn(f64) -> Pose>, Limits) {
+/// A hand that taps the plate with about `speed` (m/s), after `quiet` s above it.
+fn tapping(hand: HandImpedance, speed: f64, quiet: f64) -> SimulatedDevice<impl Fn(f64) -> Pose> {
     let settings = SimulationSettings { hand, ..SimulationSettings::default() };
-    let limits = Limits { force: settings.spec.force_max, torque: settings.spec.torque_max };
     let intent = move |time: f64| {
-        let angle = speed / SWING * (time - QUIET).max(0.0);
+        let angle = speed / SWING * (time - quiet).max(0.0);
         Pose::from_translation(DVec3::Z * (0.0205 + SWING * angle.cos()))
     };
-    (SimulatedDevice::new(settings, intent).expect("a device"), limits)
+    SimulatedDevice::new(settings, intent).expect("a device")
 }
+
+/// What four taps with the whole loop and its safety chain have done.
+struct Taps {
+    /// N: of the transients.
+    loudest: f64,
+    cuts: Cuts,
+    statistics: RunStatistics,
+    /// J: the most that the hand was truly given at any time.
+    given: f64,
+}
+
+fn tap(hand: &str, speed: f64, quiet: f64, material: Option<Material>) -> Taps {
+    let mut device = Judged::new(tapping(hand_preset(hand).expect("a hand"), speed, quiet));
+    let mut plate = Plate::new(material);
+    let duration = Some(quiet + 4.0 * TAU * SWING / speed);
+    let options = ServoOptions { timing: Timing::Simulated, duration, ..ServoOptions::default() };
+    let (mut loudest, mut cuts): (f64, Cuts) = (0.0, Cuts::NONE);
+    let mut observer = |tick: &ServoTick, (): &()| cuts = cuts.or(tick.cuts);
+    let statistics = Servo::new(options).expect("options").run(
+        &mut device,
+        |state: &DeviceState, _| {
+            let tick = plate.step(state);
+            loudest = loudest.max(tick.transient.length());
+            StepOutcome::of(tick.commanded)
+        },
+        &mut observer,
+        &AtomicBool::new(false),
+    );
+    Taps { loudest, cuts, statistics, given: device.work.most }
+}
+
+const HANDS: [&str; 4] = ["relaxed", "normal", "firm", "tight"];
+/// m/s.
+const SPEEDS: [f64; 4] = [0.05, 0.1, 0.2, 0.3];
 
 #[test]
 fn taps_give_the_hand_nothing() {
     for (name, material) in Material::NAMED {
-        for hand in ["relaxed", "normal", "firm", "tight"] {
-            for speed in [0.05, 0.1, 0.2, 0.3] {
-                let (mut device, limits) = tapping(hand_preset(hand).expect("a hand"), speed);
-                let mut plate = Plate::new(limits, Some(material));
-                let duration = Some(QUIET + 4.0 * TAU * SWING / speed);
-                let options = ServoOptions { timing: Timing::Simulated, duration, ..ServoOptions::default() };
-                let mut servo = Servo::new(options).expect("options");
-                let (mut loudest, mut cuts): (f64, Cuts) = (0.0, Cuts::NONE);
-                let mut observer = |tick: &ServoTick, (): &()| cuts = cuts.or(tick.cuts);
-                let statistics = servo.run(
-                    &mut device,
-                    |state: &DeviceState, _| {
-                        let tick = plate.step(state);
-                        loudest = loudest.max(tick.transient.length());
-                        StepOutcome::of(tick.commanded)
-                    },
-                    &mut observer,
-                    &AtomicBool::new(false),
-                );
-                let what = format!("{name}, {hand}, {speed} m/s: {loudest} N, {:?}, {cuts:?}", statistics.energy);
+        for hand in HANDS {
+            for speed in SPEEDS {
+                let Taps { loudest, cuts, statistics, given } = tap(hand, speed, QUIET, Some(material));
+                let energy = statistics.energy;
+                let what = format!("{name}, {hand}, {speed} m/s: {loudest} N, {energy:?}, truly {given} J, {cuts:?}");
                 assert!(loudest > 0.1, "no ring: {what}");
-                assert!(statistics.energy.highest <= 1e-6, "{what}");
+                assert!(given <= 1e-6 && energy.highest <= 1e-6, "{what}");
                 let shaped = [Cut::Passivity, Cut::Slew, Cut::LimitCycle, Cut::Saturation];
                 assert!(!cuts.is_fault() && !shaped.iter().any(|&cut| cuts.has(cut)), "{what}");
+            }
+        }
+    }
+}
+
+#[test]
+fn taps_while_the_force_rises_give_the_hand_nothing() {
+    // The hand is at the plate 50 to 500 ms after the start; the force rises for 250 ms.
+    let materials = [None].into_iter().chain(Material::NAMED.map(|(_, material)| Some(material)));
+    for material in materials {
+        for hand in HANDS {
+            for speed in SPEEDS {
+                for quiet in [0.0, 0.06, 0.12, 0.18] {
+                    let Taps { cuts, statistics, given, .. } = tap(hand, speed, quiet, material);
+                    let energy = statistics.energy;
+                    let what = format!("{material:?}, {hand}, {speed} m/s after {quiet} s");
+                    assert!(!cuts.is_fault(), "{what}: {cuts:?}");
+                    assert!(given <= 1e-6 && energy.highest <= 1e-6, "{what}: {energy:?}, truly {given} J");
+                }
             }
         }
     }
@@ -88,8 +128,8 @@ fn taps_give_the_hand_nothing() {
 /// m/s²: of the grip, as it truly is, from the first impact on; and of that the first tick of its
 /// ring, N.
 fn struck(hand: HandImpedance, material: Material) -> (Vec<f64>, f64) {
-    let (mut device, limits) = tapping(hand, 0.1);
-    let mut plate = Plate::new(limits, Some(material));
+    let mut device = tapping(hand, 0.1, QUIET);
+    let mut plate = Plate::new(Some(material));
     let (mut accelerations, mut ring, mut last) = (Vec::new(), None, 0.0);
     while accelerations.len() < WINDOW {
         let state = device.read().expect("a state");
@@ -111,7 +151,7 @@ const WINDOW: usize = 80;
 #[test]
 fn the_grip_rings_as_the_material_does() {
     for (name, material) in Material::NAMED {
-        for preset in ["relaxed", "normal", "firm", "tight"] {
+        for preset in HANDS {
             let hand = hand_preset(preset).expect("a hand");
             let mass = hand.mass + SimulationSettings::default().apparatus.mass;
             let Material { frequency, decay, gain } = material;

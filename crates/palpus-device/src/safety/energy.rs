@@ -40,9 +40,9 @@ const SLOW_TURN: f64 = 0.025;
 /// half of what hums.
 const MOST_DAMPING: f64 = 3.0;
 /// m: peak force over this travel, halved, is what a spring at peak can give back.
-const CREDIT_TRAVEL: f64 = 16e-3;
+pub(super) const CREDIT_TRAVEL: f64 = 16e-3;
 /// rad, likewise.
-const CREDIT_TURN: f64 = 0.4;
+pub(super) const CREDIT_TURN: f64 = 0.4;
 
 /// Observer and controller.
 #[derive(Clone, Debug)]

@@ -12,7 +12,7 @@
 //!              Latched ─── a button or key is pressed ──► Faulted
 //! ```
 //!
-//! There is a wrench in `Ramping` (a growing share) and `Engaged` (all of it) only. A fault takes
+//! There is a wrench in `Ramping` and `Engaged` only; how it grows in says `onset.rs`. A fault takes
 //! it away from the tick on in which it is seen, whatever the phase. A pause leads to `Idle` like a
 //! hand that lets go: buttons have to be pressed again, and without buttons it waits for a small
 //! wrench when the pause is over.
@@ -140,7 +140,7 @@ impl Machine {
         self.phase
     }
 
-    /// The share of the wrench that is given, 0 to 1.
+    /// The gain on what the hand presses from now on, 0 to 1.
     pub(super) fn gain(&self) -> f64 {
         match self.phase {
             Phase::Engaged => 1.0,

@@ -12,7 +12,7 @@
 //! | 5 slew | the wrench changes by more than N/s, N·m/s | as much of the change as may be |
 //! | 6 saturation | it is beyond the device's peak | the same direction, shorter |
 //! | 7 heat | beyond the continuous rating for too long (I²t) | the same direction, shorter |
-//! | 8 engagement | no force was requested, or the ramp is not over | nothing, or a share |
+//! | 8 engagement | no force was requested, or the ramp is not over | nothing, or less |
 //! | 9 watchdog | the loop is late or dead | nothing; a fault |
 //!
 //! A fault takes the wrench away from the tick on in which it is seen. Damping of the grip remains,
@@ -50,6 +50,7 @@ mod latch;
 mod limit_cycle;
 mod limits;
 mod motion;
+mod onset;
 mod options;
 mod passivity;
 mod watchdog;
@@ -65,6 +66,7 @@ use engagement::{Event, Machine};
 use heat::Heat;
 use limit_cycle::LimitCycle;
 use motion::Motion;
+use onset::Onset;
 use withholding::Withholding;
 
 pub use cuts::{Cut, Cuts, SafetyCounters};
@@ -104,6 +106,7 @@ pub struct SafetyChain {
     /// Since the last tick, s.
     elapsed: f64,
     machine: Machine,
+    onset: Onset,
     motion: Motion,
     blend: Blend,
     /// Share of the wrench that remains shortly before the end.
@@ -131,6 +134,7 @@ impl SafetyChain {
             period,
             elapsed: period,
             machine: Machine::new(engagement, limits.ramp, limits.hold, options.rearm),
+            onset: Onset::new(limits),
             motion: Motion::default(),
             blend: Blend::new(),
             fade: 1.0,
@@ -327,19 +331,20 @@ impl SafetyChain {
             let ramp = self.limits.ramp;
             self.fade = if ramp > 0.0 { (self.fade - self.step() / ramp).max(0.0) } else { 0.0 };
         }
-        let is_engaged = self.machine.phase() == Phase::Engaged;
-        if is_engaged && self.fade >= 1.0 {
-            return *wrench;
+        let given = self.onset.apply(wrench, self.machine.gain());
+        let is_whole = self.machine.phase() == Phase::Engaged && given == *wrench;
+        cuts.note(Cut::Engagement, !is_whole && *wrench != Wrench::ZERO);
+        if self.fade >= 1.0 {
+            return given;
         }
-        cuts.note(Cut::Engagement, !is_engaged && *wrench != Wrench::ZERO);
-        let gain = self.machine.gain() * self.fade;
-        Wrench { torque: wrench.torque * gain, force: wrench.force * gain }
+        Wrench { torque: given.torque * self.fade, force: given.force * self.fade }
     }
 
     /// Not engaged: the stages follow what is computed, so that they begin from there.
     fn rest(&mut self, wrench: &Wrench) {
         self.shaped = self.within_peak(wrench);
         self.blend.reset(&self.shaped);
+        self.onset.begin(&self.shaped);
         self.limit_cycle.reset();
         if let Some(stage) = &mut self.passivity {
             stage.reset();
