@@ -168,6 +168,13 @@ impl Scene {
         apart(low).max(apart(high)) > APART * (high - low).length()
     }
 
+    /// True if the hand holds the grip so far from where the proxy has it that both are marked.
+    pub(crate) fn is_grip_apart(&self) -> bool {
+        let (Some(moment), Some(probe)) = (&self.moment, self.bodies.first()) else { return false };
+        let (low, high) = probe.solid.bounds();
+        moment.hand.distance(moment.grip) > APART * (high - low).length()
+    }
+
     /// Corners of the boxes about all bodies, world: what a camera frames.
     pub fn corners(&self) -> impl Iterator<Item = DVec3> + Clone {
         let boxes: Vec<(Pose, DVec3, DVec3)> = self

@@ -16,7 +16,8 @@ pub struct Style {
     /// These arrows have the colours of contacts, as in the paper's Figure 4, instead of one of
     /// their own.
     pub clusters_as_contacts: bool,
-    /// The wrench at the grip as an arrow and a turning arrow.
+    /// The wrench at the grip as an arrow and a turning arrow, and the grip: where the tool has it
+    /// and, if that is elsewhere, where the hand has it, with a line between.
     pub wrench: bool,
     /// Draws the points at which friction holds.
     pub anchors: bool,
