@@ -3,18 +3,19 @@
 
 mod bodies;
 mod closed_loop;
+mod judged;
 
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use bodies::body;
-use closed_loop::{HandWork, TICK, limits};
-use palpus::algebra::{NoClock, Wrench};
+use closed_loop::{TICK, limits};
+use judged::Judged;
+use palpus::algebra::NoClock;
 use palpus::force::FrictionSettings;
 use palpus::render::{Clustering, ProbeState, Renderer, Settings, VirtualCoupling};
 use palpus_device::{
-    Brake, DeviceError, DeviceSpec, DeviceState, HandImpedance, HapticDevice, Intent, RunStatistics, Servo,
-    ServoOptions, SimulatedDevice, SimulationSettings, StepOutcome, Timing,
+    DeviceState, HandImpedance, RunStatistics, Servo, ServoOptions, SimulatedDevice, SimulationSettings, StepOutcome,
+    Timing,
 };
 use palpus_scenes::{Scene, scene};
 
@@ -44,38 +45,6 @@ fn renderer(scene: &Scene) -> Renderer {
     Renderer::new(body(&scene.probe), body(&scene.environment), settings).expect("the settings are valid")
 }
 
-/// A simulated device that adds up the true work on the hand.
-struct Judged<I> {
-    device: SimulatedDevice<I>,
-    work: HandWork,
-}
-
-impl<I: Intent> HapticDevice for Judged<I> {
-    fn spec(&self) -> &DeviceSpec {
-        self.device.spec()
-    }
-
-    fn read(&mut self) -> Result<DeviceState, DeviceError> {
-        let state = self.device.read()?;
-        self.work.moved_to(&self.device.true_pose());
-        Ok(state)
-    }
-
-    fn write(&mut self, wrench: &Wrench) -> Result<(), DeviceError> {
-        self.device.write(wrench)?;
-        self.work.act(self.device.true_pose(), self.device.applied());
-        Ok(())
-    }
-
-    fn stands_unread(&self) -> bool {
-        true
-    }
-
-    fn brake(&self) -> Option<Arc<dyn Brake>> {
-        self.device.brake()
-    }
-}
-
 /// Reported and true energy of a run, J.
 struct Account {
     said: RunStatistics,
@@ -90,7 +59,7 @@ fn run(name: &str, hand: HandImpedance, seconds: f64) -> Account {
     let path = scene.path.clone();
     let settings = SimulationSettings { hand, ..SimulationSettings::default() };
     let device = SimulatedDevice::new(settings, move |time: f64| path.pose(time)).expect("the settings are valid");
-    let mut device = Judged { device, work: HandWork::default() };
+    let mut device = Judged::new(device);
     let options = ServoOptions { timing: Timing::Simulated, duration: Some(seconds), ..ServoOptions::default() };
     let step = |state: &DeviceState, dt: f64| {
         let probe = ProbeState { pose_ba: state.pose, twist: state.twist };

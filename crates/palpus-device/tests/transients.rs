@@ -1,21 +1,24 @@
 //! Tests of impacts that ring, in a loop with a simulated device and the safety chain.
 
 mod bodies;
+mod closed_loop;
+mod judged;
 
 use std::f64::consts::TAU;
 use std::sync::atomic::AtomicBool;
 
 use bodies::body;
+use closed_loop::{TICK, limits};
 use glam::{DVec2, DVec3};
+use judged::Judged;
 use palpus::algebra::{NoClock, Pose};
-use palpus::render::{Limits, Material, Object, ProbeState, Settings, Tick, ToolId, World};
+use palpus::render::{Material, Object, ProbeState, Settings, Tick, ToolId, World};
 use palpus_device::{
-    Cut, Cuts, DeviceState, HandImpedance, HapticDevice, Servo, ServoOptions, ServoTick, SimulatedDevice,
-    SimulationSettings, StepOutcome, Timing, hand_preset,
+    Cut, Cuts, DeviceState, HandImpedance, HapticDevice, RunStatistics, Servo, ServoOptions, ServoTick,
+    SimulatedDevice, SimulationSettings, StepOutcome, Timing, hand_preset,
 };
 use palpus_scenes::shape::cuboid;
 
-const TICK: f64 = 1e-3;
 /// Amplitude of the hand's motion, m. It reaches as far above the plate as below.
 const SWING: f64 = 0.01;
 /// Time until the chain is engaged, s.
@@ -28,8 +31,8 @@ struct Plate {
 }
 
 impl Plate {
-    fn new(limits: Limits, material: Option<Material>) -> Self {
-        let settings = Settings { material, ..Settings::coupled(limits, TICK, 2e-4) };
+    fn new(material: Option<Material>) -> Self {
+        let settings = Settings { material, ..Settings::coupled(limits(), TICK, 2e-4) };
         let mut world = World::new(settings).expect("the settings are valid");
         world.add(Object::fixed(body(&cuboid(DVec3::new(0.1, 0.1, 0.02))), Pose::IDENTITY)).expect("the body is added");
         let tool = world.add_tool(body(&cuboid(DVec3::new(0.01, 0.01, 0.02))), settings).expect("the tool is added");
@@ -42,45 +45,82 @@ impl Plate {
     }
 }
 
-/// Returns a device whose simulated operator rests above the plate, then taps it with about `speed`
-/// (m/s), and the limits of the device.
-fn tapping(hand: HandImpedance, speed: f64) -> (SimulatedDevice<impl Fn(f64) -> Pose>, Limits) {
+/// Returns a device whose simulated operator rests above the plate for `quiet` s, then taps it with
+/// about `speed` (m/s).
+fn tapping(hand: HandImpedance, speed: f64, quiet: f64) -> SimulatedDevice<impl Fn(f64) -> Pose> {
     let settings = SimulationSettings { hand, ..SimulationSettings::default() };
-    let limits = Limits { force: settings.spec.force_max, torque: settings.spec.torque_max };
     let intent = move |time: f64| {
-        let angle = speed / SWING * (time - QUIET).max(0.0);
+        let angle = speed / SWING * (time - quiet).max(0.0);
         Pose::from_translation(DVec3::Z * (0.0205 + SWING * angle.cos()))
     };
-    (SimulatedDevice::new(settings, intent).expect("the settings are valid"), limits)
+    SimulatedDevice::new(settings, intent).expect("the settings are valid")
 }
+
+/// What four taps with the whole loop and its safety chain have done.
+struct Taps {
+    /// N: of the transients.
+    loudest: f64,
+    cuts: Cuts,
+    statistics: RunStatistics,
+    /// J: the most that the hand was truly given at any time.
+    given: f64,
+}
+
+fn tap(hand: &str, speed: f64, quiet: f64, material: Option<Material>) -> Taps {
+    let mut device = Judged::new(tapping(hand_preset(hand).expect("a hand"), speed, quiet));
+    let mut plate = Plate::new(material);
+    let duration = Some(quiet + 4.0 * TAU * SWING / speed);
+    let options = ServoOptions { timing: Timing::Simulated, duration, ..ServoOptions::default() };
+    let (mut loudest, mut cuts): (f64, Cuts) = (0.0, Cuts::NONE);
+    let mut observer = |tick: &ServoTick, (): &()| cuts = cuts.or(tick.cuts);
+    let statistics = Servo::new(options).expect("options").run(
+        &mut device,
+        |state: &DeviceState, _| {
+            let tick = plate.step(state);
+            loudest = loudest.max(tick.transient.length());
+            StepOutcome::of(tick.commanded)
+        },
+        &mut observer,
+        &AtomicBool::new(false),
+    );
+    Taps { loudest, cuts, statistics, given: device.work.most }
+}
+
+const HANDS: [&str; 4] = ["relaxed", "normal", "firm", "tight"];
+/// m/s.
+const SPEEDS: [f64; 4] = [0.05, 0.1, 0.2, 0.3];
 
 #[test]
 fn taps_give_the_hand_no_energy() {
     for (name, material) in Material::NAMED {
-        for hand in ["relaxed", "normal", "firm", "tight"] {
-            for speed in [0.05, 0.1, 0.2, 0.3] {
-                let (mut device, limits) = tapping(hand_preset(hand).expect("the preset exists"), speed);
-                let mut plate = Plate::new(limits, Some(material));
-                let duration = Some(QUIET + 4.0 * TAU * SWING / speed);
-                let options = ServoOptions { timing: Timing::Simulated, duration, ..ServoOptions::default() };
-                let mut servo = Servo::new(options).expect("the options are valid");
-                let (mut loudest, mut cuts): (f64, Cuts) = (0.0, Cuts::NONE);
-                let mut observer = |tick: &ServoTick, (): &()| cuts = cuts.or(tick.cuts);
-                let statistics = servo.run(
-                    &mut device,
-                    |state: &DeviceState, _| {
-                        let tick = plate.step(state);
-                        loudest = loudest.max(tick.transient.length());
-                        StepOutcome::of(tick.commanded)
-                    },
-                    &mut observer,
-                    &AtomicBool::new(false),
-                );
-                let what = format!("{name}, {hand}, {speed} m/s: {loudest} N, {:?}, {cuts:?}", statistics.energy);
+        for hand in HANDS {
+            for speed in SPEEDS {
+                let Taps { loudest, cuts, statistics, given } = tap(hand, speed, QUIET, Some(material));
+                let energy = statistics.energy;
+                let what = format!("{name}, {hand}, {speed} m/s: {loudest} N, {energy:?}, truly {given} J, {cuts:?}");
                 assert!(loudest > 0.1, "there must be a transient: {what}");
-                assert!(statistics.energy.highest <= 1e-6, "{what}");
+                assert!(given <= 1e-6 && energy.highest <= 1e-6, "{what}");
                 let shaped = [Cut::Passivity, Cut::Slew, Cut::LimitCycle, Cut::Saturation];
                 assert!(!cuts.is_fault() && !shaped.iter().any(|&cut| cuts.has(cut)), "{what}");
+            }
+        }
+    }
+}
+
+#[test]
+fn taps_during_the_ramp_give_the_hand_no_energy() {
+    // The hand reaches the plate 50 to 500 ms after the start. The ramp takes 250 ms.
+    let materials = [None].into_iter().chain(Material::NAMED.map(|(_, material)| Some(material)));
+    for material in materials {
+        for hand in HANDS {
+            for speed in SPEEDS {
+                for quiet in [0.0, 0.06, 0.12, 0.18] {
+                    let Taps { cuts, statistics, given, .. } = tap(hand, speed, quiet, material);
+                    let energy = statistics.energy;
+                    let what = format!("{material:?}, {hand}, {speed} m/s after {quiet} s");
+                    assert!(!cuts.is_fault(), "{what}: {cuts:?}");
+                    assert!(given <= 1e-6 && energy.highest <= 1e-6, "{what}: {energy:?}, truly {given} J");
+                }
             }
         }
     }
@@ -89,8 +129,8 @@ fn taps_give_the_hand_no_energy() {
 /// Returns the true accelerations of the grip (m/s²) from the first impact on, and the first
 /// force of the transient (N).
 fn struck(hand: HandImpedance, material: Material) -> (Vec<f64>, f64) {
-    let (mut device, limits) = tapping(hand, 0.1);
-    let mut plate = Plate::new(limits, Some(material));
+    let mut device = tapping(hand, 0.1, QUIET);
+    let mut plate = Plate::new(Some(material));
     let (mut accelerations, mut ring, mut last) = (Vec::new(), None, 0.0);
     while accelerations.len() < WINDOW {
         let state = device.read().expect("the device returns a state");
@@ -112,7 +152,7 @@ const WINDOW: usize = 80;
 #[test]
 fn grip_vibrates_as_the_material_does() {
     for (name, material) in Material::NAMED {
-        for preset in ["relaxed", "normal", "firm", "tight"] {
+        for preset in HANDS {
             let hand = hand_preset(preset).expect("the preset exists");
             let mass = hand.mass + SimulationSettings::default().apparatus.mass;
             let Material { frequency, decay, gain } = material;

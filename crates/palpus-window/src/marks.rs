@@ -17,6 +17,7 @@ pub(crate) const NOMINAL_HEIGHT: f64 = 800.0;
 /// Pixels.
 const DOT_RADIUS: f64 = 5.5;
 const GRIP_RADIUS: f64 = 3.3;
+const HAND_ROD_RADIUS: f64 = 1.0;
 const ANCHOR_RADIUS: f64 = 2.0;
 const ANCHOR_ROD_RADIUS: f64 = 1.0;
 const SHAFT_RADIUS: f64 = 2.2;
@@ -180,6 +181,11 @@ impl Marks {
                 marks.labels.push(Label { point, words: format!("{:.1} mN·m", torque * 1e3), colour: colours.torque });
             }
             marks.dots.push(Dot { point: grip, radius: GRIP_RADIUS, colour: colours.force });
+            if scene.is_grip_apart() {
+                let hand = place(moment.hand);
+                marks.dots.push(Dot { point: hand, radius: GRIP_RADIUS, colour: colours.ink });
+                marks.solids.push((rod(hand, grip, metres(grip, HAND_ROD_RADIUS)), colours.ink));
+            }
         }
         marks
     }

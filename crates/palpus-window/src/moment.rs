@@ -53,6 +53,8 @@ pub struct Moment {
     pub others: Vec<Pose>,
     /// Position of the grip on the proxy.
     pub grip: DVec3,
+    /// The grip at the pose of the hand.
+    pub hand: DVec3,
     /// Commanded wrench about the grip.
     pub wrench: Wrench,
     /// Number of all contacts, including those beyond the capacity.
@@ -74,6 +76,7 @@ impl Moment {
             tool: Pose::IDENTITY,
             others: Vec::with_capacity(capacity),
             grip: DVec3::ZERO,
+            hand: DVec3::ZERO,
             wrench: Wrench::ZERO,
             contact_count: 0,
             contacts: Vec::with_capacity(capacity),
@@ -90,6 +93,7 @@ impl Moment {
         self.tool = tick.tool_ba;
         self.others.clear();
         self.grip = tick.tool_ba.point(grip_a);
+        self.hand = tick.probe.pose_ba.point(grip_a);
         self.wrench = tick.commanded;
         self.contact_count = tick.contacts.len();
         self.contacts.clear();

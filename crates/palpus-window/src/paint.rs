@@ -369,7 +369,9 @@ fn words(picture: &mut Picture, scene: &Scene, camera: &Camera, style: &Style, s
 
     let last = height - margin;
     let mut x = margin;
-    for (colour, meaning) in scene.moment.as_ref().map_or_else(Vec::new, |moment| legend(moment, style, &colours)) {
+    for (colour, meaning) in
+        scene.moment.as_ref().map_or_else(Vec::new, |moment| legend(scene, moment, style, &colours))
+    {
         let radius = 0.45 * WORD_SIZE * scale;
         letters::disc(picture, x + radius, last - radius, radius, colour);
         x += 3.2 * radius;
@@ -398,7 +400,7 @@ fn words(picture: &mut Picture, scene: &Scene, camera: &Camera, style: &Style, s
 const SCALE_LENGTH: f64 = 130.0;
 
 /// Entries of the legend for the marks in the picture.
-fn legend(moment: &Moment, style: &Style, colours: &Colours) -> Vec<(Rgb, &'static str)> {
+fn legend(scene: &Scene, moment: &Moment, style: &Style, colours: &Colours) -> Vec<(Rgb, &'static str)> {
     let contacts = |overlap: bool| style.contacts && moment.contacts.iter().any(|c| (c.separation < 0.0) == overlap);
     let anchors = |sliding: bool| style.anchors && moment.anchors.iter().any(|a| a.sliding == sliding);
     let force = style.wrench && moment.wrench.force != DVec3::ZERO;
@@ -413,6 +415,7 @@ fn legend(moment: &Moment, style: &Style, colours: &Colours) -> Vec<(Rgb, &'stat
         ),
         (force, colours.force, "force at the grip"),
         (torque, colours.torque, "torque"),
+        (style.wrench && scene.is_grip_apart(), colours.ink, "grip in the hand"),
         (anchors(false), colours.anchor, "friction holds"),
         (anchors(true), colours.sliding, "friction slides"),
     ];

@@ -169,6 +169,13 @@ impl Scene {
         apart(low).max(apart(high)) > APART * (high - low).length()
     }
 
+    /// True if the grip of the hand is so far from the grip of the tool that both are marked.
+    pub(crate) fn is_grip_apart(&self) -> bool {
+        let (Some(moment), Some(probe)) = (&self.moment, self.bodies.first()) else { return false };
+        let (low, high) = probe.solid.bounds();
+        moment.hand.distance(moment.grip) > APART * (high - low).length()
+    }
+
     /// Returns the corners of the boxes around all bodies, world, for framing.
     pub fn corners(&self) -> impl Iterator<Item = DVec3> + Clone {
         let boxes: Vec<(Pose, DVec3, DVec3)> = self

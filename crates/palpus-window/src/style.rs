@@ -17,7 +17,8 @@ pub struct Style {
     /// True if these arrows have the colours of the contacts, as in the paper's Figure 4, instead
     /// of their own colour.
     pub clusters_as_contacts: bool,
-    /// True if the wrench at the grip is drawn as an arrow and a turning arrow.
+    /// True if the wrench at the grip is drawn as an arrow and a turning arrow. The grip of the tool is
+    /// marked too, and the grip of the hand if it is elsewhere, with a line between them.
     pub wrench: bool,
     /// True if points with friction are drawn.
     pub anchors: bool,

@@ -193,6 +193,25 @@ fn device_probe_is_shown_if_away_from_the_tool() {
 }
 
 #[test]
+fn grip_is_marked_where_the_hand_has_it() {
+    let mut scene = leaning(-0.4e-3);
+    let style = Style { wrench: true, ..bare() };
+    let (view, camera) = (View::Front, framed(&scene, View::Front));
+    let together = taken(&scene, view, &style);
+    let moment = scene.moment.as_mut().expect("a moment");
+    moment.hand += DVec3::X * 0.02;
+    let (hand, tool) = (moment.hand, moment.grip);
+    let apart = taken(&scene, view, &style);
+    // At the hand, and half way from there to the tool.
+    let changed = differences(&together, &apart);
+    for point in [hand, hand.lerp(tool, 0.5)] {
+        let place = camera.project(point, WIDTH as f64, HEIGHT as f64).expect("ahead of the eye");
+        assert!(changed.contains(&(place.x as usize, place.y as usize)), "nothing at {place:?}");
+    }
+    assert_eq!(differences(&taken(&scene, view, &bare()), &taken(&leaning(-0.4e-3), view, &bare())), []);
+}
+
+#[test]
 fn every_request_gives_a_picture() {
     let scene = leaning(0.0);
     let inside = Camera { target: DVec3::ZERO, distance: 1e-4, yaw: 0.3, pitch: 0.2 };

@@ -1360,6 +1360,14 @@ pub const COUPLING_LEAD: f64 = 3.0;
 /// the tool's orientation differs visibly from the hand's.
 pub const COUPLING_ALIGNMENT: f64 = 0.3;
 
+/// s: damping of that torque over its stiffness.
+///
+/// A hand resists quick turns: its damper is 13 to 17 ms times its stiffness. In series with the
+/// coupling of a six-axis device that gives about 12 ms. With [`COUPLING_LEAD`] instead, the tool
+/// turned out of the way of quick contacts too soon: a spoon that touched a cup for a tenth of a
+/// second was off by 18 % of the force.
+pub const COUPLING_ALIGNMENT_LEAD: f64 = 12e-3;
+
 /// m: after the force of a coupling has reached its limit, the coupling stretches by this much more
 /// before its anchor slips.
 ///

@@ -36,8 +36,8 @@
 
 use super::Limits;
 use crate::algebra::tolerance::{
-    APPARENT_INERTIA, APPARENT_MASS, COUPLING_ALIGNMENT, COUPLING_LEAD, COUPLING_SAMPLED, COUPLING_STRETCH,
-    COUPLING_TURN, TOOL_SINKS, TOOL_SKIN,
+    APPARENT_INERTIA, APPARENT_MASS, COUPLING_ALIGNMENT, COUPLING_ALIGNMENT_LEAD, COUPLING_LEAD, COUPLING_SAMPLED,
+    COUPLING_STRETCH, COUPLING_TURN, TOOL_SINKS, TOOL_SKIN,
 };
 
 /// A spring and damper for translation between the grip of the device and that of the tool, another
@@ -74,14 +74,14 @@ impl VirtualCoupling {
         let stiffness = (limits.force / COUPLING_STRETCH).min(per_square * APPARENT_MASS);
         // With a force limit of 0 nothing is felt, but the tool still has to follow.
         let stiffness = if stiffness > 0.0 { stiffness } else { per_square * APPARENT_MASS };
-        let angular_stiffness = if limits.torque > 0.0 {
-            (limits.torque / COUPLING_TURN).min(per_square * APPARENT_INERTIA)
+        let lead = COUPLING_LEAD * period;
+        let (angular_stiffness, angular_lead) = if limits.torque > 0.0 {
+            ((limits.torque / COUPLING_TURN).min(per_square * APPARENT_INERTIA), lead)
         } else {
-            // Not felt, so nothing limits it.
-            COUPLING_ALIGNMENT
+            // Not felt, so no limit of the device holds for it: it stands for the hand, too.
+            (COUPLING_ALIGNMENT, lead.max(COUPLING_ALIGNMENT_LEAD))
         };
-        let (damping, angular_damping) =
-            (COUPLING_LEAD * period * stiffness, COUPLING_LEAD * period * angular_stiffness);
+        let (damping, angular_damping) = (lead * stiffness, angular_lead * angular_stiffness);
         let skin = TOOL_SKIN * contact_tolerance;
         Self { stiffness, damping, angular_stiffness, angular_damping, skin, mass: 0.0 }
     }
