@@ -37,7 +37,7 @@ mod points;
 use glam::DVec3;
 
 use super::cso::Cso;
-use super::query::WalkScratch;
+use super::query::DepthScratch;
 use super::witness::Clip;
 use super::{Antipodal, Depth, HubPair};
 use crate::algebra::Placement;
@@ -93,7 +93,7 @@ pub fn admissible_depth(
     walked: &Depth,
     last: Option<FeaturePair>,
     scratch: &mut AdmissibleScratch,
-    walk: &mut WalkScratch,
+    depths: &mut DepthScratch,
 ) -> Option<AdmissibleDepth> {
     if is_admissible(a, b, pose_ba, walked) {
         let Depth { point_a, point_b, normal, depth, antipodal, stop, .. } = *walked;
@@ -108,7 +108,7 @@ pub fn admissible_depth(
     }
     search.planes();
     search.arcs(scratch);
-    search.answer(&mut walk.clip)
+    search.answer(&mut depths.clip)
 }
 
 /// The least depth along the face normals that at least one of the pieces owns; climbs begin at
@@ -118,12 +118,12 @@ pub fn half_admissible_depth(
     b: &OwnNormals<'_>,
     pose_ba: &Placement,
     hub: HubPair,
-    walk: &mut WalkScratch,
+    depths: &mut DepthScratch,
 ) -> Option<AdmissibleDepth> {
     let cso = Cso { a: a.polytope(), b: b.polytope(), pose_ba };
     let mut search = Search { by_both: false, ..Search::new(cso, a, b, hub) };
     search.planes();
-    search.answer(&mut walk.clip)
+    search.answer(&mut depths.clip)
 }
 
 /// The angle (rad) by which the pieces may turn relative to each other before both can own the

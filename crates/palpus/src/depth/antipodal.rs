@@ -1,35 +1,68 @@
-//! From a corner of the overlay to a facet of the CSO, and on to its hubs \[K02 §3.3.3, step 4\].
+//! Facets of the CSO, and the features of both bodies that span them \[K02 §3.3.3, step 4\].
 //!
 //! The facet of the CSO along n is the planar sum of the features of b and −a that lie in the
 //! supporting plane: a vertex and a face give a copy of the face, two crossing edges a
-//! parallelogram, and flush features (a box on a table) the polygon that is their sum. The facet's
-//! corners are the hub pairs that the walk may move to.
+//! parallelogram, and flush features (a box on a table) the polygon that is their sum.
 //!
 //! The facet also shows the direction of descent. If the origin, projected onto its plane, lies
-//! beyond a side, then h decreases in that side's direction, and a lower facet exists at the two
-//! hubs of the side. If the projection lies within the facet, the facet is a local minimum of h.
+//! beyond a side, then h decreases in that side's direction, and the facet across that side is
+//! lower. If the projection lies within the facet, the facet is a local minimum of h.
 //!
 //! 1. Find the features of a and b that are flush with the supporting plane.
-//! 2. Merge the sides of the two polygons by direction, which runs around their sum, and report
-//!    each side.
+//! 2. Merge the sides of the two polygons by direction, which runs around their sum, and report how
+//!    far beyond each side the origin lies.
 
 use glam::DVec3;
 
 use super::cso::Cso;
-use super::overlay::Corner;
 use super::{Antipodal, HubPair};
 use crate::body::{Feature, Loop, Polytope};
 
+/// A facet of the CSO by a pair of features that spans it: a corner of the overlay of both Gauss
+/// maps.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Corner {
+    /// Unit, from b into a.
+    pub(super) normal: DVec3,
+    /// h along the normal, up to rounding.
+    pub(super) offset: f64,
+    pub(super) antipodal: Antipodal,
+    /// A hub pair of the facet.
+    pub(super) hub: HubPair,
+}
+
 impl Antipodal {
-    /// The pair of features that has these three corners of a facet of the CSO. `None` if flush
-    /// features or rounding prevent an answer.
+    /// The pair of features that has these three corners of a facet of the CSO; of flush features,
+    /// one pair in the facet's plane. `None` if rounding prevents an answer.
     pub(super) fn spanned(a: &Polytope, b: &Polytope, hubs: [HubPair; 3]) -> Option<Self> {
-        match (spanned(a, hubs.map(|hub| hub.a))?, spanned(b, hubs.map(|hub| hub.b))?) {
-            (Feature::Vertex(a), Feature::Face(b)) => Some(Self::VertexFace { a, b }),
-            (Feature::Face(a), Feature::Vertex(b)) => Some(Self::FaceVertex { a, b }),
+        Self::among(hubs[0], spanned(a, hubs.map(|hub| hub.a))?, spanned(b, hubs.map(|hub| hub.b))?)
+    }
+
+    /// A pair that spans a facet, among the flush features around a hub pair.
+    fn among(hub: HubPair, feature_a: Feature, feature_b: Feature) -> Option<Self> {
+        match (feature_a, feature_b) {
+            (_, Feature::Face(b)) => Some(Self::VertexFace { a: hub.a, b }),
+            (Feature::Face(a), _) => Some(Self::FaceVertex { a, b: hub.b }),
             (Feature::Edge(a), Feature::Edge(b)) => Some(Self::EdgeEdge { a, b }),
             _ => None,
         }
+    }
+
+    /// A facet from which to walk downhill: of the faces around the two vertices of a hub pair, the
+    /// one along whose normal the pair has the least offset.
+    pub(super) fn beside(cso: &Cso<'_>, hub: HubPair) -> Self {
+        let point_b = cso.b.vertex(hub.b);
+        let point_a = cso.point_a(hub.a);
+        let of_b = cso.b.ring(hub.b).iter().map(|spoke| {
+            let offset = -cso.b.plane(spoke.left).height(point_a);
+            (offset, Self::VertexFace { a: hub.a, b: spoke.left })
+        });
+        let of_a = cso.a.ring(hub.a).iter().map(|spoke| {
+            let offset = -cso.a.plane(spoke.left).height(cso.pose_ba.inverse_point(point_b));
+            (offset, Self::FaceVertex { a: spoke.left, b: hub.b })
+        });
+        let first = (f64::INFINITY, Self::VertexFace { a: hub.a, b: 0 });
+        of_b.chain(of_a).fold(first, |least, next| if next.0 < least.0 { next } else { least }).1
     }
 }
 
@@ -107,27 +140,33 @@ impl<'p> Facet<'p> {
         Self { normal: corner.normal, a: Flush::new(cso.a, feature_a), b: Flush::new(cso.b, feature_b) }
     }
 
+    /// The facet in the plane that a hub pair supports along `normal`, with the features that lie in
+    /// it within the angle `within` (radians), and a pair of features that spans it; if these span
+    /// none, the normal is not that of a facet.
+    pub(super) fn supported(cso: &Cso<'p>, hub: HubPair, normal: DVec3, within: f64) -> (Self, Option<Antipodal>) {
+        let feature_a = flush_at_vertex(cso.a, hub.a, cso.toward_b(normal), within);
+        let feature_b = flush_at_vertex(cso.b, hub.b, normal, within);
+        let facet = Self { normal, a: Flush::new(cso.a, feature_a), b: Flush::new(cso.b, feature_b) };
+        (facet, Antipodal::among(hub, feature_a, feature_b))
+    }
+
     /// The facet at a corner whose features are known to be all that lies in its plane.
     pub(super) fn spanned(cso: &Cso<'p>, corner: &Corner) -> Self {
         let features = corner.antipodal.features();
         Self { normal: corner.normal, a: Flush::new(cso.a, features.a), b: Flush::new(cso.b, features.b) }
     }
 
-    /// The side beyond which the origin's projection lies farthest. If the projection lies within
-    /// the facet, the nearest side. `None` if the facet has no sides, which does not occur at a
-    /// corner of an overlap.
-    pub(super) fn farthest_side(&self, cso: &Cso<'_>) -> Option<Side> {
-        let mut farthest: Option<Side> = None;
-        self.for_each_side(cso, |side| {
-            if farthest.is_none_or(|best| side.beyond > best.beyond) {
-                farthest = Some(side);
-            }
-        });
+    /// How far beyond its farthest side the origin's projection lies, squared; negative if it lies
+    /// within the facet.
+    pub(super) fn beyond(&self, cso: &Cso<'_>) -> f64 {
+        let mut farthest = f64::NEG_INFINITY;
+        self.for_each_side(cso, |beyond| farthest = farthest.max(beyond));
         farthest
     }
 
-    /// Calls `visit` for each side of the facet in turn.
-    pub(super) fn for_each_side(&self, cso: &Cso<'_>, mut visit: impl FnMut(Side)) {
+    /// Calls `visit` for each side of the facet in turn, with how far the origin's projection lies
+    /// beyond it, squared, with its sign.
+    fn for_each_side(&self, cso: &Cso<'_>, mut visit: impl FnMut(f64)) {
         // Counter-clockwise about the normal: b's loop is used as it is. a's loop runs clockwise
         // about the normal, since a's outward normal is the opposite one. Reflected and read
         // backwards it runs counter-clockwise.
@@ -140,29 +179,14 @@ impl<'p> Facet<'p> {
         let mut a = Lap::new(&self.a, start_a, -1, |v| cso.point_a(v));
         let mut b = Lap::new(&self.b, start_b, 1, |v| cso.b.vertex(v));
         while a.left > 0 || b.left > 0 {
-            let from = HubPair { a: a.vertex, b: b.vertex };
             let c = b.point - a.point;
             let turn_by_a = b.left == 0 || a.left > 0 && self.normal.dot(a.edge().cross(b.edge())) < 0.0;
             let edge = if turn_by_a { -a.advance() } else { b.advance() };
             let outward = edge.cross(self.normal);
             let height = outward.dot(c);
-            let beyond = -height * height.abs() / outward.length_squared().max(f64::MIN_POSITIVE);
-            visit(Side { from, to: HubPair { a: a.vertex, b: b.vertex }, outward, beyond });
+            visit(-height * height.abs() / outward.length_squared().max(f64::MIN_POSITIVE));
         }
     }
-}
-
-/// A side of a facet of the CSO.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Side {
-    /// The hub pairs at its ends.
-    pub(super) from: HubPair,
-    pub(super) to: HubPair,
-    /// In the facet's plane, away from the facet; not unit.
-    pub(super) outward: DVec3,
-    /// How far the origin's projection lies beyond the side, squared, with its sign: negative
-    /// within.
-    pub(super) beyond: f64,
 }
 
 /// A walk once around the corners of a flush feature.
@@ -173,7 +197,6 @@ struct Lap<'l, 'p, P> {
     index: usize,
     step: usize,
     left: usize,
-    vertex: u32,
     point: DVec3,
     next: DVec3,
 }
@@ -181,11 +204,10 @@ struct Lap<'l, 'p, P> {
 impl<'l, 'p, P: Fn(u32) -> DVec3> Lap<'l, 'p, P> {
     fn new(flush: &'l Flush<'p>, start: usize, direction: isize, place: P) -> Self {
         let step = if direction < 0 { flush.count - 1 } else { 1 };
-        let vertex = flush.corner(start);
         let index = start + step;
-        let (point, next) = (place(vertex), place(flush.corner(index)));
+        let (point, next) = (place(flush.corner(start)), place(flush.corner(index)));
         let left = if flush.count == 1 { 0 } else { flush.count };
-        Self { flush, place, index, step, left, vertex, point, next }
+        Self { flush, place, index, step, left, point, next }
     }
 
     fn edge(&self) -> DVec3 {
@@ -195,7 +217,6 @@ impl<'l, 'p, P: Fn(u32) -> DVec3> Lap<'l, 'p, P> {
     /// Goes to the next corner and returns the vector to it.
     fn advance(&mut self) -> DVec3 {
         let edge = self.edge();
-        self.vertex = self.flush.corner(self.index);
         self.index = (self.index + self.step) % self.flush.count;
         self.point = self.next;
         self.next = (self.place)(self.flush.corner(self.index));

@@ -11,12 +11,15 @@
 //! steps, or the facet was chosen for being original): then b's witness is the nearest point of its
 //! supporting feature, and a's point lies in a's supporting plane but not on a.
 
+mod validate;
+
 use glam::DVec3;
 
-use super::antipodal::{Facet, Flush};
+use super::antipodal::{Corner, Facet, Flush};
 use super::cso::Cso;
-use super::overlay::Corner;
-use crate::algebra::tolerance::{CLIP_CORNERS, PARALLEL_EDGES};
+use super::walk::Walked;
+use super::{Certainty, Depth};
+use crate::algebra::tolerance::{CLIP_CORNERS, FLUSH_WITNESS, PARALLEL_EDGES};
 use crate::algebra::{closest_on_segment, closest_segment_segment};
 
 /// Buffers for clipping one flush polygon by another; their content is not used across calls.
@@ -30,6 +33,34 @@ impl Clip {
     pub(super) fn new() -> Self {
         Self { points: [DVec3::ZERO; CLIP_CORNERS], spare: [DVec3::ZERO; CLIP_CORNERS] }
     }
+}
+
+/// The answer at the measured end of a walk.
+#[inline]
+pub(super) fn answer_at(cso: &Cso<'_>, walked: &Walked, clip: &mut Clip) -> Depth {
+    let Walked { corner, alone, .. } = walked;
+    let facet = if *alone { Facet::spanned(cso, corner) } else { Facet::at(cso, corner, FLUSH_WITNESS) };
+    answer_on(cso, &facet, walked, clip)
+}
+
+/// The same, on a facet that is known.
+#[inline]
+pub(super) fn answer_on(cso: &Cso<'_>, facet: &Facet<'_>, walked: &Walked, clip: &mut Clip) -> Depth {
+    let Walked { corner, steps, stop, .. } = walked;
+    let (point_a, point_b) = witness(cso, facet, corner, clip);
+    let answer = Depth {
+        point_a,
+        point_b,
+        normal: corner.normal,
+        depth: corner.offset,
+        antipodal: corner.antipodal,
+        hub: corner.hub,
+        certainty: Certainty::LocallyOptimal,
+        steps: *steps,
+        stop: *stop,
+    };
+    debug_assert!(!answer.is_sampled() || answer.validate(cso) == Ok(()), "{:?}", answer.validate(cso));
+    answer
 }
 
 /// The two flush features in b's supporting plane, a's being moved there by the depth.

@@ -17,8 +17,8 @@
 //! depth that is later moved to a normal of the meshes is therefore not the least of the pair, but
 //! the least is known.
 //!
-//! If the pose has jumped since the last query, the walk starts cold, from several seeds, and keeps
-//! the best result. The cached normal of a pair is then only one of the seeds.
+//! If the pose has jumped since the last query, or a pair begins to overlap, its depth is found from
+//! nothing, with a proof ([`depth`](crate::depth::depth)).
 //!
 //! A pair of pieces is one contact, at its exact witness points, or on request the corners of its
 //! *patch* ([`Patch`]): as many contacts as are needed to describe where flush features touch.
@@ -36,7 +36,7 @@ use crate::algebra::tolerance::WORK_ANSWER;
 use crate::algebra::{Clock, Placement, Pose, Quota};
 use crate::body::{Body, OwnNormals, Polytope};
 use crate::collision::{Front, LeafPair, LeafPairs, PlacedPair, Proximity, Side};
-use crate::depth::{AdmissibleScratch, Patch, WalkScratch};
+use crate::depth::{AdmissibleScratch, DepthScratch, Patch};
 
 /// Working memory of the queries between two bodies, and data cached from query to query.
 #[derive(Clone, Debug)]
@@ -48,7 +48,7 @@ pub(super) struct PairSearch {
     pub(super) contacts: Vec<Contact>,
     /// Indices of the leaf pairs that overlap without an admissible depth.
     pub(super) inadmissible: Vec<u32>,
-    pub(super) scratch: WalkScratch,
+    pub(super) scratch: DepthScratch,
     pub(super) admissible: AdmissibleScratch,
     pub(super) prover: Option<Box<Prover>>,
     pub(super) last_pose: Option<Pose>,
@@ -85,7 +85,7 @@ impl PairSearch {
             leaves: LeafPairs::new(capacity),
             contacts: Vec::with_capacity(capacity),
             inadmissible: Vec::with_capacity(capacity),
-            scratch: WalkScratch::new(),
+            scratch: DepthScratch::new(),
             admissible: AdmissibleScratch::new(a.admissible(), b.admissible()),
             prover: (settings.proof == Proof::Prove).then(|| Box::new(Prover::new())),
             last_pose: None,

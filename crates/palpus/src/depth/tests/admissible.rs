@@ -88,7 +88,7 @@ fn solve(
     [a, b]: [&OwnNormals<'_>; 2],
     placement: &Placement,
     last: Option<FeaturePair>,
-    scratch: &mut (AdmissibleScratch, WalkScratch),
+    scratch: &mut (AdmissibleScratch, DepthScratch),
 ) -> (Depth, Option<AdmissibleDepth>) {
     let walked = depth(a.polytope(), b.polytope(), placement, &[], &mut scratch.1);
     (walked, admissible_depth(a, b, placement, &walked, last, &mut scratch.0, &mut scratch.1))
@@ -101,7 +101,7 @@ fn it_is_the_least_of_all_that_both_own_and_never_less_than_the_unconstrained() 
     let (mut moved, mut none) = (0, 0);
     for k in 0..6000 {
         let (a, b) = (&bodies[rng.below(3)], &bodies[rng.below(3)]);
-        let mut scratch = (AdmissibleScratch::new(a.admissible(), b.admissible()), WalkScratch::new());
+        let mut scratch = (AdmissibleScratch::new(a.admissible(), b.admissible()), DepthScratch::new());
         let own_a = a.own_normals(rng.below(a.pieces().len()) as u32);
         let own_b = b.own_normals(rng.below(b.pieces().len()) as u32);
         let placement = random_pose(&mut rng, own_a.polytope(), own_b.polytope()).placement();
@@ -135,7 +135,7 @@ fn with_a_convex_probe_it_changes_no_faster_than_the_probe_moves() {
     let mut rng = Random::new(SEED);
     let probe = bumpy_ball(&mut rng, 0.0);
     let ball = bumpy_ball(&mut rng, 0.1);
-    let mut scratch = (AdmissibleScratch::new(probe.admissible(), ball.admissible()), WalkScratch::new());
+    let mut scratch = (AdmissibleScratch::new(probe.admissible(), ball.admissible()), DepthScratch::new());
     let own_a = probe.own_normals(0);
     assert_eq!(probe.pieces().len(), 1);
     let (mut pairs, mut worst, mut jumps) = (0, 0.0_f64, 0);
