@@ -4,6 +4,7 @@ mod admissible;
 mod answer;
 mod antipodal;
 mod certificate;
+mod clip;
 mod cso;
 mod gauss_map;
 mod global;
