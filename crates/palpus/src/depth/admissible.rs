@@ -23,9 +23,6 @@
 //!    negative).
 //! 3. Cross the remaining arcs of a with those of b, and measure the least facet with true
 //!    supports.
-//! 4. If there is no admissible facet, [`half_admissible_depth`] gives the least depth along a
-//!    normal that one of the pieces owns. It is not a contact, unless nothing else separates two
-//!    overlapping bodies.
 //!
 //! Deviation from \[K02\], which moves a depth from virtual features to a neighbouring original
 //! feature and then walks one step further. That depth jumps where the neighbourhood changes, and
@@ -111,21 +108,6 @@ pub fn admissible_depth(
     search.answer(&mut depths.clip)
 }
 
-/// The least depth along the face normals that at least one of the pieces owns; climbs begin at
-/// `hub`. None if neither piece owns a normal.
-pub fn half_admissible_depth(
-    a: &OwnNormals<'_>,
-    b: &OwnNormals<'_>,
-    pose_ba: &Placement,
-    hub: HubPair,
-    depths: &mut DepthScratch,
-) -> Option<AdmissibleDepth> {
-    let cso = Cso { a: a.polytope(), b: b.polytope(), pose_ba };
-    let mut search = Search { by_both: false, ..Search::new(cso, a, b, hub) };
-    search.planes();
-    search.answer(&mut depths.clip)
-}
-
 /// The angle (rad) by which the pieces may turn relative to each other before both can own the
 /// normal of one facet, at any position; 0 if it is unknown.
 ///
@@ -190,8 +172,6 @@ struct Search<'s> {
     cap_a: Cap,
     /// Holds b's, reflected, in a's.
     cap_b: Cap,
-    /// Both pieces have to own a normal.
-    by_both: bool,
     /// The least h so far.
     bar: f64,
     found: Option<Found>,
@@ -211,7 +191,6 @@ impl<'s> Search<'s> {
             point_b,
             cap_a: a.cap().about(-cso.pose_ba.vector(a.cap().axis)),
             cap_b: b.cap().about(-cso.pose_ba.inverse_vector(b.cap().axis)),
-            by_both: true,
             bar: f64::INFINITY,
             found: None,
             stop: StopReason::Converged,
@@ -269,13 +248,13 @@ impl<'s> Search<'s> {
     #[inline]
     fn plane_of_b(&mut self, index: u32) {
         let plane = self.b.plane(index);
-        if self.by_both && !self.cap_a.holds(plane.normal) || -plane.height(self.point_a) >= self.bar {
+        if !self.cap_a.holds(plane.normal) || -plane.height(self.point_a) >= self.bar {
             return;
         }
         let a = self.cso.a.support_from(self.hub.a, self.cso.toward_b(plane.normal));
         self.look_from_a(a);
         let offset = -plane.height(self.point_a);
-        if offset < self.bar && (!self.by_both || self.a.vertex_owns(a, self.cso.toward_b(plane.normal))) {
+        if offset < self.bar && self.a.vertex_owns(a, self.cso.toward_b(plane.normal)) {
             let features = FeaturePair { a: Feature::Vertex(a), b: self.b.feature(index) };
             self.take(plane.normal, offset, features);
         }
@@ -284,14 +263,14 @@ impl<'s> Search<'s> {
     #[inline]
     fn plane_of_a(&mut self, index: u32) {
         let plane = self.a.plane(index);
-        if self.by_both && !self.cap_b.holds(plane.normal) || -plane.height(self.point_b) >= self.bar {
+        if !self.cap_b.holds(plane.normal) || -plane.height(self.point_b) >= self.bar {
             return;
         }
         let normal = -self.cso.pose_ba.vector(plane.normal);
         let b = self.cso.b.support_from(self.hub.b, normal);
         self.look_from_b(b);
         let offset = -plane.height(self.point_b);
-        if offset < self.bar && (!self.by_both || self.b.vertex_owns(b, normal)) {
+        if offset < self.bar && self.b.vertex_owns(b, normal) {
             let features = FeaturePair { a: self.a.feature(index), b: Feature::Vertex(b) };
             self.take(normal, offset, features);
         }

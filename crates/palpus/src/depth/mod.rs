@@ -21,7 +21,7 @@ mod walk;
 mod witness;
 
 pub(crate) use admissible::barren_angle;
-pub use admissible::{AdmissibleDepth, AdmissibleScratch, admissible_depth, half_admissible_depth, is_admissible};
+pub use admissible::{AdmissibleDepth, AdmissibleScratch, admissible_depth, is_admissible};
 pub use answer::{Antipodal, Certainty, Depth, HubPair};
 pub use certificate::CertificateMemory;
 pub use global::{Containment, ContainmentQuery, DepthBracket, GlobalDepth, GlobalMemory, GlobalSettings, Interior};
