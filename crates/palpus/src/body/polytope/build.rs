@@ -6,6 +6,8 @@
 //!    that enters it.
 //! 4. Write all indices into one list, and compute what follows from the coordinates.
 
+mod open_edges;
+
 use glam::DVec3;
 
 use super::numbers::{Numbers, SPOKE};
@@ -13,6 +15,7 @@ use super::{Edge, FACES_A_WORD, Lists, Polytope, PolytopeError, Provenance};
 use crate::algebra::Plane;
 use crate::algebra::tolerance::{CRISP, SHORT_EDGE};
 use crate::body::polytope::directory::Directory;
+use open_edges::OpenEdges;
 
 impl Polytope {
     /// A solid polytope from its merged planar faces.
@@ -399,58 +402,4 @@ fn flattened(loops: &[Vec<u32>]) -> (Vec<u32>, Vec<u32>) {
         starts.push(vertices.len() as u32);
     }
     (starts, vertices)
-}
-
-/// The edges that have one face so far, in a chain for each tail vertex.
-struct OpenEdges {
-    first: Vec<u32>,
-    /// For each edge, the next of its chain.
-    next: Vec<u32>,
-}
-
-impl OpenEdges {
-    const END: u32 = u32::MAX;
-
-    fn new(vertices: usize) -> Self {
-        Self { first: vec![Self::END; vertices], next: Vec::new() }
-    }
-
-    /// Takes the open edge `tail → head` out, if there is one.
-    fn close(&mut self, edges: &[Edge], tail: u32, head: u32) -> Option<u32> {
-        let (mut before, mut e) = (Self::END, self.first[tail as usize]);
-        while e != Self::END {
-            let after = self.next[e as usize];
-            if edges[e as usize].head == head {
-                if before == Self::END {
-                    self.first[tail as usize] = after;
-                } else {
-                    self.next[before as usize] = after;
-                }
-                return Some(e);
-            }
-            (before, e) = (e, after);
-        }
-        None
-    }
-
-    /// Opens the edge that is about to be pushed; false when it is open already.
-    fn open(&mut self, edges: &[Edge], tail: u32, head: u32) -> bool {
-        let mut e = self.first[tail as usize];
-        while e != Self::END {
-            if edges[e as usize].head == head {
-                return false;
-            }
-            e = self.next[e as usize];
-        }
-        self.next.push(self.first[tail as usize]);
-        self.first[tail as usize] = edges.len() as u32;
-        true
-    }
-
-    /// The open edge of least index.
-    fn first(&self) -> Option<u32> {
-        let edge = |e: u32| (e != Self::END).then_some(e);
-        let chain = |&first: &u32| std::iter::successors(edge(first), |&e| edge(self.next[e as usize]));
-        self.first.iter().flat_map(chain).min()
-    }
 }
