@@ -6,6 +6,8 @@
 //! and another scene in place of this one, prepared on a thread of its own ([`loading`]).
 
 #[cfg(feature = "window")]
+mod caps;
+#[cfg(feature = "window")]
 mod compare;
 #[cfg(feature = "window")]
 mod dropped;
