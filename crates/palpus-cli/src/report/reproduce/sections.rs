@@ -243,23 +243,15 @@ fn parry_alone(data: &Data<'_>) -> Option<Table> {
     })
 }
 
-/// How often the depth walk ends in a local minimum, and how the centre of a contact patch moves.
+/// How the centre of a contact patch moves.
 pub(super) fn depth(html: &mut Html, data: &Data<'_>, run: &str) {
-    html.section("depth", "Penetration depth: how true, how smooth", |section| {
+    html.section("depth", "Penetration depth: how smooth", |section| {
         section.paragraph(
-            "The paper's walk finds a local minimum of the depth, often the least there is. How often it is not, from a cold start, for random poses of two \
-             rounded hulls of 100 vertices; and what the middle of a contact patch does that an exact contact point cannot: move continuously while a box \
-             tilts through flat on a table.",
+            "What the middle of a contact patch does that an exact contact point cannot: move continuously while a box tilts through flat on a table.",
         );
         origin(section, data, "depth", run);
-        if let Some(svg) = data.bytes("depth", "depth_local.svg") {
-            section.drawing(&svg, "By how much the walk misses the least depth, the worst twentieth of all poses");
-        }
         if let Some(svg) = data.bytes("depth", "depth_witness.svg") {
             section.drawing(&svg, "Where a tilting box touches a table: the exact witness, and the middle of the contact patch");
-        }
-        if let Some(text) = data.text("depth", SAID) {
-            section.said(text.lines().next().unwrap_or(""));
         }
     });
 }
@@ -291,10 +283,9 @@ pub(super) fn made(html: &mut Html, data: &Data<'_>, reproduction: &Reproduction
 }
 
 /// All random seeds.
-const SEEDS: [(&str, &str); 6] = [
+const SEEDS: [(&str, &str); 5] = [
     ("scripted hands' tremor", "5 and others, in palpus-scenes"),
     ("the servo's pace in the feel suite", "0xfee1_0001"),
-    ("penetration depth: shapes and poses", "0xdeb7_0001"),
     ("scale: the sides from which the ball comes", "0x5ca1_e002"),
     ("pairs: the sides from which bodies meet", "0x5ca1_e001"),
     ("convex pairs: shapes and poses", "0x5eed_c03e"),
