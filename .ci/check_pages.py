@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks the Markdown pages: every link within the repository leads to a file and heading, and the book has every page of docs/.
+"""Checks the Markdown pages: every link within the repository leads to an existing file and heading, and the book has every page of docs/.
 
 usage: .ci/check_pages.py      (exit 1 if something is wrong)
 """
@@ -13,7 +13,7 @@ LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
 
 
 def anchors(page):
-    """The names under which the headings of a page can be linked to."""
+    """Returns the anchors of the headings of a page."""
     text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.S)
     headings = re.findall(r"^#+ +(.*)$", text, flags=re.M)
     return {re.sub(r"[^\w\- ]", "", heading.replace("`", "").strip().lower()).replace(" ", "-") for heading in headings}
@@ -29,14 +29,14 @@ def main():
             path, _, anchor = target.partition("#")
             file = (page.parent / path).resolve() if path else page
             if not file.exists():
-                wrong.append(f"{page.relative_to(ROOT)}: there is no {target}")
+                wrong.append(f"{page.relative_to(ROOT)}: {target} does not exist")
             elif anchor and file.suffix == ".md" and anchor not in anchors(file):
                 wrong.append(f"{page.relative_to(ROOT)}: {path or page.name} has no heading {anchor!r}")
     summary = (ROOT / "docs" / "SUMMARY.md").read_text(encoding="utf-8")
     for page in sorted((ROOT / "docs").glob("*.md")):
         if page.name != "SUMMARY.md" and f"({page.name})" not in summary:
             wrong.append(f"docs/SUMMARY.md does not name {page.name}")
-    print("\n".join(wrong) if wrong else f"{len(PAGES)} pages: all links lead somewhere, and the book has all of them")
+    print("\n".join(wrong) if wrong else f"{len(PAGES)} pages: all links are valid, and the book has every page")
     sys.exit(bool(wrong))
 
 

@@ -1,12 +1,11 @@
 #!/usr/bin/env python3
-"""Runs the reference scripts and holds their answers against the bars of this stage.
+"""Runs the reference scripts and compares their results with fixed limits.
 
 usage: hold_reference.py REFERENCE_FOLDER MODELS_FOLDER PALPUS
 
-Convex pairs: nothing wrong but "local only", that in at most 3 % of the overlapping `random` frames of all folders
-together and in none of the `sliding` ones. Non-convex pairs: nothing wrong. Depths of solids: nothing wrong, and bounds within 1 % of
-the smaller body in 99 % of the overlapping frames. Closed loops of feel: nothing wrong but what
-JOINED names.
+Convex pairs: no wrong answers except "local only" ones, in at most 3 % of the overlapping `random` frames of all folders
+together and in none of the `sliding` frames. Non-convex pairs: no wrong answers. Depths of solids: no wrong answers, and bounds
+within 1 % of the smaller body in 99 % of the overlapping frames. Closed loops of feel: no wrong answers except those in JOINED.
 """
 import pathlib
 import re
@@ -45,9 +44,9 @@ def nonconvex(reference, models, palpus):
     return [] if subprocess.run(script).returncode == 0 else ["non-convex: wrong answers"]
 
 
-# Scenes whose limit no engine can meet, and what is held instead (N). The run of dir_sphere_s_f begins in free air and ends
-# pressed with 1.6 N; the script's Fourier transform joins its ends, so that a smooth rise to that force and nothing else is
-# judged 0.112 N of hum against a limit of 0.08 N. Within the run hum is 0.03 N (0.07 N where the motion begins), and was 0.16 N with 0.6 N steps at facet edges.
+# Scenes whose limit no engine can meet, and the limit that is used instead (N). The run of dir_sphere_s_f begins in free air and ends
+# with a press of 1.6 N. The script's Fourier transform treats the run as periodic, so even a smooth rise to this force counts as 0.112 N
+# of hum; the limit is 0.08 N. Within the run the hum is 0.03 N (0.07 N where the motion begins).
 JOINED = {"dir_sphere_s_f": 0.120}
 
 FEEL = re.compile(r"^(?P<scene>\S+)\s+(?P<verdict>ok|WRONG (?P<what>.*?))\s+hum (?P<hum>[\d.]+) mN")

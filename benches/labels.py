@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What labelling poses costs: by a loop, and by Ray with one and two actors.
+"""Measures the cost of labelling poses: with a loop, and with Ray with one and two actors.
 
 usage: labels.py A B [POSES [BLOCK]]        (default: 200000 poses in blocks of 20000)
 
@@ -28,7 +28,7 @@ COLUMNS = ("tx", "ty", "tz", "qx", "qy", "qz", "qw")
 
 
 def way(a: palpus.Body, b: palpus.Body, count: int) -> np.ndarray:
-    """Positions on a slow spiral through B's box, turns about a slowly moving axis."""
+    """Returns poses on a slow spiral through B's box, with rotations about a slowly moving axis."""
     low, high = b.vertices.min(axis=0), b.vertices.max(axis=0)
     s = np.arange(count) / 2000.0
     middle, half = (low + high) / 2, (high - low) / 2 + 0.1 * a.size
@@ -71,7 +71,7 @@ def main() -> None:
             begin = time.time()
             for _ in label(Job(a, b, str(home / f"by-{actors}")), str(poses), actors=actors):
                 pass
-            # By the times of the files: rows reach the driver in groups. The first files are those of the start.
+            # Uses the times of the files, because rows reach the driver in groups. The first file of each actor includes the start.
             done = sorted(file.stat().st_mtime for file in (home / f"by-{actors}" / "nearest").iterdir())
             rates.append(block * (len(done) - actors) / (done[-1] - done[actors - 1]))
             print(f"{actors} actors: {rates[-1]:.0f} poses/s; the first block was there after {done[0] - begin:.1f} s")

@@ -1,6 +1,6 @@
-//! Contacts of two meshes, and their depths.
+//! Contacts of two meshes, with their separations.
 //!
-//! `cargo run --release -p palpus-examples --example contacts -- TOOL PART`: two mesh files in
+//! `cargo run --release -p palpus-examples --example contacts -- TOOL PART`, with two mesh files in
 //! millimetres.
 
 use std::error::Error;
@@ -21,12 +21,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     match &typed[..] {
         [tool, part] => print_contacts([tool, part]),
         [] => print_contacts(MESHES),
-        _ => Err("name two mesh files, or none".into()),
+        _ => Err("give two mesh files, or none".into()),
     }
 }
 
 fn print_contacts(files: [&str; 2]) -> Result<(), Box<dyn Error>> {
-    // Metres inside palpus: a model in millimetres is scaled by a thousandth.
+    // palpus uses metres, so a model in millimetres is scaled by 1/1000.
     let settings = BodySettings { scale: 1e-3, ..BodySettings::default() };
     let [tool, part] = files.map(|file| -> Result<_, Box<dyn Error>> {
         let body = Body::from_soup(&read_mesh(Path::new(file))?, &settings, &mut |_| ())?;
@@ -35,8 +35,8 @@ fn print_contacts(files: [&str; 2]) -> Result<(), Box<dyn Error>> {
     });
     let mut query = ContactQuery::new(tool?, part?, QuerySettings { tolerance: 1e-3, ..QuerySettings::default() });
 
-    // The tool leans in the part's inner corner. Poses that follow each other closely are answered
-    // fastest.
+    // The tool leans in the part's inner corner. A query is fastest if its pose is close to the
+    // previous one.
     for height in [8.0, 6.9, 6.4] {
         let lean = DQuat::from_rotation_y(-0.2);
         let pose = Pose::new(lean, DVec3::new(17.2, 15.0, height) * 1e-3);
@@ -51,6 +51,6 @@ fn print_contacts(files: [&str; 2]) -> Result<(), Box<dyn Error>> {
 }
 
 #[test]
-fn prints() {
+fn example_prints_contacts() {
     print_contacts(MESHES).unwrap();
 }

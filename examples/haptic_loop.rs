@@ -1,5 +1,5 @@
-//! A haptic loop: a simulated device in a simulated hand presses a peg on a plate, a thousand times
-//! a second, in real time.
+//! A haptic loop at 1 kHz in real time: a simulated operator presses a peg onto a plate with a
+//! simulated device.
 //!
 //! `cargo run --release -p palpus-examples --example haptic_loop`
 
@@ -18,11 +18,11 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn run(timing: Timing) -> Result<(), Box<dyn Error>> {
-    // The hand goes down by 40 mm in a second: 10 mm of that into the plate, if the plate let it.
+    // The operator moves down by 40 mm in a second. The last 10 mm are inside the plate.
     let intent = |time: f64| Pose::from_translation(DVec3::Z * (0.05 - 0.04 * time.min(1.0)));
     let mut device = SimulatedDevice::new(SimulationSettings::default(), intent)?;
 
-    // As hard as this device can show, with contacts looked for within 0.2 mm.
+    // The largest stiffness that this device can render, with a contact tolerance of 0.2 mm.
     let limits = Limits { force: device.spec().force_max, torque: device.spec().torque_max };
     let settings = Settings::coupled(limits, 1e-3, 2e-4);
     let mut world = World::new(settings)?;
@@ -38,11 +38,11 @@ fn run(timing: Timing) -> Result<(), Box<dyn Error>> {
             world.step(&[probe], dt, &NoClock);
             StepOutcome::of(world.tick(tool).commanded)
         },
-        // Sees every tick, on the servo thread.
+        // The observer gets every tick, on the servo thread.
         &mut |tick: &ServoTick, (): &()| strongest = strongest.max(tick.wrench.force.length()),
         &AtomicBool::new(false),
     );
-    println!("{} ticks, {:?}; at most {strongest:.2} N", statistics.ticks, statistics.end);
+    println!("{} ticks, {:?}; largest force {strongest:.2} N", statistics.ticks, statistics.end);
     Ok(())
 }
 
@@ -52,6 +52,6 @@ fn block(size: DVec3) -> Result<Arc<Body>, BodyError> {
 }
 
 #[test]
-fn runs() {
+fn example_runs() {
     run(Timing::Simulated).unwrap();
 }

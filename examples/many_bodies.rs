@@ -1,5 +1,5 @@
-//! Many bodies: two blocks lie on a table, a belt carries another one, and a tool pushes the lower
-//! from the side.
+//! Many bodies: a stack of two blocks lies on a table, and a belt carries a third block. A tool
+//! pushes the lower block from the side.
 //!
 //! `cargo run --release -p palpus-examples --example many_bodies`
 
@@ -28,11 +28,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let speed = Twist { linear: DVec3::X * 0.1, angular: DVec3::ZERO };
     for tick in 0..2000 {
         let time = f64::from(tick) * PERIOD;
-        // The belt's host says 60 times a second where it is and how fast it moves.
+        // About 60 times per second, the belt's host sets its pose and velocity.
         if tick % 17 == 0 {
             world.drive(belt, at(0.1 * time, 0.4, -0.01), speed);
         }
-        // The device goes sideways, 20 mm above the table.
+        // The device moves sideways, 20 mm above the table.
         world.step(&[ProbeState::at(at(-0.04 + 0.03 * time, 0.0, 0.02))], PERIOD, &NoClock);
         if tick % 500 == 499 {
             let [lower, upper] = [lower, upper].map(|body| world.pose(body).translation * 1e3);
@@ -53,6 +53,6 @@ fn block(size: DVec3) -> Result<Arc<Body>, BodyError> {
 }
 
 #[test]
-fn runs() {
+fn example_runs() {
     main().unwrap();
 }

@@ -1,5 +1,5 @@
-//! A scene file of your own in a loop of your own: the world that it describes, and a way down into
-//! the part.
+//! Your own scene file in your own loop: opens the world that the file describes, and moves the
+//! probe down into the part.
 //!
 //! `cargo run --release -p palpus-examples --example own_scene -- SCENE.toml`
 
@@ -17,13 +17,13 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn feel(file: &Path, cache: Option<BodyCache>) -> Result<(), Box<dyn Error>> {
-    // Limits of the device; the scene's limits hold as well.
+    // Limits of the device. The limits in the scene file apply as well.
     let device = Limits { force: 8.5, torque: 0.19 };
     let mut scene = SceneWorld::open(file, FilePolicy::Inside, &device, cache.as_ref(), &Threads::all())?;
     let (tool, start, rate) = (scene.tools[0], scene.starts[0], scene.file.rate_hz);
     let size = scene.world.body(scene.world.body_of(tool)).size();
 
-    // Down by a third of the probe's size within a second.
+    // The probe moves down by a third of its size within a second.
     for tick in 0..rate as u32 {
         let time = f64::from(tick) / rate;
         let pose = Pose { translation: start.translation - DVec3::Z * size / 3.0 * time, ..start };
@@ -33,7 +33,7 @@ fn feel(file: &Path, cache: Option<BodyCache>) -> Result<(), Box<dyn Error>> {
             let felt = scene.world.tick(tool);
             let (force, count) = (felt.commanded.force, felt.contacts.len());
             println!(
-                "{time:.1} s: {force:.2} N, of {count} contacts; the probe at {:.2}",
+                "{time:.1} s: {force:.2} N from {count} contacts; the probe is at {:.2} mm",
                 felt.tool_ba.translation * 1e3
             );
         }
@@ -42,6 +42,6 @@ fn feel(file: &Path, cache: Option<BodyCache>) -> Result<(), Box<dyn Error>> {
 }
 
 #[test]
-fn feels() {
+fn example_runs() {
     feel(Path::new(SCENE), None).unwrap();
 }

@@ -1,5 +1,4 @@
-//! Two tools take a free block between them and lift it: each hand feels the other one through the
-//! block.
+//! Two tools grip a free block and lift it. Each hand feels the other hand through the block.
 //!
 //! `cargo run --release -p palpus-examples --example two_tools`
 
@@ -22,8 +21,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     for tick in 0..3000 {
         let time = f64::from(tick) * PERIOD;
-        // Both hands close in the first second, 5 mm farther than the block lets them, and then go
-        // up.
+        // In the first second both hands close, to 5 mm inside the block. Then they move up.
         let apart = 0.035 - 0.015 * time.min(1.0);
         let height = 0.02 + 0.02 * (time - 1.0).clamp(0.0, 1.0);
         let hands = [-apart, apart].map(|x| ProbeState::at(at(x, height)));
@@ -48,6 +46,6 @@ fn block(size: DVec3) -> Result<Arc<Body>, BodyError> {
 }
 
 #[test]
-fn lifts() {
+fn example_lifts_the_block() {
     main().unwrap();
 }

@@ -1,6 +1,6 @@
 /*
- * palpus for C++17: what palpus.h has, with owners that clean up and exceptions with palpus' own texts.
- * docs/c.md is its page.
+ * palpus for C++17: the functions of palpus.h as classes that destroy their handles and throw exceptions.
+ * See docs/c.md.
  */
 #ifndef PALPUS_HPP
 #define PALPUS_HPP
@@ -28,7 +28,7 @@ using BodyFacts = palpus_body_facts;
 using QuerySettings = palpus_query_settings;
 using DepthBounds = palpus_depth_bounds;
 
-/* A function failed; what() is palpus_last_error. */
+/* Thrown when a function fails. what() is the text of palpus_last_error. */
 class Error : public std::runtime_error {
   public:
     explicit Error(palpus_result code) : std::runtime_error(palpus_last_error()), code_(code) {}
@@ -42,13 +42,13 @@ inline void check(palpus_result result) {
     if (result != PALPUS_OK) throw Error(result);
 }
 
-/* Throws unless header and library fit together. Call it first. */
+/* Throws if the header and the library have different ABI versions. Call it first. */
 inline void check_abi() { check(palpus_check_abi(PALPUS_ABI_VERSION)); }
 
-/* A placement at x, y, z (m) that does not turn. */
+/* Returns the pose with position x, y, z (m) and no rotation. */
 inline Pose at(double x, double y, double z) { return Pose{{x, y, z}, {0, 0, 0, 1}}; }
 
-/* A tool as hard as a device of these limits (N, N m) can show; period in s, tolerance in m. */
+/* Returns settings for a coupled tool: limits of the device in N and N m, period in s, tolerance in m. */
 inline Settings coupled(double force, double torque, double period, double tolerance) {
     Settings settings{};
     check(palpus_settings_coupled(force, torque, period, tolerance, &settings));
@@ -57,7 +57,7 @@ inline Settings coupled(double force, double torque, double period, double toler
 
 namespace detail {
 
-/* Owns a handle; moved, never copied. */
+/* Owns a handle. It can be moved but not copied. */
 template <class Handle, palpus_result (*destroy)(Handle)>
 class Owner {
   public:
@@ -78,7 +78,7 @@ class Owner {
     Handle handle_{};
 };
 
-/* Calls a function that fills an array, with more room if there are more contacts than it had. */
+/* Calls a function that fills an array. Calls it again with a larger array if there are more contacts. */
 template <class Call>
 std::vector<Contact> contacts(Call call) {
     std::vector<Contact> found(64);
@@ -94,10 +94,10 @@ std::vector<Contact> contacts(Call call) {
 
 } // namespace detail
 
-/* A body. Queries and worlds keep what they use of it. */
+/* A body. Queries and worlds that use it keep it alive. */
 class Body : public detail::Owner<palpus_body, palpus_body_destroy> {
   public:
-    /* `vertices`: x, y, z of each; `triangles`: three vertex numbers of each. */
+    /* `vertices` has x, y, z of each vertex; `triangles` has three vertex indices of each triangle. */
     Body(const std::vector<double> &vertices, const std::vector<uint32_t> &triangles,
          const BodySettings *settings = nullptr) {
         check(palpus_body_from_triangles(vertices.data(), vertices.size() / 3, triangles.data(),
@@ -106,7 +106,7 @@ class Body : public detail::Owner<palpus_body, palpus_body_destroy> {
     explicit Body(const std::string &path, const BodySettings *settings = nullptr) {
         check(palpus_body_from_file(path.c_str(), settings, &handle_));
     }
-    /* The convex hull of points: x, y, z of each, m. */
+    /* Returns the convex hull of points: x, y, z of each point, m. */
     static Body convex(const std::vector<double> &points) {
         Body body;
         check(palpus_body_from_convex(points.data(), points.size() / 3, &body.handle_));
@@ -122,7 +122,7 @@ class Body : public detail::Owner<palpus_body, palpus_body_destroy> {
     Body() = default;
 };
 
-/* The contacts of a with b at poses of a in b's frame. */
+/* Finds the contacts of a with b, for poses of a in b's frame. */
 class ContactQuery : public detail::Owner<palpus_query, palpus_query_destroy> {
   public:
     ContactQuery(const Body &a, const Body &b, const QuerySettings *settings = nullptr) {
@@ -140,7 +140,7 @@ class ContactQuery : public detail::Owner<palpus_query, palpus_query_destroy> {
     }
 };
 
-/* The least translation that frees a from b, with proven bounds. */
+/* Proven bounds of the shortest translation that separates a from b. */
 class Depth : public detail::Owner<palpus_depth, palpus_depth_destroy> {
   public:
     Depth(const Body &a, const Body &b, const palpus_depth_settings *settings = nullptr) {
@@ -153,7 +153,7 @@ class Depth : public detail::Owner<palpus_depth, palpus_depth_destroy> {
     }
 };
 
-/* Tools and objects. `step` obtains no memory; it throws, so catch in a loop that must go on. */
+/* Tools and objects. `step` allocates no memory. It can throw; catch exceptions in your haptic loop. */
 class World : public detail::Owner<palpus_world, palpus_world_destroy> {
   public:
     explicit World(const Settings &settings) { check(palpus_world_create(&settings, &handle_)); }

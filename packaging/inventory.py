@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""What the released files are made of: licence texts of all dependencies, and a CycloneDX list of components (SBOM).
+"""Lists the components of the released files: licence texts of all dependencies, and a CycloneDX list of components (SBOM).
 
     packaging/inventory.py FOLDER PACKAGE…
 
 writes FOLDER/THIRD-PARTY-LICENCES.txt and FOLDER/sbom.cdx.json for these packages of the workspace, from `cargo metadata`
-and the sources in cargo's registry. Development and build dependencies are not in the released files and are left out.
+and the sources in cargo's registry. Development and build dependencies are left out, because they are not in the released files.
 """
 
 import json
@@ -13,7 +13,7 @@ import subprocess
 import sys
 from typing import Any
 
-# Fonts have theirs in folders.
+# The licences of fonts are in subfolders.
 PATTERNS = ("LICENSE*", "LICENCE*", "COPYING*", "COPYRIGHT*", "NOTICE*", "UNLICENSE*", "**/OFL*", "**/UFL*")
 
 
@@ -29,7 +29,7 @@ def metadata() -> dict[str, Any]:
 
 
 def reached(about: dict[str, Any], names: list[str]) -> list[dict[str, Any]]:
-    """The packages that end up in the files, by name and version."""
+    """Returns the packages in the released files, by name and version."""
     packages = {package["id"]: package for package in about["packages"]}
     nodes = {node["id"]: node for node in about["resolve"]["nodes"]}
     wanted = [id for id in about["workspace_members"] if packages[id]["name"] in names]
@@ -46,7 +46,7 @@ def reached(about: dict[str, Any], names: list[str]) -> list[dict[str, Any]]:
 
 
 def licences(packages: list[dict[str, Any]]) -> str:
-    """A text per distinct licence file, with the packages that have it."""
+    """Returns one text for each distinct licence file, with the packages that have it."""
     texts: dict[str, list[str]] = {}
     without = []
     for package in packages:
@@ -57,7 +57,7 @@ def licences(packages: list[dict[str, Any]]) -> str:
             without.append(name)
         for file in files:
             texts.setdefault(file.read_text(errors="replace").strip(), []).append(f"{name}, {file.name}")
-    parts = ["palpus is built from the packages below. Each text stands after the packages that it belongs to."]
+    parts = ["palpus is built from the packages below. Each text follows the names of its packages."]
     parts += ["\n".join(names) + "\n\n" + text for text, names in texts.items()]
     if without:
         parts.append("Packages without a text of their own, under the licences named here:\n" + "\n".join(without))
@@ -65,7 +65,7 @@ def licences(packages: list[dict[str, Any]]) -> str:
 
 
 def components(packages: list[dict[str, Any]], checksums: dict[tuple[str, str], str]) -> dict[str, Any]:
-    """CycloneDX 1.5."""
+    """Returns the SBOM in the format CycloneDX 1.5."""
     listed = []
     for package in packages:
         if package["source"] is None:
@@ -89,7 +89,7 @@ def components(packages: list[dict[str, Any]], checksums: dict[tuple[str, str], 
 
 
 def locked(root: pathlib.Path) -> dict[tuple[str, str], str]:
-    """Checksums of the registry's packages."""
+    """Returns the checksums of the registry's packages."""
     import tomllib
 
     packages = tomllib.loads((root / "Cargo.lock").read_text())["package"]

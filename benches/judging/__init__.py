@@ -1,1 +1,1 @@
-"""The judges of `benches/judges`, one a file."""
+"""The judges of `benches/judges`, one in each file."""

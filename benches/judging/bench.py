@@ -1,4 +1,4 @@
-"""The two programs under comparison, how they are started, and the figures that they gave."""
+"""The two compared programs: starts them and stores their figures."""
 import hashlib
 import importlib.util
 import json
@@ -12,7 +12,7 @@ SIDES = ("base", "new")
 
 
 class CannotRun(Exception):
-    """A judge lacks something that it needs; the text says what."""
+    """A requirement of a judge is missing; the text names it."""
 
 
 class Bench:
@@ -27,7 +27,7 @@ class Bench:
         self.earlier = self.read_earlier(given.before) if given.before else {}
 
     def folder(self, *names):
-        """A folder below the page's own, made if it is missing."""
+        """Returns a folder in the page's folder, which is created if it is missing."""
         folder = self.out.joinpath(*names)
         folder.mkdir(parents=True, exist_ok=True)
         return folder
@@ -38,46 +38,46 @@ class Bench:
     def read_earlier(self, folder):
         kept = self.kept_in(folder)
         if kept is None:
-            raise SystemExit(f"{folder} has no figures of this BASE, or quick ones beside full ones; leave --before away")
+            raise SystemExit(f"{folder} has no figures of this BASE, or quick figures instead of full ones (or the reverse); leave out --before")
         return kept
 
     def kept_in(self, folder):
-        """The figures of this BASE that an earlier run left in a folder."""
+        """Returns the figures of this BASE that an earlier run stored in a folder; `None` if there are none."""
         path = folder / "figures.json"
         kept = json.loads(path.read_text()) if path.exists() else {}
         return kept["figures"] if kept.get("base") == self.fingerprint("base") and kept["quick"] == self.quick else None
 
     def environment(self):
-        """Nothing of the user's caches and fault logs is read or written."""
+        """Returns an environment in which the user's caches and fault logs are neither read nor written."""
         own = {"XDG_CACHE_HOME": self.folder("cache"), "XDG_STATE_HOME": self.folder("state")}
         return os.environ | {name: str(path) for name, path in own.items()}
 
     def start(self, command, **named):
-        """Runs a command below the page's folder; answers what it printed, and its exit code."""
+        """Runs a command; returns its output and its exit code."""
         command = [str(word) for word in command]
         return subprocess.run(command, capture_output=True, text=True, env=self.environment(), **named)
 
     def palpus(self, side, *words):
-        """Runs one of the programs; a failure is a `CannotRun` with its last words."""
+        """Runs one of the programs; returns its output. Raises `CannotRun` with the end of its error text if it fails."""
         run = self.start([self.programs[side], *words], cwd=self.folder(side))
         if run.returncode:
             raise CannotRun(f"{side}: palpus {' '.join(map(str, words))}: exit {run.returncode}: {run.stderr.strip()[-300:]}")
         return run.stdout
 
     def each(self, name, measure):
-        """What `measure(side)` gives for both programs, the first from an earlier run if there is one."""
+        """Returns `measure(side)` for both programs. BASE's figures come from an earlier run if there is one."""
         answers = {side: self.earlier[name] if side == "base" and name in self.earlier else measure(side) for side in SIDES}
         self.figures[name] = answers["base"]
         return answers["base"], answers["new"]
 
     def keep(self):
-        """Keeps BASE's figures for `--before`, those of judges that ran earlier too."""
+        """Stores BASE's figures for `--before`, including those of judges that ran earlier."""
         figures = (self.kept_in(self.out) or {}) | self.earlier | self.figures
         kept = {"base": self.fingerprint("base"), "quick": self.quick, "figures": figures}
         (self.out / "figures.json").write_text(json.dumps(kept, indent=1, ensure_ascii=False))
 
     def python(self):
-        """A Python with numpy: this one, or the environment that `.ci/run` uses too."""
+        """Returns a Python with numpy: this one, or the environment that `.ci/run` uses too."""
         if importlib.util.find_spec("numpy"):
             return sys.executable
         own = ROOT / "target" / "ci-python"

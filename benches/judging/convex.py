@@ -1,4 +1,4 @@
-"""Instructions of queries between convex bodies: the file that is kept in the repository against a count of this checkout's sources."""
+"""Instructions of queries between convex bodies: compares the file in the repository with a count of this checkout's sources."""
 import re
 import shutil
 
@@ -12,7 +12,7 @@ def convex(bench):
     if not shutil.which("valgrind"):
         raise CannotRun("valgrind is not installed; it counts the instructions")
     counted = bench.folder("new") / "instructions.txt"
-    # Counted anew: an earlier file would be what the bench compares with.
+    # An earlier file is removed, because the bench would compare with it.
     counted.unlink(missing_ok=True)
     command = ["cargo", "bench", "-p", "palpus", "--bench", "convex", "--", "--instructions", counted]
     run = bench.start(command, cwd=ROOT)
@@ -20,11 +20,11 @@ def convex(bench):
         raise CannotRun(f"cargo bench: exit {run.returncode}: {run.stderr.strip()[-300:]}")
     before, after = read(bench.kept), read(counted)
     rows = [Row(name, value, after.get(name), "less", COUNTED) for name, value in before.items()]
-    return [Table("Instructions of convex queries", rows, "Before: the file that was kept. After: the sources of this checkout.")]
+    return [Table("Instructions of convex queries", rows, "Before: the stored file. After: the sources of this checkout.")]
 
 
 def read(path):
-    """Figures of the table by row and column; columns are at least two spaces apart."""
+    """Returns the figures of the table by row and column. Columns are separated by at least two spaces."""
     table = [re.split(r"\s{2,}", line.strip()) for line in path.read_text().splitlines() if line.strip() and not line.startswith("#")]
     columns = table[0]
     figures = {}

@@ -1,14 +1,15 @@
-"""`palpus bench feel`: every measure of palpus' own methods on every scene in every hand."""
+"""`palpus bench feel`: every measure of palpus's methods on every scene in every hand."""
 import json
 
 from judging.page import EXACT, Resolution, Row, Table
 
-# Methods of palpus; the baselines beside them must stay as they are.
+# Methods of palpus. The figures of the baselines must stay equal.
 OWN = ("paper", "smooth", "coupled", "coupled-smooth", "smooth-passive", "coupled-passive")
 
-# An encoder step of the simulated device, 0.03 mm, at the scenes' stiffness of 800 N/m: what a loop's force steps are made of.
+# An encoder step of the simulated device, 0.03 mm, and its force at the scenes' stiffness of 800 N/m. The force steps of a loop are
+# multiples of this force.
 ENCODER_M, ENCODER_N = 3e-5, 0.024
-# Which way is better, and what a difference must exceed: a floor in the measure's unit, a share of the value.
+# The better direction, and the resolution: a floor in the unit of the measure, and a share of the value.
 MEASURES = {
     "deepest seen": ("less", Resolution(1e-7, 0.01)),
     "peak force": ("less", Resolution(1e-3, 0.02)),
@@ -60,9 +61,9 @@ MEASURES = {
     "worst hum torque": ("less", Resolution(1e-4, 0.05)),
     "true overlap": ("less", Resolution(1e-6, 0.05)),
 }
-# Searched by halving the octave twice (in quick runs not at all), for a hand and several dampings.
+# The search halves the octave twice (in quick runs not at all), for a hand and several dampings.
 SEARCHED = ("more", Resolution(0.0, 0.19))
-# A measure that came later than this table.
+# A measure that is missing in this table.
 UNKNOWN = ("same", Resolution(0.0, 0.02))
 
 
@@ -97,7 +98,7 @@ def known(measure):
 
 
 class Columns:
-    """The same figures counted by measure: the columns of the suite's own page."""
+    """Counts of the same figures by measure, which are the columns of the suite's page."""
 
     title = "Feel by column"
     rows = ()
@@ -108,7 +109,7 @@ class Columns:
             self.columns.setdefault(name.split("|")[3], []).append(figure.verdict())
 
     def count(self, verdict):
-        # They are counted in the table of the rows.
+        # The table of the rows counts them.
         return 0
 
     def text(self):

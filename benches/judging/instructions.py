@@ -1,7 +1,7 @@
 """Instructions of the engine's step, counted by callgrind while the programs replay BASE's recordings.
 
-Counted is what the step does with all that it calls, whatever it is called in a build: calls into a function that matches STEP from one that
-does not.
+The count includes the functions that the step calls. The step is found by its name: a call of a function that matches STEP from a function
+that does not match it.
 """
 import re
 import shutil
@@ -11,7 +11,7 @@ from judging.bench import CannotRun
 from judging.page import Resolution, Row, Table
 
 STEP = re.compile(r"palpus::(?:render|world)::.*(?:Renderer|Duo|World)(?:<.*>)?>?::step(?:'\d+)?$")
-# What one build counts twice the same; what the issue of a change calls "no higher".
+# Two counts of one build are equal, so a small share is enough.
 COUNTED = Resolution(0.0, 0.02)
 ARMADILLO = "armadillo-intestine"
 ARMADILLO_TICKS = 400
@@ -38,11 +38,11 @@ def instructions(bench):
 
 
 def count(bench, side, name, *words):
-    """Instructions a step; None if the build has no function of the step's name."""
+    """Returns the mean instructions of a step; None if the build has no function with the step's name."""
     out = bench.folder(side) / f"callgrind.{name}"
     tool = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={out}", "--compress-strings=no", "--compress-pos=no"]
     run = bench.start([*tool, bench.programs[side], *words], cwd=bench.folder(side))
-    # A replay that differs ends with an error code, and is counted all the same.
+    # A replay that differs ends with an error code, but it is counted too.
     if not out.exists() or out.stat().st_size == 0 or "signal" in run.stderr:
         raise CannotRun(f"{side}: callgrind on {name}: exit {run.returncode}: {run.stderr.strip()[-300:]}")
     calls, cost = steps(out)
@@ -50,7 +50,7 @@ def count(bench, side, name, *words):
 
 
 def steps(path):
-    """Calls of the step from outside of it, and the instructions of them all."""
+    """Returns the number of calls of the step from outside, and the sum of their instructions."""
     caller = callee = ""
     calls = cost = 0
     with open(path, errors="replace") as file:

@@ -1,4 +1,4 @@
-"""Rows with before and after, what is said of each, and the page of them all."""
+"""Rows with figures before and after, their verdicts, and the page with all tables."""
 import dataclasses
 import datetime
 import math
@@ -7,7 +7,7 @@ import os
 
 @dataclasses.dataclass
 class Resolution:
-    """Differences up to `floor` (in the figure's unit) plus `share` of the value before are not told apart."""
+    """Differences up to `floor` (in the figure's unit) plus `share` of the earlier value count as equal."""
 
     floor: float = 0.0
     share: float = 0.0
@@ -25,7 +25,7 @@ EXACT = Resolution()
 
 @dataclasses.dataclass
 class Row:
-    """One figure of two programs. `sense`: 'less' or 'more' is better, or 'same' if any difference is for the worse."""
+    """One figure of two programs. `sense`: 'less' or 'more' is better, or 'same' if every difference is worse."""
 
     what: str
     before: object
@@ -48,7 +48,7 @@ class Row:
 
 @dataclasses.dataclass
 class Table:
-    """The rows of one judge; `brief` leaves out those that are equal or within the resolution."""
+    """The rows of one judge. `brief` leaves out rows that are equal or within the resolution."""
 
     title: str
     rows: list

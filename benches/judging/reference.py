@@ -14,15 +14,15 @@ FEEL = re.compile(
     r"^(?P<name>\S+)\s+(?:ok|WRONG .*?)\s+hum (?P<force>[\d.]+) mN (?P<torque>[\d.]+) mN·m, "
     r"energy (?P<energy>-?[\d.]+) mJ, depth (?P<depth>[\d.]+) mm,.*faults (?P<faults>\d+)"
 )
-# By which names figures that are to grow are known; all others are to shrink.
+# Larger figures are better if their names contain one of these words. All others should be small.
 GROW = ("checked", "brackets")
 
 
 def lines(bench, side, script, *words):
-    """What a reference script prints about a program; exit 1 only means that something is wrong."""
+    """Returns the output of a reference script for a program. Exit status 1 only means that an answer is wrong."""
     path = bench.reference / script
     if not path.is_file():
-        raise CannotRun(f"{path} is not there; name the reference answers with --reference FOLDER")
+        raise CannotRun(f"{path} does not exist; name the reference answers with --reference FOLDER")
     run = bench.start([bench.python(), path, *words, "--palpus", bench.programs[side]], cwd=bench.folder(side))
     if run.returncode not in (0, 1) or not run.stdout:
         raise CannotRun(f"{script} with {side}: exit {run.returncode}: {run.stderr.strip()[-300:]}")
@@ -52,7 +52,7 @@ def answers(bench):
 
 
 def global_depth(bench, side):
-    """The proven depth of non-convex bodies, if the program has that command."""
+    """Returns the figures of the proven depth of non-convex bodies, if the program has this command."""
     if bench.start([bench.programs[side], "depth", "--help"]).returncode:
         return {}
     figures = {}
@@ -80,14 +80,14 @@ def closed_loops(bench):
 
 
 def loop_resolution(name):
-    """A tenth of the script's default limits, and 2 % of the figure: a loop takes another way after one rounding."""
+    """Returns a tenth of the script's default limits plus 2 % of the figure: after one rounding difference, a loop takes another path."""
     floors = {"hum (mN)": 6.0, "hum (mN·m)": 0.15, "energy (mJ)": 0.005, "depth (mm)": 0.005}
     floor = floors.get(name.split(": ")[1])
     return Resolution(floor, 0.02) if floor else EXACT
 
 
 def compared(before, after, resolution):
-    """Rows of all that either has; what only the newer program answers is no row, for nothing stands beside it."""
+    """Returns a row for each figure of BASE. Figures that only NEW has are left out, because there is nothing to compare them with."""
     return [
         Row(name, value, after.get(name), "more" if any(word in name for word in GROW) else "less", resolution(name))
         for name, value in before.items()

@@ -17,7 +17,7 @@ def scenes(bench):
 
 
 def recordings(bench, scene):
-    """BASE's recording of a scene, and that of the second tool if it has one; recorded once a run."""
+    """Returns BASE's recording of a scene and, if there is one, of its second tool. They are recorded once in a run."""
     first = bench.folder("recordings") / f"{scene}.csv"
     second = first.with_name(f"{scene}-second.csv")
     done = first.with_suffix(".done")
@@ -51,12 +51,12 @@ def replay(bench):
         rows.append(Row(f"{scene}: ticks that `palpus replay` finds identical", *identical(bench, kept[0]), "same", EXACT))
     for name, off in offs:
         rows += [Row(f"{name}: {what}", 0, value, "less", EXACT) for what, value in off.items() if value or what == DIFFERING]
-    note = "Any difference is marked, to be judged where the algorithm was meant to change."
+    note = "Every difference is marked. If the algorithm was changed on purpose, a person has to decide whether it is right."
     return [Table("Replay of recordings", rows, note)]
 
 
 def identical(bench, recording):
-    """Of how many ticks, and how many of them the new program answers with the same bits, all tools together."""
+    """Returns the number of ticks, and the number of ticks in which the new program gives the same bits, for all tools together."""
     answer = bench.start([bench.programs["new"], "replay", recording, "--json"], cwd=bench.folder("new"))
     try:
         tools = json.loads(answer.stdout)
@@ -72,7 +72,7 @@ def read(path):
 
 
 def difference(before, after):
-    """How far two recordings of the same device states are apart."""
+    """Returns the differences between two recordings of the same device states."""
     differing = [i for i, (a, b) in enumerate(zip(before, after)) if any(a[c] != b[c] for c in (*WRENCH, *TOOL) if c in a)]
     return {
         "ticks missing": abs(len(before) - len(after)),

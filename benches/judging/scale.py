@@ -1,5 +1,5 @@
-"""`palpus bench scale`: how long a step takes on each of its pairs. The programs take turns pair by pair, so that what else the machine does
-meets both. Its sweeps over triangles and contacts say nothing that the pairs do not."""
+"""`palpus bench scale`: the time of a step on each of its pairs. The programs take turns pair by pair, so that other load of the machine
+affects both. The sweeps over triangles and contacts would add no information."""
 import json
 
 from judging.bench import SIDES, CannotRun
@@ -10,13 +10,13 @@ PAIRS = ("spoon-cup", "armadillo-intestine", "nut-bolt", "gears", "drill-blade",
 QUICK_PAIRS = ("spoon-cup", "armadillo-intestine", "gears")
 TICKS, QUICK_TICKS = 2000, 1000
 TIMES = ("p50", "p99")
-# The least that is told apart even where two runs of one program agree.
+# Smallest resolution, even if two runs of one program agree better.
 LEAST_SHARE = {"p50": 0.05, "p99": 0.10}
 
 
 def scale(bench):
     if not bench.models.is_dir():
-        raise CannotRun(f"{bench.models} is not there; name the models with --models FOLDER")
+        raise CannotRun(f"{bench.models} does not exist; name the models with --models FOLDER")
     rows = []
     for pair in QUICK_PAIRS if bench.quick else PAIRS:
         runs = {side: [] for side in SIDES}
@@ -25,7 +25,7 @@ def scale(bench):
                 runs[side].append(measure(bench, side, pair, turn))
         if all(runs["base"]):
             rows += pair_rows(pair, runs["base"], runs["new"])
-    note = f"The least of {ROUNDS} runs each. Resolution: how far two runs of one program are apart, and at least 5 % (p99: 10 %)."
+    note = f"The smallest of {ROUNDS} runs each. Resolution: the difference between two runs of one program, but at least 5 % (p99: 10 %)."
     return [Table("Step times", rows, note)]
 
 
@@ -38,14 +38,14 @@ def pair_rows(pair, before, after):
 
 
 def time_row(name, part, before, after):
-    """The least of the runs; what two runs of the same program differ by is not told apart."""
+    """Compares the smallest times of the runs. The resolution is the difference between two runs of the same program."""
     a, b = ([run[part] for run in runs] for runs in (before, after))
     spread = max(max(a) / min(a), max(b) / min(b)) - 1
     return Row(name, min(a), min(b), "less", Resolution(0.0, max(spread, LEAST_SHARE[part])))
 
 
 def measure(bench, side, pair, turn):
-    """Times and contacts of a pair; none if its meshes are not there."""
+    """Returns times and contacts of a pair; an empty dictionary if its meshes are missing."""
     out = bench.folder(side, "scale", f"{pair}-{turn}")
     ticks = QUICK_TICKS if bench.quick else TICKS
     bench.palpus(side, "bench", "scale", "--ticks", ticks, "--models", bench.models, "--out", out, "--only", pair)

@@ -1,20 +1,23 @@
 #!/usr/bin/env python3
-"""A god-object over Coal as an engine of the open benchmark (docs/open-benchmark.md).
+"""A god-object with contacts from Coal, as an engine of the open benchmark (docs/open-benchmark.md).
 
 usage: coal_open.py OPEN --out ANSWERS [--scene NAME]...      (needs coal, numpy and scipy from PyPI)
 
-OPEN is the folder of `palpus bench open --scenes-only --out OPEN`. The proxy of Ortega, Redon and
-Coquillart (2007), with Coal for the contacts and our own code for the rest:
+OPEN is the folder of `palpus bench open --scenes-only --out OPEN`. The proxy follows Ortega, Redon and
+Coquillart (2007). Coal finds the contacts; this script computes the rest:
 
 1. Coal collides the two triangle meshes at the proxy's pose, with a security margin of MARGIN; each
-   pair of triangles within it is a plane that the proxy must stay outside of.
-2. The proxy goes to the pose that is nearest to the hand's, by the energy of the spring between
-   them, and breaks no plane (least distance programming, through non-negative least squares).
-3. Where it then intersects, the way is halved until it does not. Twice a tick.
-4. The wrench is the spring's: the scene's stiffness at the grip, and that stiffness times the
-   square of the probe's radius of gyration for the rotation.
+   pair of triangles within the margin gives a plane that the proxy must not cross.
+2. The proxy moves to the pose that is nearest to the hand's pose, measured by the energy of the
+   spring between them, and crosses no plane (least distance programming, solved with non-negative
+   least squares).
+3. If the proxy then intersects the part, the step is halved until it does not. Steps 1 to 3 run
+   twice in each tick.
+4. The wrench is the wrench of the spring. Its stiffness at the grip is the scene's; its angular
+   stiffness is the scene's times the square of the probe's radius of gyration.
 
-No friction. The proxy never enters the part, unless the motion begins inside. Then
+There is no friction. The proxy never enters the part unless the motion begins inside. Afterwards
+run
 
     palpus bench open --out OPEN --engine coal-god-object=ANSWERS
 """
@@ -31,11 +34,11 @@ from scipy.optimize import nnls
 from scipy.spatial.transform import Rotation
 
 COLUMNS = ["force_x", "force_y", "force_z", "torque_x", "torque_y", "torque_z", "step_us"]
-MARGIN = 5e-4       # m: pairs of triangles that are nearer are contacts; a plane is good for so far
-SKIN = 1e-5         # m: kept between proxy and part, so that Coal's normals stay defined
-ROUNDS = 2          # planes are taken anew so often in a tick
+MARGIN = 5e-4       # m: nearer pairs of triangles are contacts; a plane is valid within this distance
+SKIN = 1e-5         # m: gap between proxy and part, so that Coal's normals are defined
+ROUNDS = 2          # number of times that planes are computed in a tick
 HALVINGS = 6
-MOST = 200          # contacts for the solver: the nearest
+MOST = 200          # number of contacts for the solver; the nearest are used
 
 
 class Proxy:
@@ -45,7 +48,7 @@ class Proxy:
         self.probe, self.part = tree(scene / "probe.obj", 1.0), tree(scene / "environment.obj", 1.0)
         vertices, _ = read_obj(scene / "probe.obj")
         gyration = np.sqrt(((vertices - vertices.mean(0)) ** 2).sum(1).mean())
-        # Of the spring: the square of this times the stiffness is the energy twice.
+        # The squared length of this vector times the stiffness is twice the energy of the spring.
         self.scale = np.array([1.0] * 3 + [gyration] * 3)
         self.place, self.turn = None, None
         self.identity = coal.Transform3s.Identity()
@@ -80,10 +83,10 @@ class Proxy:
             normals, points, gaps = self.collide(self.place, self.turn, MARGIN)
             move = wanted
             if len(gaps):
-                # How fast the gap shrinks as the proxy moves; it may shrink to the skin.
+                # Change of the gap as the proxy moves. The gap may shrink to SKIN.
                 rows = -np.hstack([normals, np.cross(points - self.place, normals)]) / self.scale
                 move = wanted + least(rows, SKIN - gaps - rows @ wanted)
-            # Planes say nothing of what is farther than the margin.
+            # Planes are only valid within the margin.
             share = min(1.0, MARGIN / max(np.abs(move).max(), 1e-12)) if len(gaps) else 1.0
             for _ in range(HALVINGS):
                 step = share * move / self.scale
@@ -97,7 +100,7 @@ class Proxy:
 
 
 def least(rows, bounds):
-    """The shortest x with rows x ≥ bounds [Lawson, Hanson 1974, 23]; zero where there is none."""
+    """The shortest x with rows x ≥ bounds [Lawson, Hanson 1974, 23]; zero if there is none."""
     if (bounds <= 0.0).all():
         return np.zeros(6)
     unit = max(np.abs(bounds).max(), 1e-9)
@@ -106,7 +109,7 @@ def least(rows, bounds):
     goal[6] = 1.0
     try:
         weights, _ = nnls(table, goal)
-    except RuntimeError:    # its limit of turns
+    except RuntimeError:    # its limit of iterations was reached
         return np.zeros(6)
     rest = table @ weights - goal
     return -rest[:6] / rest[6] * unit if rest[6] < -1e-12 else np.zeros(6)

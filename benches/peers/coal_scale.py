@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Engine step of palpus beside Coal's tolerance query on the same poses, in one run.
+"""Compares the engine step of palpus with Coal's tolerance query on the same poses, in one run.
 
 usage: coal_scale.py PALPUS MODELS_FOLDER [--out DIR] [--ticks N] [--coal-ticks N] [--only NAME]
        (needs numpy and coal from PyPI)
 
-Both answer "all contacts within the pair's tolerance" along the coherent contact that `palpus bench scale` moves through.
-Coal: OBB tree, security margin, contacts enabled, as many as there are; the cost of an empty Python call is subtracted.
-palpus: query, depth and force. Coal's poses are every so many of palpus's, spread over all of them (--coal-ticks, 2000).
-Medians and percentiles in microseconds, their ratio, and a Markdown table in DIR/coal_scale.md.
+Both find all contacts within the pair's tolerance along the coherent motion of `palpus bench scale`.
+Coal: OBB tree, security margin, all contacts enabled; the cost of an empty Python call is subtracted.
+palpus: query, depth and force. Coal uses a part of palpus's poses, evenly spread (--coal-ticks, 2000).
+Prints medians and percentiles in microseconds and their ratio, and writes a Markdown table to DIR/coal_scale.md.
 """
 import argparse
 import csv
@@ -62,7 +62,7 @@ def time_coal(a, b, poses, tolerance):
     request.security_margin = tolerance
     far = transform(np.array([1e6, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]))
     empty = []
-    for _ in range(2000):  # Far apart, the call is the root's box test and the way through Python.
+    for _ in range(2000):  # With bodies far apart, the call only tests the boxes of the roots, and shows the cost of Python.
         result = coal.CollisionResult()
         t0 = time.perf_counter_ns()
         coal.collide(a, far, b, identity, request, result)
@@ -71,7 +71,7 @@ def time_coal(a, b, poses, tolerance):
     cost, contacts = [], []
     for row in poses:
         place, least = transform(row), np.inf
-        for _ in range(3):  # As palpus: the least of three.
+        for _ in range(3):  # The smallest of three times, as for palpus.
             result = coal.CollisionResult()
             t0 = time.perf_counter_ns()
             coal.collide(a, place, b, identity, request, result)

@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
-"""Depth and distance of convex pairs: palpus and parry beside Coal and MuJoCo, on the same shapes and poses.
+"""Compares depth and distance of convex pairs: palpus, parry, Coal and MuJoCo, on the same shapes and poses.
 
 usage: convex_peers.py [--markdown FILE] [--only TEXT]      (needs numpy, coal and mujoco from PyPI; run in the repository)
 
-Runs `cargo bench -p palpus --bench convex` twice, once for its shapes and poses, once for palpus' and parry's times, then Coal
-and MuJoCo along the same stretches of poses, in turn, with the fastest of some rounds per pose. What an empty call
-costs through Python is measured with the same functions (two spheres for Coal, two geoms that are far apart for
+Runs `cargo bench -p palpus --bench convex` twice: once for its shapes and poses, and once for the times of palpus and parry.
+Then Coal and MuJoCo take turns along the same stretches of poses. The fastest of several rounds counts for each pose. The cost of
+an empty Python call is measured with the same functions (two spheres for Coal, two geoms that are far apart for
 MuJoCo) and subtracted. Coal: `distance` with signed distance and its cached guess, warm within a coherent
-stretch. MuJoCo: `mj_geomDistance` (its vertices are f32), with as many iterations as it takes. Microseconds, p50/p99 over poses; ratios are of p50.
+stretch. MuJoCo: `mj_geomDistance` (its vertices are f32), with enough iterations to converge. Prints microseconds, p50/p99 over
+poses, and ratios of p50.
 """
 import csv
 import pathlib
@@ -26,7 +27,8 @@ APART = ["apart", "apart cold"]
 COHERENT = {"sliding", "rolling", "deep", "apart"}
 EMPTY_CALLS = 20001
 FAR = 1e3
-# With its default of 35, MuJoCo's depth is not converged for large hulls: of 500 vertices at 24 % of deep poses, of 2000 at 62 %.
+# With its default of 35 iterations, MuJoCo's depth does not converge for large hulls: with 500 vertices at 24 % of the deep poses, with
+# 2000 at 62 %.
 MUJOCO_ITERATIONS = 1000
 
 
@@ -107,7 +109,7 @@ class MuJoCo:
         self.data = mujoco.MjData(self.model)
         self.segment = np.zeros(6)
         mujoco.mj_forward(self.model, self.data)
-        # A mesh is kept about its own centre: where that lies in the body.
+        # MuJoCo stores a mesh relative to its centre; this is the position of the centre in the body.
         self.offsets = []
         for mesh in range(2):
             matrix = np.zeros(9)
@@ -140,7 +142,7 @@ class MuJoCo:
 
 
 def run(peers, poses, coherent):
-    """Per peer: microseconds and separations per pose."""
+    """Returns microseconds and separations at each pose for each library."""
     costs, answers = [[None] * len(poses) for _ in peers], [[None] * len(poses) for _ in peers]
     stretches = [np.flatnonzero(poses[:, 0] == s) for s in np.unique(poses[:, 0])]
     for _ in range(ROUNDS):

@@ -1,24 +1,23 @@
 #!/usr/bin/env python3
-"""Feel of flush faces, play and machine parts in MuJoCo beside palpus, on the same hand motion.
+"""Compares flush faces, play and machine parts in MuJoCo and palpus, on the same hand motion.
 
 usage: mujoco_feel.py PALPUS [--out DIR] [--scene NAME]...      (needs mujoco and numpy from PyPI)
 
 1. `palpus run SCENE --record` runs the closed loop; the recording has the device's pose and the
    felt wrench.
 2. MuJoCo replays that device motion open loop at 1 kHz: a mocap body follows it, and a weld
-   constraint (MuJoCo's default solref) ties the tool to it. The felt wrench is the weld's. Gravity
-   is off.
-3. Non-convex parts are cut into convex ones: boxes where all faces are axis-aligned, otherwise
+   constraint (MuJoCo's default solref) connects the tool to it. The felt wrench is the wrench of the
+   weld. Gravity is off.
+3. Non-convex parts are divided into convex ones: boxes where all faces are axis-aligned, otherwise
    palpus's own pieces.
-4. Both wrenches are judged alike: hum above 10 Hz in the last second at rest, the most net work on
-   the hand along the recorded motion, the true overlap of the meshes (winding number of samples of
-   both surfaces), and the time of a step.
+4. Both wrenches are measured in the same way: hum above 10 Hz in the last second at rest, the
+   largest net work on the hand along the recorded motion, the true overlap of the meshes (winding
+   number of samples of both surfaces), and the time of a step.
 
-Comparable: hum, energy along this motion, overlap. Not comparable: MuJoCo's hand cannot yield to
-what it feels, since the motion was recorded with palpus's force; its weld is softer or stiffer than
-palpus's coupling as the solver decides; contacts of both are as soft as their defaults. palpus's
-overlap comes from `palpus bench feel` (normal hand, without the safety chain), since a recording
-has no tool pose.
+Hum, energy along this motion and overlap can be compared, with these limits. MuJoCo's hand cannot
+yield to the force, because the motion was recorded with palpus's force. The solver decides whether
+the weld is softer or stiffer than palpus's coupling. Contacts of both have their default softness.
+palpus's overlap comes from `palpus bench feel` (normal hand, without the safety chain).
 """
 import argparse
 import csv
@@ -31,11 +30,11 @@ import time
 import mujoco
 import numpy as np
 
-# Scenes, and when the last second at rest ends (s).
+# Scenes, and the time at which the last second at rest ends (s).
 SCENES = {"slot": 3.8, "drawer": 3.8, "key": 3.8, "square-peg": 3.8, "box-slide": 4.4, "screwdriver": 5.4,
           "ball-joint": 2.6, "gears": 3.4, "rollers": 3.4}
 DENSITY = 1000.0    # kg/m³, the density of palpus's tool
-WINDOW = 101        # ticks of the running mean that is taken off: what is left is above 10 Hz
+WINDOW = 101        # ticks of the moving average that is subtracted; frequencies above 10 Hz remain
 SPACING = 0.5e-3    # m between samples along an edge
 FEW_TRIANGLES = 200
 MM = 1e-3
@@ -123,7 +122,7 @@ class Solid:
         while full.any():
             low = np.argwhere(full)[0]
             high = low + 1
-            for axis in range(3):    # grow the box as far as it stays full
+            for axis in range(3):    # grow the box as long as it is full
                 while high[axis] < shape[axis]:
                     grown = high.copy()
                     grown[axis] += 1
@@ -143,7 +142,7 @@ def matrix(q):
 
 
 def geoms(name, solid, pieces_file, palpus, friction):
-    """Returns MuJoCo assets, geoms and how the part was cut."""
+    """Returns MuJoCo assets, geoms and a description of how the part was divided."""
     common = f'friction="{friction} 0.0001 0.0001" condim="3" density="{DENSITY}"'
     boxes = solid.boxes()
     if boxes:
@@ -171,7 +170,7 @@ def scene_model(folder, tool, part, palpus, friction, start):
     tool_assets, tool_geoms, tool_cut = geoms("tool", tool, folder / "tool.obj", palpus, friction)
     part_assets, part_geoms, part_cut = geoms("part", part, folder / "part.obj", palpus, friction)
     place = 'pos="{} {} {}" quat="{} {} {} {}"'.format(*start)
-    # The tool's own inertia is a solid's; pieces overlap, so it is not the sum of theirs.
+    # The tool has the inertia of the solid. Pieces overlap, so the sum of their inertias would be wrong.
     spread = (tool.high - tool.low)
     signed = np.einsum("ij,ij->i", tool.corners[:, 0], np.cross(tool.corners[:, 1], tool.corners[:, 2])) / 6
     mass = DENSITY * signed.sum()
@@ -188,7 +187,7 @@ def scene_model(folder, tool, part, palpus, friction, start):
 
 
 def replay(model, poses, data=None):
-    """Returns felt wrench (about the tool's origin, on the hand), tool poses and seconds per step; leaves its state in `data`."""
+    """Returns the felt wrench (on the hand, about the tool's origin), tool poses and seconds per step; changes the state in `data`."""
     data = data or mujoco.MjData(model)
     wrenches, tools, seconds = np.zeros((len(poses), 6)), np.zeros((len(poses), 7)), np.zeros(len(poses))
     for k, pose in enumerate(poses):
@@ -198,7 +197,7 @@ def replay(model, poses, data=None):
         seconds[k] = time.perf_counter() - begin
         rows = data.efc_J.reshape(-1, model.nv)[: data.ne]
         generalized = rows.T @ data.efc_force[: data.ne]
-        # On the hand acts the opposite; a free joint's torque is in the body's frame.
+        # The wrench on the hand is the opposite. A free joint's torque is in the body's frame.
         wrenches[k, :3] = -generalized[:3]
         wrenches[k, 3:] = -matrix(data.qpos[3:7]) @ generalized[3:6]
         tools[k] = data.qpos[:7]

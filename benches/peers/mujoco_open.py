@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
-"""MuJoCo's answers to the motions of the open benchmark (docs/open-benchmark.md).
+"""Computes MuJoCo's answers to the motions of the open benchmark (docs/open-benchmark.md).
 
 usage: mujoco_open.py PALPUS OPEN --out ANSWERS [--scene NAME]...      (needs mujoco and numpy from PyPI)
        mujoco_open.py --check
 
 OPEN is the folder of `palpus bench open --scenes-only --out OPEN`. For each scene a mocap body
-follows the motion, and a weld ties the tool to it; the answer is the weld's wrench about the grip.
-The weld is a spring of the scene's stiffness, damped to 0.7 of critical, and contacts are as stiff
-as the step allows (`spring`). Parts are cut into convex ones as in mujoco_feel.py.
---check presses a flat box on a table, straight and tilted: the weld's force must be stiffness times
-depth, and its wrench that of the contacts, within CLOSE. Then:
+follows the motion, and a weld connects the tool to it. The answer is the weld's wrench about the
+grip. The weld is a spring of the scene's stiffness with 0.7 of critical damping, and contacts are as
+stiff as the step allows (`spring`). Parts are divided into convex ones as in mujoco_feel.py.
+--check presses a flat box on a table, straight and tilted. The weld's force must equal stiffness
+times depth, and its wrench must equal the wrench of the contacts, within CLOSE. Afterwards run
 
     palpus bench open --out OPEN --engine mujoco=ANSWERS
 """
@@ -23,15 +23,15 @@ import mujoco
 import numpy as np
 from mujoco_feel import MM, Solid, matrix, read_obj, replay, scene_model
 
-CLOSE = 2e-3        # of the force, and of the force times the box's size for torques
-DAMPING = 0.7       # of critical
-IMPEDANCE = 0.5     # of the weld, constant: its stiffness then does not depend on how far it is stretched
+CLOSE = 2e-3        # relative to the force, and for torques to the force times the box's size
+DAMPING = 0.7       # share of critical damping
+IMPEDANCE = 0.5     # of the weld; it is constant, so that the stiffness does not depend on the stretch
 
 COLUMNS = ["force_x", "force_y", "force_z", "torque_x", "torque_y", "torque_z", "step_us"]
 
 
 def spring(model, stiffness):
-    """Makes the weld a spring of that stiffness (N/m), and contacts as stiff as steps of 1 ms allow.
+    """Makes the weld a spring of this stiffness (N/m), and contacts as stiff as steps of 1 ms allow.
 
     At rest MuJoCo's constraint pushes by K r m / (1 - d), where d is its impedance, -K its solref,
     r the stretch and 1/m the body's inverse weight.
@@ -45,7 +45,7 @@ def spring(model, stiffness):
 
 
 def check():
-    """Presses a flat box; returns the largest difference from the analytic answer, over the force."""
+    """Presses a flat box; returns the largest difference from the analytic result, relative to the force."""
     size, height, stiffness, worst = np.array([0.02, 0.015, 0.01]), 0.0101, 1000.0, 0.0
     for depth, tilt in ((1e-4, 0.0), (5e-4, 0.0), (1e-3, 0.0), (1e-3, 0.02)):
         model = mujoco.MjModel.from_xml_string(f"""<mujoco><option timestep="0.001" gravity="0 0 0" cone="elliptic"/><worldbody>
@@ -76,7 +76,7 @@ def check():
 
 
 def answer(scene, palpus, folder):
-    """Returns the rows of the file of answers."""
+    """Returns the rows of the answer file."""
     solids = []
     # palpus prepares pieces from these copies. The benchmark's meshes are in metres, mujoco_feel's in millimetres.
     for name, copy in (("probe.obj", "tool.obj"), ("environment.obj", "part.obj")):

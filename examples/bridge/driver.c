@@ -1,13 +1,13 @@
 /*
- * A driver for palpus' bridge: a small mass in a hand that moves up and down.
+ * A driver for the palpus bridge. The device is simulated: a hand holds a small mass and moves it up and down.
  *
  *   cc -std=c99 -O2 -I include -o driver examples/bridge/driver.c -lm
  *   ./driver /tmp/palpus.sock             or   ./driver udp:127.0.0.1:7000
  *   palpus run --device bridge:/tmp/palpus.sock
  *
- * To drive a device of your own, replace `sense_and_push`. What is beside it is the protocol, as
- * docs/bridge.md has it; test it with `palpus devices --conformance ADDRESS`.
- * Linux and other POSIX systems; Unix sockets of packets are Linux's.
+ * To drive your own device, replace `sense_and_push`. The rest is the protocol of docs/bridge.md. Test your
+ * driver with `palpus devices --conformance ADDRESS`. It runs on Linux and other POSIX systems; only Linux
+ * has Unix sockets of type SOCK_SEQPACKET.
  */
 #define _DEFAULT_SOURCE
 #include <arpa/inet.h>
@@ -26,7 +26,7 @@
 
 #define RATE_HZ 1000.0
 #define FORCE_MAX 5.0
-/* A loop that is later than this skips its steps, ns. */
+/* If the loop is later than this, it skips the missed steps, ns. */
 #define LATEST 20000000
 
 static volatile sig_atomic_t stopped = 0;
@@ -36,7 +36,7 @@ static void stop(int signal_number) {
     stopped = 1;
 }
 
-/* By the device's clock. */
+/* Returns the time by the device's clock, ns. */
 static uint64_t now_ns(void) {
     struct timespec now;
     clock_gettime(CLOCK_MONOTONIC, &now);
@@ -54,14 +54,14 @@ static uint64_t new_nonce(void) {
     return nonce;
 }
 
-/* ---- the device: a mass that a hand holds by a spring ---- */
+/* ---- the device: a mass that a spring ties to the position of a moving hand ---- */
 
 typedef struct {
     double position[3], velocity[3];
     uint64_t begun;
 } device;
 
-/* Pushes with `force` for one step, and moves the mass. */
+/* Applies `force` (N) for one step, and moves the mass. */
 static void sense_and_push(device *device, const double force[3], uint64_t now) {
     const double mass = 0.1, stiffness = 150.0, damping = 6.0, dt = 1.0 / RATE_HZ;
     double time = (double)(now - device->begun) * 1e-9;
@@ -76,21 +76,21 @@ static void sense_and_push(device *device, const double force[3], uint64_t now) 
 /* ---- the protocol ---- */
 
 typedef struct {
-    int listener, socket;   /* the same for UDP; socket is -1 while nobody is connected */
-    struct sockaddr_in peer; /* UDP: who began the session, or was offered one */
-    int is_udp, running;    /* a session runs */
-    uint64_t hello, session, offer; /* nonces: of the answered hello, of the session, of the offered one */
-    uint64_t heard;         /* when the last command came */
-    uint64_t sent, accepted; /* sequences: of the last state, of the last command */
-    uint64_t floor;         /* only commands that know this state or a newer one may push */
-    int withheld;           /* the last wrench ended without palpus knowing it */
+    int listener, socket;   /* equal for UDP; for a path, socket is -1 while no client is connected */
+    struct sockaddr_in peer; /* UDP: the client of the session, or the last sender */
+    int is_udp, running;    /* running: a session is open */
+    uint64_t hello, session, offer; /* nonces of the answered hello, the session and the offered session */
+    uint64_t heard;         /* time of the last command, ns */
+    uint64_t sent, accepted; /* sequences of the last state and the last command */
+    uint64_t floor;         /* a wrench is applied only if its echo is this state or a newer one */
+    int withheld;           /* a wrench has ended, and palpus has not echoed a state after that */
     double force[3];
-    uint64_t until; /* the force is valid until then */
+    uint64_t until; /* time at which the force expires, ns */
 } bridge;
 
 static void no_force(bridge *bridge) { memset(bridge->force, 0, sizeof bridge->force); }
 
-/* Zero, until a command knows of it. */
+/* Sets the force to zero, until a command echoes a state from now on. */
 static void withhold(bridge *bridge) {
     no_force(bridge);
     bridge->withheld = 1;
@@ -112,13 +112,13 @@ static void hang_up(bridge *bridge) {
     }
 }
 
-/* A session is over after a quarter of a second without a command, a connection without a session after two. */
+/* True after a quarter of a second without a command, or two seconds without a session. */
 static int is_silent(const bridge *bridge, uint64_t now) {
     if (bridge->running) return now - bridge->heard > PALPUS_BRIDGE_SILENCE_NS;
     return !bridge->is_udp && bridge->socket >= 0 && now - bridge->heard > 8 * PALPUS_BRIDGE_SILENCE_NS;
 }
 
-/* A frame for which there is no room is lost; palpus sees that by its sequence. */
+/* If there is no room, the frame is lost; palpus detects this from the sequence numbers. */
 static void send_frame(bridge *bridge, const void *frame, size_t size) {
     if (bridge->is_udp) {
         sendto(bridge->socket, frame, size, MSG_DONTWAIT, (struct sockaddr *)&bridge->peer, sizeof bridge->peer);
@@ -146,7 +146,7 @@ static void welcome(bridge *bridge, const palpus_bridge_header *header) {
 
 static int is_bounded(const palpus_bridge_command *command) {
     for (int k = 0; k < 3; k++) {
-        /* False also for what is not a number. */
+        /* This form also refuses NaN. */
         if (!(fabs(command->force[k]) <= 1e9 && fabs(command->torque[k]) <= 1e9)) return 0;
     }
     return command->valid_for_us <= PALPUS_BRIDGE_MOST_VALID_FOR_US && command->reserved == 0;
@@ -201,11 +201,11 @@ static void take(bridge *bridge, const uint8_t *bytes, size_t size, uint64_t now
         if (bridge->running && header.nonce == bridge->session) end_session(bridge);
         return;
     default:
-        return; /* Not for a driver, damaged, or no frame at all. */
+        return; /* damaged, or not meant for a driver */
     }
 }
 
-/* Takes what has come. */
+/* Takes the frames that have arrived. */
 static void receive(bridge *bridge) {
     uint8_t bytes[PALPUS_BRIDGE_LONGEST + 64];
     if (!bridge->is_udp && bridge->socket < 0) {
@@ -213,7 +213,7 @@ static void receive(bridge *bridge) {
         if (bridge->socket < 0) return;
         bridge->heard = now_ns();
     }
-    /* A flood must not keep the device from its step. */
+    /* The number is bounded, so that a flood of frames does not delay the device. */
     for (int k = 0; k < 64; k++) {
         struct sockaddr_in from;
         socklen_t length = sizeof from;
@@ -222,7 +222,7 @@ static void receive(bridge *bridge) {
         if (size < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) break;
         if (size <= 0) {
             if (!bridge->is_udp) {
-                hang_up(bridge); /* palpus is gone, and says so by the socket */
+                hang_up(bridge); /* palpus has closed the connection */
                 return;
             }
             continue;

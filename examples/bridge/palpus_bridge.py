@@ -1,13 +1,13 @@
-"""The driver's side of palpus' bridge, for Python 3.8 or newer; docs/bridge.md is the specification.
+"""The driver's side of the palpus bridge, for Python 3.8 or newer. docs/bridge.md specifies the protocol.
 
     bridge = Bridge("/tmp/palpus.sock", Spec(name="my arm", force_max=5.0))
     while True:
-        bridge.receive()                  # takes what palpus has sent
-        force, torque = bridge.wrench()   # what to push with now; zero when nothing is valid
-        ...                               # push, sense
+        bridge.receive()                  # takes the frames from palpus
+        force, torque = bridge.wrench()   # the wrench to apply now; zero if none is valid
+        ...                               # apply the wrench, read the sensors
         bridge.send(position=(x, y, z), linear=(vx, vy, vz), force=force, torque=torque)
 
-All units are SI; the frame is x to the right, y away from the user, z up. One thread calls this.
+All units are SI. The frame has x to the right, y away from the user, z up. Use an object from one thread only.
 """
 
 import math
@@ -32,10 +32,10 @@ _BODIES = {
 }
 _MOST_VALID_FOR_US = 100_000
 _LARGEST = 1e9
-# Without a command a session is over after this time, and a connection without a session, ns.
+# A session ends after _SILENCE without a command, a connection without a session after _HANDSHAKE (both in ns).
 _SILENCE = 250_000_000
 _HANDSHAKE = 2_000_000_000
-# Frames that are taken at once: a flood must not keep the device from its step.
+# Largest number of frames that one call takes, so that a flood of frames does not delay the device.
 _MOST_FRAMES = 64
 _NO_WRENCH = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
@@ -49,7 +49,7 @@ def encode(kind, nonce, sequence, *fields):
 
 
 def decode(frame):
-    """Returns (kind, nonce, sequence, fields), or None if the bytes are no sound frame."""
+    """Returns (kind, nonce, sequence, fields), or None if the bytes are not a valid frame."""
     if len(frame) < _HEADER.size:
         return None
     magic, version, kind, size, check, nonce, sequence = _HEADER.unpack_from(frame)
@@ -64,7 +64,7 @@ def decode(frame):
 
 @dataclass
 class Spec:
-    """What the device can do. Zero: none, or not stated."""
+    """Capabilities of the device in SI units; 0 means none or unknown."""
 
     name: str
     force_max: float = 0.0
@@ -86,19 +86,19 @@ class Spec:
 
 
 class Bridge:
-    """Listens at a path or at `udp:127.0.0.1:PORT`, and serves one session after the other."""
+    """Listens at a path or at `udp:127.0.0.1:PORT`, and serves one session at a time."""
 
     def __init__(self, address, spec):
         self.spec = spec
         self._path = None
         self._listener = None
-        self._socket = None  # for a path: None while nobody is connected
-        self._peer = None  # UDP only: who has the session, or spoke last
+        self._socket = None  # for a path: None while no client is connected
+        self._peer = None  # UDP only: address of the session's client, or of the last sender
         self._hello = self._offer = None
         if address.startswith("udp:"):
             host, _, port = address[4:].rpartition(":")
             if not host.startswith("127."):
-                raise ValueError("a bridge listens on loopback only: udp:127.0.0.1:PORT")
+                raise ValueError("a bridge listens on loopback addresses only, such as udp:127.0.0.1:PORT")
             self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
             self._socket.bind((host, int(port)))
             self._socket.setblocking(False)
@@ -114,7 +114,7 @@ class Bridge:
         self._end_session()
 
     def receive(self):
-        """Takes what palpus has sent. Does not wait."""
+        """Takes the frames that have arrived from palpus. Does not wait."""
         now = time.monotonic_ns()
         limit = _SILENCE if self.session is not None else _HANDSHAKE
         if now - self._heard > limit and (self.session is not None or self._path):
@@ -134,7 +134,7 @@ class Bridge:
             except OSError:
                 frame, source = b"", None
             if not frame and self._path:
-                self._hang_up()  # palpus is gone, and says so by the socket
+                self._hang_up()  # palpus has closed the connection
                 return
             if not self._path:
                 if self.session is None:
@@ -144,14 +144,14 @@ class Bridge:
             self._take(decode(frame), time.monotonic_ns())
 
     def wrench(self):
-        """Returns (force, torque) to push with now (N, N m, about the grip, in the device's axes)."""
+        """Returns (force, torque) to apply now (N, N m, about the grip, in the device's axes)."""
         if self._wrench != _NO_WRENCH and time.monotonic_ns() >= self._until:
             self._withhold()
         return self._wrench
 
     def send(self, position, orientation=(0.0, 0.0, 0.0, 1.0), linear=(0.0, 0.0, 0.0), angular=(0.0, 0.0, 0.0),
              force=(0.0, 0.0, 0.0), torque=(0.0, 0.0, 0.0), buttons=0, ready=True, withheld=False):
-        """Sends a state: where the grip is, and the force and torque that act on it now."""
+        """Sends a state: pose and velocity of the grip, and the force and torque that act on it now."""
         if self.session is None:
             return
         if withheld or not ready:
@@ -162,7 +162,7 @@ class Bridge:
         self._send(encode(STATE, self.session, self._sent, *fields, self._accepted, buttons, flags))
 
     def close(self, reason="the driver was stopped"):
-        """Ends the session and stops to listen."""
+        """Ends the session and closes the sockets."""
         if self.session is not None:
             self._sent += 1
             self._send(encode(CLOSE, self.session, self._sent, reason.encode()[:96]))
@@ -182,7 +182,7 @@ class Bridge:
                 self._welcome(nonce, sequence)
         elif kind == COMMAND:
             echo, time_ns, *wrench, valid_for_us, reserved = fields
-            if not all(abs(part) <= _LARGEST for part in wrench):  # false also for what is not a number
+            if not all(abs(part) <= _LARGEST for part in wrench):  # this form also refuses NaN
                 return
             if valid_for_us > _MOST_VALID_FOR_US or reserved != 0:
                 return
@@ -195,7 +195,7 @@ class Bridge:
             self._end_session()
 
     def _welcome(self, nonce, sequence):
-        # A hello that is said again is answered again, with the same session.
+        # A repeated hello gets the same session again.
         if self._hello != nonce:
             self._hello, self._offer = nonce, secrets.randbits(64)
         self._send(encode(WELCOME, nonce, sequence, *self.spec.fields(self._offer)))
@@ -212,7 +212,7 @@ class Bridge:
             self._withhold()
 
     def _withhold(self):
-        """Zero, until a command knows of it."""
+        """Sets the wrench to zero, until a command echoes a state from now on."""
         self._wrench, self._withheld, self._floor = _NO_WRENCH, True, self._sent + 1
 
     def _end_session(self):
@@ -227,7 +227,7 @@ class Bridge:
             self._socket = None
 
     def _send(self, frame):
-        """A frame for which there is no room is lost; palpus sees that by its sequence."""
+        """Sends a frame. If there is no room, it is lost; palpus detects this from the sequence numbers."""
         try:
             if self._path:
                 self._socket.send(frame)
@@ -238,6 +238,6 @@ class Bridge:
 
 
 def _within(vector, most):
-    """Returns the vector, shortened to the length `most`."""
+    """Returns the vector, shortened to at most the length `most`."""
     length = math.hypot(*vector)
     return tuple(part * most / length for part in vector) if length > most else tuple(vector)

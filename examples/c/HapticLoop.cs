@@ -1,4 +1,4 @@
-// A haptic loop in C#: the same as haptic_loop.c.
+// A haptic loop in C#, like haptic_loop.c.
 using System;
 using System.Globalization;
 
@@ -31,16 +31,16 @@ static class HapticLoop
             world.AddTool(finger, settings);
             for (int tick = 0; tick < 1000; tick++)
             {
-                // Here the state of your device; the tool touches at 0.03 m.
+                // Read the state of your device here. The tool touches the plate at 0.03 m.
                 probes[0].Pose = Palpus.Pose.At(0, 0, 0.04 - 0.000012 * tick);
                 world.Step(probes, wrenches, 1e-3);
-                // Here the wrench goes to your device.
+                // Send the wrench to your device here.
                 if (tick % 100 == 99)
                     Console.WriteLine(string.Format(CultureInfo.InvariantCulture, "{0,3} ms: {1:F6} N", tick + 1, wrenches[0].Force.Z));
             }
         }
         try { new Palpus.Body("not-there.obj", 1); }
-        catch (Palpus.PalpusException error) { Console.WriteLine("as it should: " + error.Message); return wrenches[0].Force.Z > 1 ? 0 : 1; }
+        catch (Palpus.PalpusException error) { Console.WriteLine("expected error: " + error.Message); return wrenches[0].Force.Z > 1 ? 0 : 1; }
         return 1;
     }
 }

@@ -1,5 +1,5 @@
-// palpus for C#: as much of include/palpus.h as a haptic loop needs. Works in Unity unchanged, beside the
-// native library. docs/c.md is its page.
+// palpus for C#: the part of include/palpus.h that a haptic loop needs. Works in Unity unchanged, together with
+// the native library. docs/c.md describes it.
 using System;
 using System.Runtime.InteropServices;
 using System.Text;
@@ -9,7 +9,7 @@ namespace Palpus
     [StructLayout(LayoutKind.Sequential)]
     public struct Vector { public double X, Y, Z; public Vector(double x, double y, double z) { X = x; Y = y; Z = z; } }
 
-    /// Position in m; unit quaternion x, y, z, w.
+    /// Position (m) and unit quaternion (x, y, z, w).
     [StructLayout(LayoutKind.Sequential)]
     public struct Pose
     {
@@ -18,9 +18,9 @@ namespace Palpus
         public static Pose At(double x, double y, double z) { return new Pose { Position = new Vector(x, y, z), Qw = 1 }; }
     }
 
-    /// m/s and rad/s.
+    /// Velocity, m/s and rad/s.
     [StructLayout(LayoutKind.Sequential)] public struct Twist { public Vector Linear, Angular; }
-    /// N and N m.
+    /// Force and torque, N and N m.
     [StructLayout(LayoutKind.Sequential)] public struct Wrench { public Vector Force, Torque; }
     [StructLayout(LayoutKind.Sequential)] public struct Probe { public Pose Pose; public Twist Twist; }
     [StructLayout(LayoutKind.Sequential)] public struct BodyHandle { public ulong Id; }
@@ -48,7 +48,8 @@ namespace Palpus
         public ulong Capacity;
         public uint SmoothClusters, Saturation, HasCoupling, HasShading, HasFriction, HasMaterial;
 
-        /// A tool as hard as a device of these limits (N, N m) can show; period in s, tolerance in m.
+        /// Settings of a tool with the largest stiffness that a device with these limits (N, N m) can render.
+        /// period: of the loop, s. tolerance: contact tolerance, m.
         public static Settings Coupled(double force, double torque, double period, double tolerance)
         {
             Settings settings;
@@ -78,14 +79,14 @@ namespace Palpus
     {
         internal BodyHandle Handle;
 
-        /// vertices: x, y, z of each, m. triangles: three vertex numbers of each.
+        /// vertices: x, y, z of each vertex, m. triangles: three vertex numbers of each triangle.
         public Body(double[] vertices, uint[] triangles)
         {
             PalpusException.Check(Native.palpus_body_from_triangles(vertices, (UIntPtr)(vertices.Length / 3), triangles,
                 (UIntPtr)(triangles.Length / 3), IntPtr.Zero, out Handle));
         }
 
-        /// A mesh file; scale in m per unit of the model.
+        /// Reads a mesh file. scale: m per unit of the model.
         public Body(string path, double scale)
         {
             var settings = new BodySettings { Scale = scale, Flatness = 3e-5, Thick = 1 };
@@ -114,7 +115,7 @@ namespace Palpus
             return added;
         }
 
-        /// mass in kg.
+        /// mass: kg.
         public ObjectHandle AddFree(Body body, Pose pose, double mass)
         {
             ObjectHandle added;
@@ -129,10 +130,10 @@ namespace Palpus
             return added;
         }
 
-        /// dt in s; one probe and one wrench for each tool.
+        /// Computes one tick. dt: time since the last tick, s. Both arrays have one element per tool.
         public void Step(Probe[] probes, Wrench[] wrenches, double dt)
         {
-            if (probes.Length != wrenches.Length) throw new ArgumentException("as many wrenches as probes");
+            if (probes.Length != wrenches.Length) throw new ArgumentException("there must be as many wrenches as probes");
             PalpusException.Check(Native.palpus_world_step(handle, probes, wrenches, (UIntPtr)probes.Length, dt));
         }
 

@@ -1,7 +1,7 @@
 /*
- * Contacts and depth of two mesh files, and a haptic loop, in C++17. Built by CMakeLists.txt beside it.
+ * Contacts and depth of two mesh files, and a haptic loop, in C++17. CMakeLists.txt in this folder builds it.
  *
- *   contacts TOOL PART      two files, in mm
+ *   contacts TOOL PART      two mesh files, in mm
  */
 #include <cstdio>
 
@@ -30,7 +30,7 @@ int main(int count, char **words) try {
     const auto held = world.add_tool(tool, settings);
     palpus::Wrench wrench{};
     for (int tick = 0; tick < 1000; tick++) {
-        /* Down along z, into the part at last. */
+        /* The tool moves down along z, and at the end into the part. */
         const palpus::Probe probe{palpus::at(0.0172, 0.015, 0.012 - 7e-6 * tick), {}};
         wrench = world.step(probe, 1e-3);
     }
@@ -40,7 +40,7 @@ int main(int count, char **words) try {
     try {
         palpus::Body missing("not-there.obj");
     } catch (const palpus::Error &error) {
-        std::printf("as it should: %s\n", error.what());
+        std::printf("expected error: %s\n", error.what());
         return error.code() == PALPUS_ERROR_FILE ? 0 : 1;
     }
     return 1;

@@ -1,5 +1,5 @@
 /*
- * A haptic loop in C: a device goes down on a plate, a thousand times a second.
+ * A haptic loop in C at 1 kHz: a device moves down onto a plate.
  *
  *   cargo build --release -p palpus-capi
  *   cc -std=c99 -O2 -I include -o haptic_loop examples/c/haptic_loop.c -L target/release -lpalpus_capi -lm
@@ -39,7 +39,7 @@ int main(void) {
     palpus_wrench wrench = {{0, 0, 0}, {0, 0, 0}};
 
     check(palpus_check_abi(PALPUS_ABI_VERSION));
-    /* A device of 8.5 N and 0.19 N m; contacts are looked for within 0.2 mm. */
+    /* A device of 8.5 N and 0.19 N m; the contact tolerance is 0.2 mm. */
     check(palpus_settings_coupled(8.5, 0.19, period, 2e-4, &settings));
     check(palpus_world_create(&settings, &world));
     palpus_body big = block(0.1, 0.1, 0.02), small = block(0.01, 0.01, 0.04);
@@ -47,10 +47,10 @@ int main(void) {
     check(palpus_world_add_tool(world, small, &settings, &tool));
 
     for (int tick = 0; tick < 1000; tick++) {
-        /* Here the state of your device; the tool touches at 0.03 m. */
+        /* Read the state of your device here. The tool touches the plate at 0.03 m. */
         probe.pose.position[2] = 0.04 - 0.000012 * tick;
         check(palpus_world_step(world, &probe, &wrench, 1, period));
-        /* Here the wrench goes to your device. */
+        /* Send the wrench to your device here. */
         if (tick % 100 == 99) printf("%3d ms: %.6f N\n", tick + 1, wrench.force[2]);
     }
     check(palpus_world_destroy(world));

@@ -1,14 +1,14 @@
 /*
- * A laboratory's own haptic loop in plain C: the device is a process behind palpus' bridge (docs/bridge.md),
- * the wrench comes from the C library, and what stands between it and the hand is here.
+ * Your own haptic loop in plain C. The device is a process behind the palpus bridge (docs/bridge.md), the wrench
+ * comes from the C library, and this file limits the wrench before it reaches the hand.
  *
  *   cc -std=c99 -O2 -I include -o driver examples/bridge/driver.c -lm && ./driver /tmp/lab.sock &
  *   cargo build --release -p palpus-capi
  *   cc -std=c99 -O2 -I include -o own_loop examples/c/own_loop.c -L target/release -lpalpus_capi -lm
  *   LD_LIBRARY_PATH=target/release ./own_loop /tmp/lab.sock
  *
- * The limits below (size, growth, a slow start, zero when the device says so or is silent) are the least
- * that a loop of one's own needs. `palpus run --device bridge:…` has the whole safety chain (docs/safety.md).
+ * Your own loop needs at least the limits below: size, slew, a slow start, and zero when the device withholds
+ * its force or is silent. `palpus run --device bridge:…` has the whole safety chain (docs/safety.md).
  */
 #define _DEFAULT_SOURCE
 #include <errno.h>
@@ -26,9 +26,9 @@
 
 #define PERIOD 1e-3
 #define SECONDS 3.0
-/* N in a tick: how fast a force may grow. */
+/* Largest change of the force in a tick, N. */
 #define SLEW 0.2
-/* s in which forces grow in, at the start and after the device has withheld them. */
+/* Time in which the force ramps up, at the start and after the device has withheld it, s. */
 #define GROW_IN 0.5
 
 static void check(palpus_result result) {
@@ -55,7 +55,7 @@ typedef struct {
     int socket;
     uint64_t session, sequence;
     palpus_bridge_welcome spec;
-    palpus_bridge_state state; /* the newest */
+    palpus_bridge_state state; /* newest state */
 } device;
 
 static void send_command(device *device, const double force[3]) {
@@ -64,13 +64,13 @@ static void send_command(device *device, const double force[3]) {
     frame.echo = device->state.header.sequence;
     frame.time_ns = device->state.time_ns;
     memcpy(frame.force, force, sizeof frame.force);
-    frame.valid_for_us = 20000; /* then the device goes to zero by itself, whatever has happened to us */
+    frame.valid_for_us = 20000; /* after this time the device goes to zero by itself, even if this program has failed */
     palpus_bridge_seal(&frame, PALPUS_BRIDGE_COMMAND, sizeof frame, device->session, ++device->sequence);
     if (send(device->socket, &frame, sizeof frame, MSG_DONTWAIT | MSG_NOSIGNAL) < 0 && errno != EAGAIN)
-        fail("the device is gone");
+        fail("the connection to the device is lost");
 }
 
-/* Takes all states that have come; waits for the first one for `timeout_ms`. 0: none came. */
+/* Takes all states that have arrived; waits at most `timeout_ms` for the first one. Returns 0 without a state. */
 static int newest_state(device *device, int timeout_ms) {
     uint8_t bytes[PALPUS_BRIDGE_LONGEST + 64];
     struct pollfd ready = {device->socket, POLLIN, 0};
@@ -82,7 +82,7 @@ static int newest_state(device *device, int timeout_ms) {
         if (size < 0) return found;
         if (size == 0) {
             errno = ECONNRESET;
-            fail("the device is gone");
+            fail("the connection to the device is lost");
         }
         if (palpus_bridge_kind(bytes, (size_t)size) != PALPUS_BRIDGE_STATE) continue;
         memcpy(&state, bytes, sizeof state);
@@ -117,7 +117,7 @@ static void open_device(device *device, const char *path) {
         memcpy(&device->spec, bytes, sizeof device->spec);
         if (device->spec.header.nonce != nonce) continue;
         device->session = device->spec.session;
-        send_command(device, none); /* begins the session */
+        send_command(device, none); /* this begins the session */
         if (newest_state(device, 250)) return;
     }
     errno = ETIMEDOUT;
@@ -156,7 +156,7 @@ int main(int count, char **arguments) {
     memcpy(start, device.state.position, sizeof start);
 
     check(palpus_settings_coupled(force_max, device.spec.torque_max, PERIOD, 2e-4, &settings));
-    if (device.spec.actuated[1] == 0) settings.saturation = 2; /* no motors for torques */
+    if (device.spec.actuated[1] == 0) settings.saturation = 2; /* the device has no motors for torques */
     settings.has_material = 1;                                 /* taps sound like wood */
     check(palpus_world_create(&settings, &world));
     const palpus_pose table_pose = {{0, 0, -0.03}, {0, 0, 0, 1}};
@@ -176,7 +176,7 @@ int main(int count, char **arguments) {
         memcpy(probe.pose.rotation, device.state.orientation, sizeof probe.pose.rotation);
         memcpy(probe.twist.linear, device.state.linear, sizeof probe.twist.linear);
         memcpy(probe.twist.angular, device.state.angular, sizeof probe.twist.angular);
-        /* After an error the wrench is zero, and so is what the hand gets. */
+        /* After an error the wrench is zero, so the hand gets no force. */
         if (palpus_world_step(world, &probe, &wrench, 1, PERIOD) != PALPUS_OK)
             fprintf(stderr, "own_loop: %s\n", palpus_last_error());
 
@@ -196,7 +196,7 @@ int main(int count, char **arguments) {
         if (next.tv_nsec >= 1000000000) next.tv_nsec -= 1000000000, next.tv_sec++;
         clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &next, NULL);
     }
-    /* Zero, whatever ended the loop. */
+    /* Sends zero, however the loop has ended. */
     const double none[3] = {0, 0, 0};
     send_command(&device, none);
     palpus_bridge_close last;
@@ -205,6 +205,6 @@ int main(int count, char **arguments) {
     palpus_bridge_seal(&last, PALPUS_BRIDGE_CLOSE, sizeof last, device.session, ++device.sequence);
     send(device.socket, &last, sizeof last, MSG_NOSIGNAL);
     check(palpus_world_destroy(world));
-    printf("%s: %ld ticks, %ld without a new state; at most %.2f N of %.1f\n", device.spec.name, ticks, missed, strongest, force_max);
+    printf("%s: %ld ticks, %ld without a new state; largest force %.2f N of %.1f N\n", device.spec.name, ticks, missed, strongest, force_max);
     return strongest > 0.1 && strongest <= force_max * 1.000001 ? 0 : 1;
 }

@@ -1,18 +1,19 @@
-"""A robot in MuJoCo feels a ring through palpus: MuJoCo at 500 Hz, the touch at 1 kHz.
+"""A robot in MuJoCo touches a ring, with contact forces from palpus: MuJoCo at 500 Hz, palpus at 1 kHz.
 
     pip install mujoco matplotlib, and palpus from this repository
     python examples/python/mujoco_robot.py [--out FOLDER]
 
-MuJoCo moves the arm, and takes a mesh for its convex hull: a peg could not enter a ring. So its own contacts are off,
-and palpus, which has the ring as it is, says what the peg feels. A controller pulls the peg along a circle that is
-wider than the hole, so that the peg goes round along the wall. Writes robot.png and forces.png.
+MuJoCo moves the arm. It replaces each mesh by its convex hull, so the peg could not enter the ring. So MuJoCo's
+contacts are switched off, and palpus, which uses the real shape of the ring, computes the contact forces. A controller
+pulls the peg along a circle that is wider than the hole, so the peg slides along the wall. The script writes robot.png
+and forces.png.
 """
 
 import argparse
 import os
 import pathlib
 
-os.environ.setdefault("MUJOCO_GL", "egl")  # draws without a display
+os.environ.setdefault("MUJOCO_GL", "egl")  # renders without a display
 
 import matplotlib
 
@@ -23,13 +24,13 @@ import numpy as np
 
 import palpus
 
-HOST_PERIOD = 2e-3  # s, of MuJoCo
-TOUCH_PERIOD = 1e-3  # s, of palpus
-HOLE = 0.012  # m: the ring's inner radius
-TUBE = 0.008  # m: the radius of the ring's tube
-PEG = (0.005, 0.04)  # m: radius and length
-CENTRE = np.array([0.45, 0.0, 0.2])  # of the ring
-CIRCLE = 0.011  # m: of the path that the controller pulls along; the peg's middle can move by 7 mm
+HOST_PERIOD = 2e-3  # time step of MuJoCo, s
+TOUCH_PERIOD = 1e-3  # time step of palpus, s
+HOLE = 0.012  # inner radius of the ring, m
+TUBE = 0.008  # radius of the ring's tube, m
+PEG = (0.005, 0.04)  # radius and length of the peg, m
+CENTRE = np.array([0.45, 0.0, 0.2])  # centre of the ring, m
+CIRCLE = 0.011  # radius of the controller's path, m; the peg's axis has only 7 mm of clearance
 
 ARM = """
 <mujoco>
@@ -81,7 +82,7 @@ ARM = """
 
 
 def ring() -> tuple[np.ndarray, np.ndarray]:
-    """A torus about the z axis: vertices (m) and triangles."""
+    """Returns a torus about the z axis: vertices (m) and triangles."""
     around, across = 96, 20
     u, v = np.meshgrid(np.arange(around) * 2 * np.pi / around, np.arange(across) * 2 * np.pi / across, indexing="ij")
     far = HOLE + TUBE + TUBE * np.cos(v)
@@ -97,7 +98,7 @@ def quads(around: int, across: int) -> np.ndarray:
 
 
 def peg() -> tuple[np.ndarray, np.ndarray]:
-    """A prism of 48 sides along z, from 0 to its length: vertices (m) and triangles."""
+    """Returns a prism of 48 sides along z, from 0 to its length: vertices (m) and triangles."""
     sides = 48
     angle = np.arange(sides) * 2 * np.pi / sides
     rim = PEG[0] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
@@ -109,7 +110,7 @@ def peg() -> tuple[np.ndarray, np.ndarray]:
 
 
 def path(time: float) -> np.ndarray:
-    """Where the controller pulls the peg's site to: down into the hole, outwards, round, back and up."""
+    """Returns the controller's goal for the peg's site: into the hole, outwards, around, back and up (m)."""
     ease = lambda t: 0.5 - 0.5 * np.cos(np.pi * np.clip(t, 0, 1))  # noqa: E731
     depth = 0.05 * (ease(time / 0.8) - ease((time - 4.2) / 0.8))
     radius = CIRCLE * (ease((time - 0.9) / 0.4) - ease((time - 3.7) / 0.4))
@@ -122,7 +123,7 @@ def text(numbers: np.ndarray) -> str:
 
 
 class Robot:
-    """The arm, and a controller that pulls its peg along the path like a spring."""
+    """The arm, with a controller that pulls the peg along the path like a spring."""
 
     STIFFNESS = np.array([900.0] * 3 + [12.0] * 3)  # N/m, N·m/rad
     DAMPING = np.array([45.0] * 3 + [0.5] * 3)  # N·s/m, N·m·s/rad
@@ -143,7 +144,7 @@ class Robot:
         self.data = mujoco.MjData(self.model)
         self.site = self.model.site("peg").id
         self.data.qpos[:] = [0.0, 0.35, 1.6, np.pi - 1.95, 0.0, 0.0]
-        for _ in range(200):  # to where the path begins
+        for _ in range(200):  # inverse kinematics to the start of the path
             mujoco.mj_forward(self.model, self.data)
             self.data.qpos += np.linalg.pinv(self.jacobian(), rcond=1e-3) @ self.error(path(0.0)) * 0.3
         mujoco.mj_forward(self.model, self.data)
@@ -154,20 +155,20 @@ class Robot:
         return np.concatenate([linear, angular])
 
     def error(self, wanted: np.ndarray) -> np.ndarray:
-        """What is missing to the wanted place and orientation, (6,)."""
+        """Returns the position error (m) and orientation error (rad) to the goal, shape (6,)."""
         rotation = self.data.site_xmat[self.site].reshape(3, 3)
         turn = 0.5 * np.cross(rotation.T, self.DOWN.T).sum(axis=0)
         return np.concatenate([wanted - self.data.site_xpos[self.site], turn])
 
     def pose_and_twist(self) -> tuple[np.ndarray, np.ndarray]:
-        """Those of the peg's frame, as palpus takes them."""
+        """Returns pose and velocity of the peg's frame, in the format of palpus."""
         quaternion = np.zeros(4)
         mujoco.mju_mat2Quat(quaternion, self.data.site_xmat[self.site])
         pose = np.concatenate([self.data.site_xpos[self.site], quaternion[1:], quaternion[:1]])
         return pose, self.jacobian() @ self.data.qvel
 
     def step(self, wanted: np.ndarray, wrench: np.ndarray) -> None:
-        """Moves the arm by a period of MuJoCo's; `wrench` acts on the peg, at its site."""
+        """Moves the arm by one MuJoCo step; `wrench` acts on the peg at its site (N, N·m)."""
         jacobian = self.jacobian()
         pull = self.STIFFNESS * self.error(wanted) - self.DAMPING * (jacobian @ self.data.qvel)
         self.data.qfrc_applied[:] = self.data.qfrc_bias + jacobian.T @ (pull + wrench)
@@ -175,9 +176,9 @@ class Robot:
 
 
 def moved(pose: np.ndarray, twist: np.ndarray, time: float) -> np.ndarray:
-    """Where a frame is that moves at this twist for this time."""
+    """Returns the pose of a frame after it has moved with `twist` for `time` (s)."""
     quaternion = pose[[6, 3, 4, 5]].copy()
-    # MuJoCo turns about the body's own axes.
+    # MuJoCo expects the angular velocity in the body's own axes.
     own, inverse = np.zeros(3), np.zeros(4)
     mujoco.mju_negQuat(inverse, quaternion)
     mujoco.mju_rotVecQuat(own, twist[3:], inverse)
@@ -186,9 +187,9 @@ def moved(pose: np.ndarray, twist: np.ndarray, time: float) -> np.ndarray:
 
 
 def run(out: pathlib.Path) -> dict[str, np.ndarray]:
-    """Runs five seconds, writes the pictures, and returns what was felt."""
+    """Runs five seconds, writes the pictures, and returns times, forces, positions and contact counts."""
     robot = Robot()
-    # The robot is heavy and its place is known, so contacts push it directly; for a device in a hand, `coupled`.
+    # The robot is heavy and its pose is exact, so contacts act on it directly. For a hand-held device use `coupled`.
     settings = palpus.Settings.direct(tolerance=1e-3, stiffness=5000, damping=30, force=50, torque=5)
     world = palpus.World(settings)
     ring_body, peg_body = palpus.Body.from_arrays(*ring()), palpus.Body.from_arrays(*peg())
@@ -198,7 +199,7 @@ def run(out: pathlib.Path) -> dict[str, np.ndarray]:
     times, forces, places, counts = [], [], [], []
     for tick in range(round(5.0 / HOST_PERIOD)):
         time = tick * HOST_PERIOD
-        # The robot is heard 500 times a second; in between palpus goes on with its velocity.
+        # The robot's pose is read 500 times per second. Between two reads palpus extrapolates it with the velocity.
         pose, twist = robot.pose_and_twist()
         wrenches = [
             world.step(moved(pose, twist, k * TOUCH_PERIOD), TOUCH_PERIOD, twists=twist)[0] for k in range(steps)
@@ -231,9 +232,9 @@ def plot(felt: dict[str, np.ndarray], file: pathlib.Path) -> None:
     left.set(xlabel="time, s", ylabel="N")
     left.legend(fontsize="small")
     wanted = 1e3 * (np.array([path(time) for time in felt["time"]]) - CENTRE)
-    right.plot(wanted[:, 0], wanted[:, 1], "--", color="gray", linewidth=1, label="where it is pulled to")
-    right.plot(*(1e3 * felt["place"][:, :2].T), color="tab:blue", label="the peg's middle")
-    right.add_patch(plt.Circle((0, 0), 1e3 * (HOLE - PEG[0]), fill=False, color="tab:red", label="room in the hole"))
+    right.plot(wanted[:, 0], wanted[:, 1], "--", color="gray", linewidth=1, label="goal of the controller")
+    right.plot(*(1e3 * felt["place"][:, :2].T), color="tab:blue", label="axis of the peg")
+    right.add_patch(plt.Circle((0, 0), 1e3 * (HOLE - PEG[0]), fill=False, color="tab:red", label="clearance in the hole"))
     right.set(xlabel="x, mm", ylabel="y, mm", aspect="equal")
     figure.legend(*right.get_legend_handles_labels(), fontsize="small", loc="outside upper right", ncols=3)
     figure.savefig(file, dpi=100)
@@ -246,7 +247,7 @@ def main() -> None:
     out.mkdir(parents=True, exist_ok=True)
     felt = run(out)
     strongest, widest = np.linalg.norm(felt["force"], axis=1).max(), np.hypot(*felt["place"][:, :2].T).max()
-    print(f"at most {strongest:.2f} N; the peg's middle came {widest * 1e3:.2f} mm from the ring's, {(HOLE - PEG[0]) * 1e3:.0f} have room")
+    print(f"largest force {strongest:.2f} N; the peg moved {widest * 1e3:.2f} mm off the ring's axis, with {(HOLE - PEG[0]) * 1e3:.0f} mm of clearance")
     print(f"pictures: {out / 'robot.png'}, {out / 'forces.png'}")
 
 

@@ -1,59 +1,59 @@
-//! Values out of an input's bytes: small changes of the bytes are small changes of the values, and
-//! special cases are common.
+//! Converts the bytes of an input to values. Small changes of the bytes give small changes of the
+//! values, and special cases are frequent.
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Twist};
 use palpus::body::{Body, BodySettings, PolygonSoup};
 
-/// Bytes to be used up; behind the end there are zeros.
+/// The remaining bytes of an input; after its end, all bytes are zero.
 pub struct Bytes<'a> {
     rest: &'a [u8],
 }
 
 impl<'a> Bytes<'a> {
-    /// Reads from an input.
+    /// Starts at the beginning of an input.
     pub fn new(data: &'a [u8]) -> Self {
         Self { rest: data }
     }
 
-    /// Nothing is left.
+    /// Returns true if no bytes remain.
     pub fn is_empty(&self) -> bool {
         self.rest.is_empty()
     }
 
-    /// All that is left.
+    /// Returns all remaining bytes.
     pub fn rest(self) -> &'a [u8] {
         self.rest
     }
 
-    /// Up to `count` bytes.
+    /// Returns the next `count` bytes, or fewer at the end of the input.
     pub fn take(&mut self, count: usize) -> &'a [u8] {
         let (taken, rest) = self.rest.split_at(count.min(self.rest.len()));
         self.rest = rest;
         taken
     }
 
-    /// The next byte.
+    /// Returns the next byte.
     pub fn byte(&mut self) -> u8 {
         self.take(1).first().copied().unwrap_or(0)
     }
 
-    /// The next two bytes as a number.
+    /// Returns the next two bytes as a number.
     pub fn short(&mut self) -> u16 {
         u16::from_le_bytes([self.byte(), self.byte()])
     }
 
-    /// Less than `limit`.
+    /// Returns a number less than `limit`.
     pub fn below(&mut self, limit: usize) -> usize {
         usize::from(self.byte()) % limit
     }
 
-    /// Once in a while.
+    /// Returns true in rare cases.
     pub fn rarely(&mut self) -> bool {
         self.byte() > 230
     }
 
-    /// Any double.
+    /// Returns any double.
     pub fn any(&mut self) -> f64 {
         let mut bytes = [0; 8];
         let taken = self.take(8);
@@ -61,7 +61,7 @@ impl<'a> Bytes<'a> {
         f64::from_le_bytes(bytes)
     }
 
-    /// From −4 to 4: mostly of a grid of 1/32, sometimes a little beside it.
+    /// Returns a number from −4 to 4: usually on a grid of 1/32, sometimes slightly off the grid.
     pub fn coordinate(&mut self) -> f64 {
         let byte = self.byte();
         if byte < 200 {
@@ -71,22 +71,22 @@ impl<'a> Bytes<'a> {
         f64::from(grid) / 32.0 + f64::from(beside) * 0.1f64.powi(i32::from(size))
     }
 
-    /// From 0 to 1.
+    /// Returns a number from 0 to 1.
     pub fn share(&mut self) -> f64 {
         f64::from(self.short()) / 65535.0
     }
 
-    /// Between two positive numbers, by size.
+    /// Returns a number between two positive numbers, distributed logarithmically.
     pub fn between(&mut self, least: f64, most: f64) -> f64 {
         (least * (most / least).powf(self.share())).clamp(least, most)
     }
 
-    /// Near the origin.
+    /// Returns a point near the origin.
     pub fn point(&mut self) -> DVec3 {
         DVec3::new(self.coordinate(), self.coordinate(), self.coordinate())
     }
 
-    /// Any pose near the origin; quarter turns are common.
+    /// Returns a pose near the origin; quarter turns are frequent.
     pub fn pose(&mut self, scale: f64) -> Pose {
         let kind = self.byte();
         let rotation = if kind < 64 {
@@ -99,13 +99,13 @@ impl<'a> Bytes<'a> {
         Pose::new(rotation, self.point() * scale)
     }
 
-    /// A pose as a device that is out of order may say it.
+    /// Returns a pose as a faulty device may report it.
     pub fn wild_pose(&mut self) -> Pose {
         let mut any = || self.any();
         Pose { rotation: DQuat::from_xyzw(any(), any(), any(), any()), translation: DVec3::new(any(), any(), any()) }
     }
 
-    /// A velocity; sometimes any numbers.
+    /// Returns a twist, which sometimes consists of arbitrary numbers.
     pub fn twist(&mut self) -> Twist {
         let vector = |bytes: &mut Self| {
             if bytes.rarely() { DVec3::new(bytes.any(), bytes.any(), bytes.any()) } else { bytes.point() }
@@ -113,7 +113,7 @@ impl<'a> Bytes<'a> {
         Twist { angular: vector(self), linear: vector(self) }
     }
 
-    /// Settings for making a body.
+    /// Returns settings for the preparation of a body.
     pub fn body_settings(&mut self) -> BodySettings {
         let flags = self.byte();
         BodySettings {
@@ -123,7 +123,7 @@ impl<'a> Bytes<'a> {
         }
     }
 
-    /// A few points and polygons between them, well made or not.
+    /// Returns a few points and polygons between them, which may be invalid.
     pub fn soup(&mut self, most_vertices: usize, most_faces: usize) -> PolygonSoup {
         let vertices = 3 + self.below(most_vertices - 2);
         let faces = 1 + self.below(most_faces);
@@ -138,8 +138,8 @@ impl<'a> Bytes<'a> {
         soup
     }
 
-    /// A small body: the hull of some points, a prism over a star, or what some polygons give,
-    /// times `unit`. `None` if they give none.
+    /// Returns a small body: the hull of some points, a prism over a star, or the body of some
+    /// polygons, scaled by `unit`. `None` if the input gives no valid body.
     pub fn body(&mut self, unit: f64) -> Option<Body> {
         match self.byte() % 4 {
             0 => {
@@ -160,7 +160,8 @@ impl<'a> Bytes<'a> {
         }
     }
 
-    /// A closed prism over a polygon of any radii: blocks, stars, wedges, plates.
+    /// Returns a closed prism over a polygon of arbitrary radii: a block, a star, a wedge or a
+    /// plate.
     fn star(&mut self) -> PolygonSoup {
         let sides = 3 + self.below(8) as u32;
         let height = 0.01 + 2.0 * self.share();

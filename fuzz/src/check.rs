@@ -1,17 +1,19 @@
-//! Promises of readers and the engine; each function panics where a promise is broken.
+//! Checks of the guarantees of the readers and the engine. Each function panics if a guarantee is
+//! violated.
 
 use glam::DVec3;
 use palpus::body::{Body, PolygonSoup};
 use palpus::detect::Contact;
 
-/// An error of a reader is one line, of a size that a person reads, and names the file.
+/// Checks that an error of a reader is a single line of moderate length that names the file.
 pub fn error(text: &str, file: &str) {
     assert!(text.contains(file), "an error that does not name the file: {text}");
     assert!(!text.contains('\n'), "an error of many lines: {text}");
     assert!(text.len() < 700 + file.len(), "a long error: {text}");
 }
 
-/// A soup's coordinates are finite, its indices in range, its faces have three corners or more.
+/// Checks that the coordinates of a soup are finite, its indices are in range, and each face has at
+/// least three corners.
 pub fn soup(soup: &PolygonSoup) {
     assert!(soup.vertices.iter().all(|v| v.is_finite()));
     assert!(soup.face_vertices.iter().all(|&v| (v as usize) < soup.vertices.len()));
@@ -19,7 +21,8 @@ pub fn soup(soup: &PolygonSoup) {
     assert_eq!(soup.face_starts.last(), Some(&(soup.face_vertices.len() as u32)));
 }
 
-/// A body's pieces are sound and of its triangles, its numbers finite.
+/// Checks that the pieces of a body are valid and refer to its triangles, and that its numbers are
+/// finite.
 pub fn body(body: &Body) {
     assert!(!body.polytopes().is_empty() && body.polytopes().len() == body.pieces().len());
     for polytope in body.polytopes().iter().chain(body.hierarchy().hulls()) {
@@ -33,12 +36,13 @@ pub fn body(body: &Body) {
     assert!(mass.volume.is_finite() && mass.center_of_mass.is_finite(), "{mass:?}");
 }
 
-/// Allowed rounding of `point_a − point_b = separation · normal`, relative to the size of the
+/// Allowed rounding error of `point_a − point_b = separation · normal`, relative to the size of the
 /// bodies.
 const IDENTITY_SLACK: f64 = 1e-9;
 
-/// Contacts are finite, nearer than `tolerance`, and `point_a − point_b = separation · normal`;
-/// `size` is that of bodies and pose together.
+/// Checks that contacts are finite, closer than `tolerance`, and satisfy `point_a − point_b =
+/// separation · normal`. `size` is the sum of the sizes of the bodies and the length of the pose's
+/// translation.
 pub fn contacts(contacts: &[Contact], tolerance: f64, size: f64) {
     for contact in contacts {
         let Contact { point_a, point_b, normal, separation, slope, .. } = *contact;
@@ -48,12 +52,13 @@ pub fn contacts(contacts: &[Contact], tolerance: f64, size: f64) {
         let gap: DVec3 = point_a - point_b - separation * normal;
         assert!(gap.length() <= IDENTITY_SLACK * size, "off by {:e} of {size}: {contact:?}", gap.length());
         assert!(separation <= tolerance + IDENTITY_SLACK * size, "beyond the tolerance {tolerance}: {contact:?}");
-        // Whatever overlaps, no way out is longer than both bodies together.
+        // The depth of an overlap does not exceed the total size of both bodies.
         assert!(separation >= -2.0 * size, "{contact:?}");
     }
 }
 
-/// True if `v` is no longer than `most`. The square of a finite number need not be finite.
+/// Returns true if `v` is not longer than `most`. The squared length of a finite vector may be
+/// infinite.
 pub fn within(v: DVec3, most: f64) -> bool {
     let largest = v.abs().max_element();
     largest <= 0.0 || (v / largest).length() * largest <= most

@@ -1,4 +1,4 @@
-//! Inputs of a renderer: bodies, settings, states and a clock.
+//! Generates the inputs of a renderer: bodies, settings, states and a clock.
 
 use std::cell::{Cell, OnceCell};
 use std::sync::Arc;
@@ -11,11 +11,11 @@ use palpus::render::{Clustering, Limits, ProbeState, Saturation, Settings, Tick,
 
 use crate::{Bytes, check};
 
-/// A clock that goes by leaps, and never back.
+/// A clock that advances in steps and never goes back.
 pub struct Leaps(Cell<u64>, u64);
 
 impl Leaps {
-    /// Each look at it takes so long, ns.
+    /// Returns a clock that advances by `leap` ns on each call.
     pub fn of(leap: u64) -> Self {
         Self(Cell::new(0), leap)
     }
@@ -32,7 +32,7 @@ thread_local! {
     static BODIES: OnceCell<Vec<Arc<Body>>> = const { OnceCell::new() };
 }
 
-/// A block, a tetrahedron, an L, a sheet: 2 cm to 4 cm large.
+/// Returns a block, a tetrahedron, an L and a sheet, with sizes of 2 cm to 4 cm.
 fn bodies() -> Vec<Arc<Body>> {
     let block: Vec<DVec3> =
         (0..8).map(|k| 0.02 * DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2))).collect();
@@ -50,16 +50,16 @@ fn bodies() -> Vec<Arc<Body>> {
     let settings = BodySettings { scale: 0.02, ..BodySettings::default() };
     let of = |soup: &PolygonSoup| Body::from_soup(soup, &settings, &mut |_| ());
     [Body::from_convex(&block), Body::from_convex(&tetrahedron), of(&l), of(&sheet)]
-        .map(|body| Arc::new(body.expect("a sound mesh")))
+        .map(|body| Arc::new(body.expect("a valid mesh")))
         .into()
 }
 
-/// One of four small bodies.
+/// Returns one of the four small bodies.
 pub fn body(bytes: &mut Bytes<'_>) -> Arc<Body> {
     BODIES.with(|all| Arc::clone(&all.get_or_init(bodies)[bytes.below(4)]))
 }
 
-/// A positive number: usual, or of any size.
+/// Returns a positive number: a multiple of `usual`, or any magnitude.
 pub fn positive(bytes: &mut Bytes<'_>, usual: f64) -> f64 {
     match bytes.byte() {
         0..=150 => usual,
@@ -68,12 +68,12 @@ pub fn positive(bytes: &mut Bytes<'_>, usual: f64) -> f64 {
     }
 }
 
-/// The same, or zero.
+/// Returns a positive number like [`positive`], or zero.
 fn not_negative(bytes: &mut Bytes<'_>, usual: f64) -> f64 {
     if bytes.byte() < 60 { 0.0 } else { positive(bytes, usual) }
 }
 
-/// Settings, most of them valid.
+/// Returns settings, most of which are valid.
 pub fn settings(bytes: &mut Bytes<'_>) -> Settings {
     let flags = bytes.byte();
     let tolerance = positive(bytes, 1e-3);
@@ -114,7 +114,7 @@ pub fn settings(bytes: &mut Bytes<'_>) -> Settings {
     }
 }
 
-/// The next state after `last`: near it, anywhere, far away, or none at all.
+/// Returns the next state after `last`: near it, anywhere, far away, or invalid.
 pub fn state(bytes: &mut Bytes<'_>, last: &ProbeState) -> ProbeState {
     let kind = bytes.byte();
     let pose_ba = match kind {
@@ -129,12 +129,12 @@ pub fn state(bytes: &mut Bytes<'_>, last: &ProbeState) -> ProbeState {
     ProbeState { pose_ba, twist: bytes.twist() }
 }
 
-/// Near, far, and absurdly far.
+/// Returns a scale: near, far, or absurdly far.
 fn bytes_scale(kind: u8) -> f64 {
     10f64.powi(i32::from(kind - 220) * 3 - 12)
 }
 
-/// s: usual, of any size, or any number.
+/// Returns a step length in seconds: usual, of any magnitude, or an arbitrary number.
 pub fn step_length(bytes: &mut Bytes<'_>) -> f64 {
     match bytes.byte() {
         0..=200 => 1e-3,
@@ -143,13 +143,13 @@ pub fn step_length(bytes: &mut Bytes<'_>) -> f64 {
     }
 }
 
-/// Promises of every tick; `size` is that of the bodies.
+/// Checks the guarantees of every tick; `size` is the total size of the bodies.
 pub fn check_tick(tick: &Tick, settings: &Settings, size: f64) {
     let wrench = tick.commanded;
     assert!(wrench.is_finite() && tick.computed.is_finite(), "{wrench:?} in tick {}", tick.index);
     assert!(check::within(wrench.force, settings.limits.force), "{wrench:?} of {:?}", settings.limits);
     assert!(check::within(wrench.torque, settings.limits.torque), "{wrench:?} of {:?}", settings.limits);
-    // Behind a coupling contacts are looked for as far ahead as the tool may go in its next step.
+    // With a coupling, contacts are detected as far ahead as the tool may move in its next step.
     let within = if settings.coupling.is_some() { f64::INFINITY } else { settings.contact_tolerance };
     check::contacts(&tick.contacts, within, size + tick.tool_ba.translation.length());
     assert!(!tick.separation().is_nan());

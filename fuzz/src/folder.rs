@@ -1,13 +1,13 @@
-//! A folder of one process's own.
+//! A folder for one process.
 
 use std::path::{Path, PathBuf};
 
-/// A folder for files that a reader is to open: in memory where the system has that, gone when
-/// dropped.
+/// A folder for files that a reader opens. It is in memory if the system supports that, and is
+/// deleted when dropped.
 pub struct Folder(PathBuf);
 
 impl Folder {
-    /// An empty one.
+    /// Creates an empty folder.
     pub fn new(name: &str) -> Self {
         let memory = Path::new("/dev/shm");
         let base = if memory.is_dir() { memory.to_owned() } else { std::env::temp_dir() };
@@ -17,12 +17,12 @@ impl Folder {
         Self(path)
     }
 
-    /// Path of the folder.
+    /// Returns the path of the folder.
     pub fn path(&self) -> &Path {
         &self.0
     }
 
-    /// A file in it with this content.
+    /// Writes a file with this content to the folder and returns its path.
     pub fn file(&self, name: &str, content: &[u8]) -> PathBuf {
         let path = self.0.join(name);
         std::fs::write(&path, content).expect("room for the reader's file");

@@ -1,19 +1,18 @@
 //! Shared parts of the fuzz targets.
 //!
-//! * [`target!`] — a target: what is done with an input, what an input may cost in memory, and the
-//!   inputs to begin with.
-//! * `memory` — an allocator that keeps the books, so that "memory is bounded by the input's size"
-//!   is held on every input.
-//! * [`Bytes`] — numbers, points, poses, bodies and settings out of an input's bytes.
-//! * [`check`] — what readers and the engine promise.
-//! * [`drive`] — what drives a renderer.
-//! * [`mesh_file`] — from the bytes of a mesh file to a body.
-//! * [`recording`] — from the bytes of a recording to all formats, and back.
-//! * [`sample`] — a recording to begin with.
-//! * [`Folder`] — files for readers that want a path.
+//! * [`target!`] defines a target: the code that runs on an input, its memory limit, and its seeds.
+//! * `memory` is an allocator that counts bytes. It checks for every input that the memory is
+//!   bounded by the size of the input.
+//! * [`Bytes`] converts the bytes of an input to numbers, points, poses, bodies and settings.
+//! * [`check`] checks the guarantees of the readers and the engine.
+//! * [`drive`] generates the inputs of a renderer.
+//! * [`mesh_file`] converts the bytes of a mesh file to a body.
+//! * [`recording`] reads a recording, writes it in all formats, and reads it again.
+//! * [`sample`] contains a small recording, used as a seed.
+//! * [`Folder`] contains files for readers that need a path.
 //!
-//! A target says its seeds itself: with `PALPUS_FUZZ_SEEDS=FOLDER` in the environment it writes
-//! them there and ends.
+//! Each target can write its seeds: with `PALPUS_FUZZ_SEEDS=FOLDER` in the environment, it writes
+//! them to that folder and exits.
 
 mod bytes;
 pub mod check;
@@ -32,16 +31,17 @@ pub use folder::Folder;
 pub use libfuzzer_sys::fuzz_target;
 pub use memory::Allowance;
 
-/// An input to begin with: a name for its file, and the bytes.
+/// A seed: a file name and the bytes.
 pub type Seed = (String, Vec<u8>);
 
-/// The small solid of the mesh readers' own tests in every format that they read, by extension.
+/// Returns the small solid of the mesh readers' tests in every supported format, with the file
+/// extension.
 pub fn mesh_samples() -> Vec<(&'static str, Vec<u8>)> {
     samples::all(&samples::prism())
 }
 
-/// Makes a target of `run`, which must not panic on any bytes, may hold `allowance` of memory at
-/// any time, and begins with `seeds`.
+/// Defines a target from `run`, which must not panic on any input and must not use more memory than
+/// `allowance` at any time. `seeds` returns its seeds.
 #[macro_export]
 macro_rules! target {
     (run: $run:path, allowance: $allowance:expr, seeds: $seeds:path) => {
@@ -52,21 +52,25 @@ macro_rules! target {
     };
 }
 
-/// Writes the seeds and ends, if that is what is asked for.
+/// If the environment asks for the seeds, writes them and exits.
 pub fn begin(seeds: &dyn Fn() -> Vec<Seed>) {
     let Some(folder) = std::env::var_os("PALPUS_FUZZ_SEEDS") else { return };
     for (name, bytes) in seeds() {
         let path = std::path::Path::new(&folder).join(format!("seed-{name}"));
-        std::fs::write(&path, bytes).expect("a folder that can be written to");
+        std::fs::write(&path, bytes).expect("a writable folder");
     }
     std::process::exit(0);
 }
 
-/// Runs one input within its allowance.
+/// Runs one input and checks that it stays within its memory limit.
 pub fn one(data: &[u8], allowance: &Allowance, run: &dyn Fn(&[u8])) {
     let held = memory::begin();
     run(data);
     let most = memory::most() - held;
     let allowed = allowance.of(data.len());
-    assert!(most <= allowed, "an input of {} bytes took {most} bytes of memory; {allowed} are allowed", data.len());
+    assert!(
+        most <= allowed,
+        "an input of {} bytes used {most} bytes of memory; the limit is {allowed} bytes",
+        data.len()
+    );
 }

@@ -1,19 +1,19 @@
-//! How much memory an input takes.
+//! Measures how much memory an input uses.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// The most that an input may hold at any time, bytes: so many for each of its own, and so many
-/// whatever it is.
+/// The largest amount of memory that an input may use at any time: a constant plus a multiple of
+/// its length.
 pub struct Allowance {
-    /// For each byte of the input.
+    /// Bytes of memory for each byte of the input.
     pub per_byte: usize,
-    /// Whatever the input.
+    /// Bytes of memory for every input.
     pub always: usize,
 }
 
 impl Allowance {
-    /// For an input of this length.
+    /// Returns the limit for an input of this length, in bytes.
     pub fn of(&self, length: usize) -> usize {
         self.per_byte * length + self.always
     }
@@ -22,14 +22,14 @@ impl Allowance {
 static HELD: AtomicUsize = AtomicUsize::new(0);
 static MOST: AtomicUsize = AtomicUsize::new(0);
 
-/// Begins to watch for the most; returns what is held already.
+/// Starts a measurement of the largest memory use; returns the current use in bytes.
 pub(crate) fn begin() -> usize {
     let held = HELD.load(Ordering::Relaxed);
     MOST.store(held, Ordering::Relaxed);
     held
 }
 
-/// The most that was held since [`begin`].
+/// Returns the largest memory use since [`begin`], in bytes.
 pub(crate) fn most() -> usize {
     MOST.load(Ordering::Relaxed)
 }
@@ -43,37 +43,37 @@ fn shrunk(size: usize) {
     HELD.fetch_sub(size, Ordering::Relaxed);
 }
 
-/// The system's allocator, with books.
+/// The allocator of the system, with a count of the allocated bytes.
 struct Booking;
 
 #[global_allocator]
 static BOOKING: Booking = Booking;
 
-// SAFETY: every call is passed on unchanged to the system's allocator.
+// SAFETY: every call is passed unchanged to the system allocator.
 unsafe impl GlobalAlloc for Booking {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         grown(layout.size());
-        // SAFETY: the caller's contract is the system's.
+        // SAFETY: the caller fulfils the contract of the system allocator.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
         grown(layout.size());
-        // SAFETY: the caller's contract is the system's.
+        // SAFETY: the caller fulfils the contract of the system allocator.
         unsafe { System.alloc_zeroed(layout) }
     }
 
     unsafe fn realloc(&self, block: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        // Both may be there at once.
+        // Both blocks may exist at the same time.
         grown(size);
         shrunk(layout.size());
-        // SAFETY: the caller's contract is the system's.
+        // SAFETY: the caller fulfils the contract of the system allocator.
         unsafe { System.realloc(block, layout, size) }
     }
 
     unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
         shrunk(layout.size());
-        // SAFETY: the caller's contract is the system's.
+        // SAFETY: the caller fulfils the contract of the system allocator.
         unsafe { System.dealloc(block, layout) }
     }
 }

@@ -1,4 +1,4 @@
-//! From the bytes of a mesh file to a body, the way that the program goes.
+//! Converts the bytes of a mesh file to a body in the same way as the program.
 
 use std::cell::OnceCell;
 use std::path::PathBuf;
@@ -8,8 +8,8 @@ use palpus_io::read_mesh;
 
 use crate::{Folder, Seed, check, mesh_samples};
 
-/// Most vertices of meshes of which a body is made: making one takes far longer than reading a
-/// file.
+/// Largest number of vertices of a mesh that is converted to a body, because the conversion is much
+/// slower than reading a file.
 const MOST_VERTICES: usize = 64;
 const MOST_CORNERS: usize = 160;
 
@@ -17,7 +17,7 @@ thread_local! {
     static FOLDER: OnceCell<Folder> = const { OnceCell::new() };
 }
 
-/// Reads `data` as a file of this extension, and makes a body of it if it is a small mesh.
+/// Reads `data` as a file with this extension and, if the mesh is small, converts it to a body.
 pub fn read_and_build(data: &[u8], extension: &str) {
     let path: PathBuf = FOLDER.with(|folder| {
         let folder = folder.get_or_init(|| Folder::new("mesh"));
@@ -31,7 +31,7 @@ pub fn read_and_build(data: &[u8], extension: &str) {
     if soup.vertices.len() > MOST_VERTICES || soup.face_vertices.len() > MOST_CORNERS {
         return;
     }
-    // Selects measuring and touching, by a byte that means little.
+    // The last byte, which rarely affects the mesh, selects the settings for measuring or touching.
     let touching = data.last().is_some_and(|byte| byte % 2 == 0);
     let flatness = if touching { BodySettings::HAPTIC } else { BodySettings::EXACT };
     match Body::from_soup(&soup, &BodySettings { flatness, ..BodySettings::default() }, &mut |_| ()) {
@@ -40,7 +40,7 @@ pub fn read_and_build(data: &[u8], extension: &str) {
     }
 }
 
-/// The samples of these extensions.
+/// Returns the samples with these extensions.
 pub fn seeds(extensions: &[&str]) -> Vec<Seed> {
     let samples = mesh_samples().into_iter().enumerate();
     let wanted = samples.filter(|(_, (extension, _))| extensions.contains(extension));

@@ -1,4 +1,4 @@
-//! Recordings: rows are written in each format, and then read again to the same bits.
+//! Checks that recordings that are written in each format and read again have the same bits.
 
 use std::io::Cursor;
 
@@ -10,21 +10,21 @@ use crate::{Seed, check, sample};
 
 const FORMATS: [RecordingFormat; 3] = [RecordingFormat::Csv, RecordingFormat::Parquet, RecordingFormat::Mcap];
 
-/// Reads a recording of whatever format.
+/// Reads a recording in any format, writes it in each format, and reads it again.
 pub fn read_and_write(data: &[u8]) {
     match read_recording_from(data, "run.csv") {
         Ok(recording) => {
-            // In CSV all bits can be compared: NaNs differ from themselves, and
-            // how the other formats are cut into pieces is a matter of time.
+            // The comparison uses CSV, where all bits can be compared: NaN is not equal to itself,
+            // and the division of the other formats into pieces depends on the time.
             let first = written(&recording, RecordingFormat::Csv);
             for format in FORMATS {
                 let again = read_recording_from(written(&recording, format).as_slice(), "again");
-                let again = again.expect("what is written can be read");
+                let again = again.expect("a readable recording");
                 assert_eq!(again.notice, None);
-                // A change behind the last row is of no tick, and of two for the same tick only the
-                // last is.
+                // Changes after the last row are not written, and if there are several changes for
+                // one tick, only the last is written.
                 assert!(again.changes.len() <= recording.changes.len());
-                assert!(written(&again, RecordingFormat::Csv) == first, "{format:?} keeps no bits");
+                assert!(written(&again, RecordingFormat::Csv) == first, "{format:?} changes bits");
             }
         }
         Err(error) => check::error(&error.to_string(), "run.csv"),
@@ -33,13 +33,13 @@ pub fn read_and_write(data: &[u8]) {
 
 fn written(recording: &Recording, format: RecordingFormat) -> Vec<u8> {
     let memory = Cursor::new(Vec::new());
-    let mut writer = RecordingWriter::new(memory, format, &recording.header).expect("memory takes everything");
+    let mut writer = RecordingWriter::new(memory, format, &recording.header).expect("writing to memory succeeds");
     recording.changes.iter().for_each(|(tick, settings)| writer.change(*tick, settings));
-    recording.rows.iter().for_each(|row| writer.write(row).expect("memory takes everything"));
-    writer.finish().expect("memory takes everything").into_inner()
+    recording.rows.iter().for_each(|row| writer.write(row).expect("writing to memory succeeds"));
+    writer.finish().expect("writing to memory succeeds").into_inner()
 }
 
-/// A small recording in a format, whole and cut off.
+/// Returns a small recording in a format, complete and truncated.
 pub fn seeds(format: RecordingFormat) -> Vec<Seed> {
     let mut more = toml::Table::new();
     more.insert("note".to_owned(), "two\nlines # and\t\"quotes\"".into());

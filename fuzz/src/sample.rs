@@ -1,4 +1,4 @@
-//! A small recording, to begin with.
+//! A small recording, used as a seed.
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Twist, Wrench};
@@ -7,7 +7,8 @@ use palpus::render::{Settings, VirtualCoupling};
 use palpus_io::record::{FORMAT, RawState, RecordedBody, RecordedScene, SceneSource, ServoRecord};
 use palpus_io::{ContentHash, RecordRow, RecordingHeader};
 
-/// A header with everything in it; `more` is what a program adds.
+/// Returns a header in which all fields are set; `more` contains the additional values of a
+/// program.
 pub fn header(more: toml::Table) -> RecordingHeader {
     let pose = Pose { rotation: DQuat::from_xyzw(0.6, 0.0, 0.0, 0.8), translation: DVec3::new(0.25, -0.0, 1e-17) };
     let body = |mesh: &str| RecordedBody { mesh: mesh.to_owned(), content: ContentHash([7; 32]), pose };
@@ -50,7 +51,7 @@ pub fn header(more: toml::Table) -> RecordingHeader {
     }
 }
 
-/// A tick.
+/// Returns a row.
 pub fn row(tick: u64) -> RecordRow {
     let x = tick as f64 / 3.0;
     let raw = RawState { pose: Pose::IDENTITY, twist: Twist { angular: DVec3::NAN, linear: DVec3::splat(x) } };

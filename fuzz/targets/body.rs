@@ -1,4 +1,4 @@
-//! Bodies of a few polygons, well made or not.
+//! Bodies of a few polygons, which may be invalid.
 #![no_main]
 
 use palpus::body::Body;
@@ -15,7 +15,7 @@ fn run(data: &[u8]) {
 }
 
 fn seeds() -> Vec<Seed> {
-    // A tetrahedron: settings, counts, points, faces.
+    // A tetrahedron: the bytes of settings, counts, points and faces.
     let mut tetrahedron = vec![0, 1, 3];
     tetrahedron.extend([100, 100, 100, 132, 100, 100, 100, 132, 100, 100, 100, 132]);
     tetrahedron.extend([0, 0, 2, 1, 0, 0, 1, 3, 0, 1, 2, 3, 0, 0, 3, 2]);

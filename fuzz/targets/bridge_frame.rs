@@ -1,5 +1,5 @@
-//! Frames of the bridge: a frame that is accepted has numbers in their ranges, and reads back as it
-//! was.
+//! Frames of the bridge. The numbers of an accepted frame are in range, and the frame is the same
+//! after it is written and read again.
 #![no_main]
 
 use palpus_device::bridge_frames::{
@@ -10,7 +10,7 @@ use palpus_fuzz::{Allowance, Seed, target};
 
 fn run(data: &[u8]) {
     check(data);
-    // The same with a right CRC-32, so that mutations get past it.
+    // Checks the same frame with a valid CRC-32, so that mutations pass the check.
     let mut repaired = data.to_vec();
     if let Some(field) = repaired.get_mut(12..16) {
         field.fill(0);

@@ -1,5 +1,5 @@
-//! Files of prepared bodies: as they are, and with batches of any content behind a header and
-//! hashes that are right.
+//! Files of prepared bodies: unchanged inputs, and batches of any content after a valid header with
+//! valid hashes.
 #![no_main]
 
 use std::cell::OnceCell;
@@ -10,22 +10,22 @@ use palpus::body::{Body, BodySettings, PolygonSoup};
 use palpus_fuzz::{Allowance, Bytes, Folder, Seed, check, target};
 use palpus_io::{BodyCache, BodyKey, CacheMiss, ContentHash};
 
-/// Magic, name, length of the index and its hash.
+/// Size of the header: magic number, name, length of the index, and hash of the index.
 const HEADER_BYTES: usize = 8 + 32 + 8 + 32;
-/// Length and hash of a batch in the index.
+/// Size of the index entry of a batch: its length and its hash.
 const ENTRY_BYTES: usize = 8 + 32;
 
 thread_local! {
     static KEPT: OnceCell<Kept> = const { OnceCell::new() };
 }
 
-/// A body in its cache.
+/// A body stored in a cache.
 struct Kept {
     folder: Folder,
     soup: PolygonSoup,
     settings: BodySettings,
     key: BodyKey,
-    /// Its file as it should be.
+    /// The valid file of the body.
     file: Vec<u8>,
 }
 
@@ -33,8 +33,8 @@ impl Kept {
     fn new() -> Self {
         let (folder, soup, settings) = (Folder::new("cache"), soup(), BodySettings::default());
         let key = BodyKey::new(&ContentHash::of_soup(&soup), &settings);
-        let body = Body::from_soup(&soup, &settings, &mut |_| ()).expect("a sound mesh");
-        BodyCache::in_folder(folder.path()).store(&key, &body).expect("room for a body");
+        let body = Body::from_soup(&soup, &settings, &mut |_| ()).expect("a valid mesh");
+        BodyCache::in_folder(folder.path()).store(&key, &body).expect("a writable folder");
         let entry = std::fs::read_dir(folder.path()).expect("its folder").next().expect("its file").expect("its name");
         let file = std::fs::read(entry.path()).expect("its content");
         std::fs::rename(entry.path(), folder.path().join("name")).expect("its folder");
@@ -49,7 +49,7 @@ impl Kept {
         BodyCache::in_folder(self.folder.path()).load(&self.key, &self.soup, &self.settings, &Alone)
     }
 
-    /// Name and batches of a file that is right.
+    /// Returns the name and the batches of the valid file.
     fn batches(&self) -> Vec<Vec<u8>> {
         let length = u64::from_le_bytes(self.file[40..48].try_into().expect("eight")) as usize;
         let (rest, index) = self.file.split_at(self.file.len() - length);
@@ -64,7 +64,7 @@ impl Kept {
         batches
     }
 
-    /// A file of these batches, with all lengths and hashes.
+    /// Returns a file with these batches and with valid lengths and hashes.
     fn of_batches(&self, batches: &[&[u8]]) -> Vec<u8> {
         let mut index = Vec::new();
         for batch in batches {
@@ -80,7 +80,7 @@ impl Kept {
     }
 }
 
-/// An L of two pieces, and an open sheet beside it: solids and plates.
+/// Returns an L of two pieces and an open sheet beside it, which give solids and plates.
 fn soup() -> PolygonSoup {
     let outline = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)];
     let mut soup = PolygonSoup::new();
@@ -127,5 +127,5 @@ fn seeds() -> Vec<Seed> {
     vec![("file".to_owned(), [&[0][..], &kept.file].concat()), ("batches".to_owned(), batches)]
 }
 
-// Numbers take few bytes in a file and eight or more in memory.
+// Integers take few bytes in a file but at least eight bytes in memory.
 target!(run: run, allowance: Allowance { per_byte: 200, always: 16 << 20 }, seeds: seeds);

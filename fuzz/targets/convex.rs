@@ -1,8 +1,8 @@
-//! Two convex polytopes at any pose: distance and depth are finite, true to themselves and to each
-//! other.
+//! Two convex polytopes at any pose. Distance and depth are finite and consistent.
 //!
-//! The march and GJK find distances in different ways and are held against each other; what a march
-//! calls an overlap has a depth, and a proven depth is no greater than the one that was walked to.
+//! The march and GJK compute distances by different methods, so their results are compared. If a
+//! march reports an overlap, there is a depth, and a proven depth does not exceed the depth found
+//! by a walk.
 #![no_main]
 
 use glam::DVec3;
@@ -11,8 +11,8 @@ use palpus::collision::{Closest, Proximity, StopReason, gjk, initial_features, m
 use palpus::depth::{Certainty, CertificateMemory, Depth, DepthScratch, Seed as From, depth, depth_proven};
 use palpus_fuzz::{Allowance, Bytes, Seed, target};
 
-/// By how much two ways to a distance may differ, relative to the sizes and how far the pose is
-/// away.
+/// Allowed difference of two methods for a distance, relative to the sizes and the length of the
+/// translation.
 const AGREE: f64 = 1e-6;
 
 fn polytope(bytes: &mut Bytes<'_>) -> Option<Polytope> {

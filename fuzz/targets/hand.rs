@@ -1,5 +1,5 @@
-//! Files that a hand follows: poses, recorded hands in CSV, and as TUM's benchmark writes them; and
-//! on to the path through them.
+//! Files with the motion of a hand: poses, and recorded motions in CSV and in the format of TUM's
+//! benchmark. Each valid file is converted to a path.
 #![no_main]
 
 use palpus::algebra::Pose;
@@ -16,7 +16,7 @@ fn run(data: &[u8]) {
             assert!(hand.samples.windows(2).all(|pair| pair[0].0 < pair[1].0));
             assert!(hand.samples.iter().all(|(time, pose)| time.is_finite() && pose.is_valid()));
             assert!(hand.duration().is_finite() && hand.longest_gap() > 0.0 && hand.reach().is_finite());
-            // Scale and speed, by bytes that mean little.
+            // Scale and speed from the last bytes, which rarely affect the motion.
             let mut bytes = Bytes::new(data.get(data.len() - 4..).unwrap_or_default());
             let (scale, speed) = (bytes.between(1e-3, 1e3), bytes.between(1e-3, 1e3));
             follow(&hand.samples, &Placement { start: Pose::IDENTITY, scale, speed });
@@ -50,5 +50,6 @@ fn seeds() -> Vec<Seed> {
         .into()
 }
 
-// Sixteen bytes may be a second of a hand, which is a hundred keys and segments of a path.
+// Sixteen bytes may describe one second of a motion, which gives a hundred keys and segments of a
+// path.
 target!(run: run, allowance: Allowance { per_byte: 8000, always: 8 << 20 }, seeds: seeds);

@@ -1,4 +1,4 @@
-//! Messages of Haply's service: the inventory, and the states of every arm and grip in it.
+//! Messages of Haply's service: the inventory, and the states of all its arms and grips.
 #![no_main]
 
 use palpus_device::haply_messages::{inventory, sample};
@@ -20,7 +20,7 @@ fn run(data: &[u8]) {
         }
         Err(why) => assert!(why.len() < 400 && !why.contains('\n'), "{why}"),
     }
-    // The last of each is the input's own, if it has any.
+    // The last arm and the last grip come from the input, if it contains any.
     for arm in [arms.first(), arms.last()].into_iter().flatten() {
         for grip in [grips.first(), grips.last()].into_iter().flatten() {
             match sample(text, arm, grip.as_deref()) {

@@ -1,10 +1,9 @@
-//! A service that says anything: palpus's own client on a loopback connection, from the handshake
-//! on.
+//! A service that sends arbitrary data to palpus's client over a loopback connection, from the
+//! handshake on.
 //!
-//! The input is cut into what the service says after the handshake (its inventory, then an answer
-//! to each message) and what it answers when asked for its version. The first byte says whether
-//! messages are framed as they should be, or bytes go out as they are; also in the handshake's
-//! place.
+//! The input contains the data after the handshake (the inventory, then a reply to each message)
+//! and the reply to a request for the version. The first byte selects whether messages are framed
+//! correctly or bytes are sent unchanged, and whether they replace the handshake.
 #![no_main]
 
 use std::io::{Read, Write};
@@ -19,18 +18,18 @@ use palpus_device::{HaplyDevice, HaplyOptions, HapticDevice};
 use palpus_fuzz::{Allowance, Bytes, Seed, target};
 use tungstenite::handshake::derive_accept_key;
 
-/// Script of the service.
+/// What the service sends.
 #[derive(Default)]
 struct Part {
-    /// Bytes as they are, after the handshake.
+    /// Sends the bytes without frames after the handshake.
     raw: bool,
-    /// Bytes as they are, in place of the handshake.
+    /// Sends the bytes without frames instead of the handshake.
     bare: bool,
     version: Vec<u8>,
     says: Vec<Vec<u8>>,
 }
 
-/// The service's address and its part, changed from input to input.
+/// The address of the service and its script, which changes with each input.
 struct Service {
     address: String,
     part: Mutex<Arc<Part>>,
@@ -39,10 +38,11 @@ struct Service {
 fn service() -> &'static Service {
     static SERVICE: OnceLock<Service> = OnceLock::new();
     SERVICE.get_or_init(|| {
-        let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
         let address = format!("ws://{}", listener.local_addr().expect("an address"));
         let (send, connections) = channel();
-        // One thread accepts and tells the version, one talks.
+        // One thread accepts connections and replies to requests for the version; the other one
+        // handles the WebSocket.
         std::thread::spawn(move || {
             while let Ok((mut stream, _)) = listener.accept() {
                 let _ = stream.set_nodelay(true);
@@ -63,12 +63,12 @@ fn service() -> &'static Service {
 
 fn talk_to_all(connections: &Receiver<(TcpStream, String, Arc<Part>)>) {
     while let Ok((mut stream, head, part)) = connections.recv() {
-        // The peer may be gone.
+        // Errors are ignored, because the client may have closed the connection.
         let _ = talk(&mut stream, &head, &part);
     }
 }
 
-/// One connection, from the handshake to the last thing to say.
+/// Handles one connection, from the handshake to the last reply.
 fn talk(stream: &mut TcpStream, head: &str, part: &Part) -> std::io::Result<()> {
     if part.bare {
         return stream.write_all(&part.says.concat());
@@ -92,7 +92,7 @@ fn talk(stream: &mut TcpStream, head: &str, part: &Part) -> std::io::Result<()> 
     Ok(())
 }
 
-/// Up to the empty line.
+/// Reads up to the empty line.
 fn head_of(stream: &mut TcpStream) -> std::io::Result<String> {
     let (mut head, mut some) = (Vec::new(), [0; 1024]);
     while !head.windows(4).any(|end| end == b"\r\n\r\n") {
@@ -104,7 +104,7 @@ fn head_of(stream: &mut TcpStream) -> std::io::Result<String> {
     Ok(String::from_utf8_lossy(&head).into_owned())
 }
 
-/// A text message.
+/// Returns a text message.
 fn framed(text: &[u8]) -> Vec<u8> {
     let mut frame = vec![0x81];
     match text.len() {
@@ -154,5 +154,5 @@ fn seeds() -> Vec<Seed> {
     vec![("good".to_owned(), good), ("raw".to_owned(), raw), ("bare".to_owned(), bare)]
 }
 
-// Buffers of the client, and of a message of a megabyte at most.
+// The memory contains the buffers of the client and a message of at most one megabyte.
 target!(run: run, allowance: Allowance { per_byte: 400, always: 16 << 20 }, seeds: seeds);

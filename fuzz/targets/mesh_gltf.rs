@@ -1,5 +1,4 @@
-//! glTF and GLB files, read and made bodies of. Buffers beside the file are asked for, and are not
-//! there.
+//! glTF and GLB files are read and converted to bodies. Files beside them are missing.
 #![no_main]
 
 use palpus_fuzz::{Allowance, Seed, mesh_file, target};
@@ -12,5 +11,5 @@ fn seeds() -> Vec<Seed> {
     mesh_file::seeds(&["gltf", "glb"])
 }
 
-// A glTF may place one mesh many times, up to four million corners.
+// A glTF may repeat one mesh many times, up to four million corners.
 target!(run: run, allowance: Allowance { per_byte: 100, always: 400 << 20 }, seeds: seeds);

@@ -1,6 +1,7 @@
-//! Mesh files within gzip, of a kind that is only known by their content; and gzip itself.
+//! Mesh files compressed by gzip, whose format is recognised only by their content, and damaged
+//! gzip files.
 //!
-//! The first byte says whether the rest is a gzip file, or a mesh file to be packed.
+//! The first byte selects whether the other bytes are a gzip file or a mesh file to compress.
 #![no_main]
 
 use std::io::Write;
@@ -20,7 +21,7 @@ fn run(data: &[u8]) {
 
 fn packed(bytes: &[u8]) -> Vec<u8> {
     let mut packer = GzEncoder::new(Vec::new(), Compression::fast());
-    packer.write_all(bytes).and_then(|()| packer.finish()).expect("memory takes everything")
+    packer.write_all(bytes).and_then(|()| packer.finish()).expect("writing to memory succeeds")
 }
 
 fn seeds() -> Vec<Seed> {
@@ -32,5 +33,5 @@ fn seeds() -> Vec<Seed> {
     both.collect()
 }
 
-// A byte unpacks to a thousand, of which a mesh is made; a glTF may place one mesh many times.
+// A byte may decompress to a thousand bytes of a mesh file; a glTF may repeat one mesh many times.
 target!(run: run, allowance: Allowance { per_byte: 100_000, always: 400 << 20 }, seeds: seeds);

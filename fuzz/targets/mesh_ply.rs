@@ -1,4 +1,4 @@
-//! PLY files, read and made bodies of.
+//! PLY files are read and converted to bodies.
 #![no_main]
 
 use palpus_fuzz::{Allowance, Seed, mesh_file, target};
@@ -11,6 +11,6 @@ fn seeds() -> Vec<Seed> {
     mesh_file::seeds(&["ply"])
 }
 
-// A file is read whole, and its result is some times as large; then a body of up to 64
-// corners.
+// Memory for the whole file and a result of several times its size, and for a body of at most 64
+// vertices.
 target!(run: run, allowance: Allowance { per_byte: 40, always: 8 << 20 }, seeds: seeds);

@@ -1,5 +1,5 @@
-//! Two small bodies on a way of any poses: contacts are finite and true to themselves, with and
-//! without proofs, patches and a bounded work; and the nearest pair is.
+//! Two small bodies with a sequence of arbitrary poses. Contacts and the nearest pair are finite
+//! and consistent, with and without proofs, patches and a limit of work.
 #![no_main]
 
 use std::sync::Arc;
@@ -24,7 +24,7 @@ fn run(data: &[u8]) {
     let mut query = ContactQuery::new(Arc::new(a), Arc::new(b), settings);
     let mut pose = Pose::IDENTITY;
     for _ in 0..6 {
-        // Small steps and jumps.
+        // The next pose is a small step or a jump.
         pose = if bytes.byte() < 128 {
             let step = bytes.pose(scale * 1e-2);
             Pose::new(step.rotation, pose.translation + step.translation)
@@ -51,7 +51,7 @@ fn run(data: &[u8]) {
 }
 
 fn seeds() -> Vec<Seed> {
-    // Two stars, and a way into each other.
+    // Two stars and a motion into each other.
     let star = [1, 3, 0, 128, 64, 120, 64, 120, 64, 120, 64];
     let way: Vec<u8> = (0..6u8).flat_map(|k| [200, 70 + k, 103, 100, 100, 120 - k, 100, 110 - 3 * k, 0, 0]).collect();
     let all = |flags: u8| [&[0][..], &star, &star, &[flags, 9, 200, 128, 3], &way].concat();

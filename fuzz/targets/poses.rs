@@ -1,4 +1,4 @@
-//! The poses of `palpus query`, and of a scene's hand.
+//! The poses of `palpus query` and of the hand of a scene.
 #![no_main]
 
 use palpus_fuzz::{Allowance, Seed, check, target};

@@ -1,4 +1,4 @@
-//! Recordings in CSV: rows are written in each format, and then read again to the same bits.
+//! CSV recordings. They have the same bits after they are written in each format and read again.
 #![no_main]
 
 use palpus_fuzz::{Allowance, Seed, recording, target};

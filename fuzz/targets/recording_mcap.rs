@@ -1,4 +1,4 @@
-//! Recordings in MCAP: rows are written in each format, and then read again to the same bits.
+//! MCAP recordings. They have the same bits after they are written in each format and read again.
 #![no_main]
 
 use palpus_fuzz::{Allowance, Seed, recording, target};

@@ -1,4 +1,5 @@
-//! Recordings in Parquet: rows are written in each format, and then read again to the same bits.
+//! Parquet recordings. They have the same bits after they are written in each format and read
+//! again.
 #![no_main]
 
 use palpus_fuzz::{Allowance, Seed, recording, target};

@@ -1,5 +1,5 @@
-//! A renderer under any settings that are valid, changed between steps, driven with any states: the
-//! wrench that it commands is finite and within the limits, in every tick.
+//! A renderer with arbitrary valid settings, which change between steps, and with arbitrary states.
+//! In every tick, the commanded wrench is finite and within the limits.
 #![no_main]
 
 use palpus::render::{ProbeState, Renderer, Settings};
@@ -41,7 +41,7 @@ fn run(data: &[u8]) {
 }
 
 fn seeds() -> Vec<Seed> {
-    // A block into an L, step by step, under settings of each kind.
+    // A block moves into an L step by step, with each kind of settings.
     let mut seeds = Vec::new();
     for flags in [0, 1, 2, 4, 8 | 16, 32, 64, 128, 1 | 2 | 4, 255] {
         let mut input = vec![0, 2, flags];

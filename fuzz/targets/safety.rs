@@ -1,5 +1,6 @@
-//! The gate and the safety chain, on a device that says anything of itself and gives any states,
-//! for any wrenches: results are finite, within the peaks, and zero while the engagement is idle.
+//! The gate and the safety chain, for a device with arbitrary specifications and states, and for
+//! arbitrary wrenches. Results are finite, within the peak limits, and zero while the engagement is
+//! idle.
 #![no_main]
 
 use std::borrow::Cow;
@@ -12,12 +13,12 @@ use palpus_device::{
 };
 use palpus_fuzz::{Allowance, Bytes, Seed, check, target};
 
-/// By how much a wrench may be beyond a limit, relatively; and absolutely, where numbers are so
-/// small that they have few digits.
+/// Allowed excess of a wrench over its limit, relative to the limit. [`SMALLEST`] is the absolute
+/// allowance for subnormal numbers, which have few digits.
 const ROUNDING: f64 = 1e-12;
 const SMALLEST: f64 = 1e-300;
 
-/// A number as a device may state it.
+/// Returns a number as a device may report it.
 fn stated(bytes: &mut Bytes<'_>, usual: f64) -> f64 {
     match bytes.byte() {
         0..=150 => usual,

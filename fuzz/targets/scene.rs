@@ -1,5 +1,5 @@
-//! Scene files: what is read keeps to its ranges, and with [`FilePolicy::Inside`] no file outside
-//! the scene's folder is named, neither by the text alone nor, behind links, on the disk.
+//! Scene files. All values are in range. With [`FilePolicy::Inside`], a scene refers to no file
+//! outside its folder, neither by its text nor through links on the disk.
 #![no_main]
 
 use std::cell::OnceCell;
@@ -13,19 +13,19 @@ thread_local! {
     static FOLDER: OnceCell<Folder> = const { OnceCell::new() };
 }
 
-/// A scene's folder with a mesh, a folder below, and links to both, to itself and out of it; and a
-/// mesh beside it.
+/// Creates the folder of a scene with a mesh, a subfolder, and links to both, to the folder itself
+/// and out of it. Another mesh is beside the folder.
 fn folder() -> Folder {
     let folder = Folder::new("scene");
     let scenes = folder.path().join("scenes");
-    std::fs::create_dir_all(scenes.join("sub")).expect("a folder");
+    std::fs::create_dir_all(scenes.join("sub")).expect("a writable folder");
     for file in ["a.obj", "scenes/a.obj", "scenes/sub/b.obj", "scenes/sub/path.csv"] {
         folder.file(file, b"v 0 0 0\n");
     }
     #[cfg(unix)]
     {
         let link = |to: &Path, name: &str| {
-            std::os::unix::fs::symlink(to, scenes.join(name)).expect("a link");
+            std::os::unix::fs::symlink(to, scenes.join(name)).expect("support for links");
         };
         link(Path::new("sub/b.obj"), "in.obj");
         link(Path::new("../a.obj"), "out.obj");
@@ -57,13 +57,13 @@ fn run(data: &[u8]) {
         Ok(scene) => {
             sane(scene);
             for path in named(scene) {
-                let inside = path.strip_prefix("/scenes").expect("a file below the scene's folder");
+                let inside = path.strip_prefix("/scenes").expect("a file in the scene's folder");
                 assert!(inside.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir)));
             }
             assert_eq!(
                 anywhere.as_ref().ok(),
                 Some(scene),
-                "a place allowed inside is allowed anywhere, and means the same"
+                "a file that is allowed inside is allowed anywhere, with the same path"
             );
         }
         Err(error) => check::error(&error.to_string(), "/scenes/x.toml"),
@@ -74,11 +74,11 @@ fn run(data: &[u8]) {
     FOLDER.with(|own| {
         let own = own.get_or_init(folder);
         let path = own.file("scenes/x.toml", data);
-        let inside = path.parent().and_then(|folder| folder.canonicalize().ok()).expect("its folder");
+        let inside = path.parent().and_then(|folder| folder.canonicalize().ok()).expect("the folder of the scene");
         match read_scene(&path, FilePolicy::Inside) {
             Ok(scene) => {
                 for file in named(&scene) {
-                    let real = file.canonicalize().expect("a file that is there");
+                    let real = file.canonicalize().expect("an existing file");
                     assert!(real.starts_with(&inside) && real.is_file(), "{} is {}", file.display(), real.display());
                 }
             }
@@ -87,7 +87,7 @@ fn run(data: &[u8]) {
     });
 }
 
-/// Promises of a scene.
+/// Checks the guarantees of a scene.
 fn sane(scene: &SceneFile) {
     assert!(scene.metres_per_unit.is_finite() && scene.metres_per_unit > 0.0);
     assert!(scene.probe.pose.is_valid() && scene.environment.pose.is_valid(), "{scene:?}");

@@ -1,5 +1,5 @@
-//! Reports of a SpaceMouse: whatever comes, its state is a pose of unit quaternion and a velocity
-//! within its limits.
+//! Reports of a SpaceMouse. For all reports, the pose of the state has a unit quaternion and the
+//! velocity is within its limits.
 #![no_main]
 
 use std::io::{self, Read};
@@ -7,7 +7,7 @@ use std::io::{self, Read};
 use palpus_device::{HapticDevice, SpaceMouse};
 use palpus_fuzz::{Allowance, Bytes, Seed, target};
 
-/// Reports by their lengths; an error of the system now and then.
+/// Returns the reports with their lengths, and sometimes an error of the system.
 struct Reports(Vec<u8>, usize);
 
 impl Read for Reports {

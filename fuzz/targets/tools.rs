@@ -1,5 +1,5 @@
-//! Two tools in one scene, under any settings and driven with any states: both wrenches are finite
-//! and within their limits.
+//! Two tools in one scene, with arbitrary settings and states. Both wrenches are finite and within
+//! their limits.
 #![no_main]
 
 use palpus::algebra::Pose;
@@ -21,7 +21,8 @@ fn run(data: &[u8]) {
         let dt = drive::step_length(&mut bytes);
         world.step(&probes, dt, &clock);
         let ticks = tools.map(|tool| world.tick(tool));
-        // Contacts between the two are as exact as the farther one's place.
+        // The accuracy of contacts between the tools is limited by the position of the farther
+        // tool.
         let away: f64 = ticks.iter().map(|tick| tick.tool_ba.translation.length()).filter(|far| far.is_finite()).sum();
         for ((tick, settings), size) in ticks.into_iter().zip(&settings).zip(sizes) {
             drive::check_tick(tick, settings, size + away);

@@ -1,7 +1,7 @@
-//! A world of one to three tools and up to six objects, fixed, driven and free, changed between
-//! steps by a host and driven with any states. Wrenches are finite and within their limits; poses
-//! and momenta are finite; tools push each other with opposite forces, and free bodies among
-//! themselves keep their momentum. The same input gives the same bits.
+//! A world of one to three tools and up to six fixed, driven and free objects, which the host
+//! changes between steps, with arbitrary states. Wrenches are finite and within their limits; poses
+//! and momenta are finite. Forces between tools are opposite, and the momentum of free bodies that
+//! touch only each other is conserved. Equal inputs give equal bits.
 #![no_main]
 
 use glam::DVec3;
@@ -9,16 +9,16 @@ use palpus::algebra::{Pose, Twist};
 use palpus::render::{BodyId, Limits, Material, Object, ProbeState, Settings, ToolId, World};
 use palpus_fuzz::{Allowance, Bytes, Seed, drive, target};
 
-/// Steps of a world.
+/// Number of steps of a world.
 const STEPS: usize = 32;
-/// Forces and momenta above this may overflow when they are added or squared.
+/// Forces and momenta above this value may overflow when they are added or squared.
 const LARGEST: f64 = 1e120;
-/// Allowed rounding of sums that cancel out, relative to their terms.
+/// Allowed rounding error of sums that cancel out, relative to their terms.
 const SUM_SLACK: f64 = 1e-9;
-/// The same for momenta, which the solution of a linear system changes.
+/// Allowed rounding error of momenta, which is larger because a linear system is solved.
 const MOMENTUM_SLACK: f64 = 1e-6;
 
-/// An object's kind; for free ones the mass in kg.
+/// Kind of an object; mass in kg for free objects.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Kind {
     Fixed,
@@ -26,17 +26,18 @@ enum Kind {
     Free(f64),
 }
 
-/// A world and what was put into it.
+/// A world and its content.
 struct Scene {
     world: World,
     tools: Vec<(ToolId, Settings)>,
     objects: Vec<(BodyId, Kind)>,
     gravity: DVec3,
-    /// Settings and masses of usual size, for which the linear systems are well conditioned.
+    /// True if the settings and masses have usual magnitudes, for which the linear systems are well
+    /// conditioned.
     is_usual: bool,
 }
 
-/// Builds a scene; `None` if the input has settings that are refused.
+/// Builds a scene; `None` if the world rejects the settings.
 fn scene(bytes: &mut Bytes<'_>) -> Option<Scene> {
     let own = drive::settings(bytes);
     let mut scene = Scene {
@@ -47,7 +48,7 @@ fn scene(bytes: &mut Bytes<'_>) -> Option<Scene> {
         is_usual: is_usual(&own),
     };
     let (tools, objects) = (1 + bytes.below(3), bytes.below(7));
-    // Objects before, between and behind the tools.
+    // Adds objects before, between and after the tools.
     for k in 0..tools.max(objects) {
         if k < objects {
             add_object(bytes, &mut scene);
@@ -98,7 +99,7 @@ fn is_usual(settings: &Settings) -> bool {
         && settings.friction.is_none_or(|friction| friction.tangential_stiffness < 1e4)
 }
 
-/// A pose near the origin, far away, or of any numbers.
+/// Returns a pose near the origin, far away, or of arbitrary numbers.
 fn pose(bytes: &mut Bytes<'_>) -> Pose {
     match bytes.byte() {
         0..=219 => bytes.pose(0.01),
@@ -110,7 +111,7 @@ fn pose(bytes: &mut Bytes<'_>) -> Pose {
     }
 }
 
-/// What a host does between two steps.
+/// Applies a change of the host between two steps.
 fn change(bytes: &mut Bytes<'_>, scene: &mut Scene) {
     let Scene { world, tools, objects, gravity, is_usual: usual } = scene;
     let number = bytes.below(16);
@@ -129,13 +130,13 @@ fn change(bytes: &mut Bytes<'_>, scene: &mut Scene) {
             let pose = pose(bytes);
             let Some((body, _)) = object else { return };
             assert_eq!(world.put(body, pose), pose.is_valid());
-            assert!(!world.put(world.body_of(*tool), pose), "a tool was put somewhere");
+            assert!(!world.put(world.body_of(*tool), pose), "the pose of a tool was set");
         }
         160..=179 => {
             let twist = bytes.twist();
             let Some((body, kind)) = object else { return };
             let thrown = world.throw(body, twist);
-            assert!(!thrown || is_finite(&twist) && is_free(&kind), "{kind:?} is thrown with {twist:?}");
+            assert!(!thrown || is_finite(&twist) && is_free(&kind), "{kind:?} got the velocity {twist:?}");
         }
         180..=199 => {
             let given =
@@ -166,7 +167,7 @@ fn is_finite(twist: &Twist) -> bool {
     twist.angular.is_finite() && twist.linear.is_finite()
 }
 
-/// Runs an input; the numbers of every step, as bits.
+/// Runs an input and returns the numbers of every step as bits.
 fn play(data: &[u8]) -> Vec<u64> {
     let mut bytes = Bytes::new(data);
     let Some(mut scene) = scene(&mut bytes) else { return Vec::new() };
@@ -191,16 +192,16 @@ fn play(data: &[u8]) -> Vec<u64> {
     bits
 }
 
-/// The bodies of tools and objects.
+/// Returns the bodies of the tools and the objects.
 fn bodies(scene: &Scene) -> impl Iterator<Item = BodyId> + Clone {
     let tools = scene.tools.iter().map(|(tool, _)| scene.world.body_of(*tool));
     tools.chain(scene.objects.iter().map(|(body, _)| *body))
 }
 
-/// Promises of a step; `before` is the scene's extent (m) when it began.
+/// Checks the guarantees of a step; `before` is the extent of the scene (m) at its start.
 fn check(scene: &Scene, before: f64) {
     let Scene { world, tools, objects, .. } = scene;
-    // Contacts are as exact as the farthest place of all.
+    // The accuracy of contacts is limited by the farthest body.
     let size = before + extent(scene);
     let (mut sum, mut terms) = (DVec3::ZERO, 0.0);
     for (tool, settings) in tools {
@@ -210,7 +211,10 @@ fn check(scene: &Scene, before: f64) {
         terms += tick.from_other.force.length();
     }
     let is_exact = terms < LARGEST;
-    assert!(!is_exact || sum.length() <= SUM_SLACK * terms, "{sum} N are left of {terms} N between tools");
+    assert!(
+        !is_exact || sum.length() <= SUM_SLACK * terms,
+        "the forces between tools sum to {sum} N (terms: {terms} N)"
+    );
     for body in bodies(scene) {
         let (pose, twist, momentum) = (world.pose(body), world.twist(body), world.momentum(body));
         assert!(pose.is_valid(), "{body:?} is at {pose:?}");
@@ -234,19 +238,22 @@ fn is_free(kind: &Kind) -> bool {
     matches!(kind, Kind::Free(_))
 }
 
-/// m: sizes of all bodies and their distances from the origin, together; may be infinite.
+/// Returns the sum of the sizes of all bodies and their distances from the origin (m); may be
+/// infinite.
 fn extent(scene: &Scene) -> f64 {
     let world = &scene.world;
     bodies(scene).map(|body| world.body(body).size() + world.pose(body).translation.length()).sum()
 }
 
-/// N·s: of all free bodies, and the sum of its terms' sizes.
+/// Returns the total linear momentum of all free bodies (N·s) and the sum of the lengths of its
+/// terms.
 fn momentum(scene: &Scene) -> (DVec3, f64) {
     let each = scene.objects.iter().map(|(body, _)| scene.world.momentum(*body).force);
     each.fold((DVec3::ZERO, 0.0), |(sum, terms), p| (sum + p, terms + p.length()))
 }
 
-/// Free bodies that touch nothing but each other keep their momentum, but for their weight.
+/// Checks that free bodies that touch only each other change their total momentum only by their
+/// weight.
 fn check_momentum(scene: &Scene, (before, terms): (DVec3, f64), dt: f64) {
     let Scene { world, objects, gravity, is_usual, .. } = scene;
     let (free, others): (Vec<_>, Vec<_>) = objects.iter().copied().partition(|(_, kind)| is_free(kind));
@@ -263,10 +270,13 @@ fn check_momentum(scene: &Scene, (before, terms): (DVec3, f64), dt: f64) {
     let terms = terms + terms_after + weight.length();
     let left = (after - before - weight).length();
     let is_exact = terms < LARGEST;
-    assert!(!is_exact || left <= MOMENTUM_SLACK * terms, "{left:e} N s came from nowhere, of {terms:e}");
+    assert!(
+        !is_exact || left <= MOMENTUM_SLACK * terms,
+        "the momentum changed by {left:e} N·s without cause (terms: {terms:e} N·s)"
+    );
 }
 
-/// What a user sees of a step.
+/// Appends the results of a step that a user can read.
 fn record(scene: &Scene, bits: &mut Vec<u64>) {
     let mut put = |v: DVec3| bits.extend(v.to_array().map(f64::to_bits));
     for (tool, _) in &scene.tools {
@@ -285,7 +295,7 @@ fn record(scene: &Scene, bits: &mut Vec<u64>) {
 }
 
 fn run(data: &[u8]) {
-    assert!(play(data) == play(data), "two worlds of one input differ");
+    assert!(play(data) == play(data), "two runs of the same input differ");
 }
 
 fn seeds() -> Vec<Seed> {
@@ -293,7 +303,7 @@ fn seeds() -> Vec<Seed> {
     for flags in [0u8, 1, 2, 3, 4, 8 | 16, 32, 64, 128, 1 | 2 | 4, 255] {
         for (tools, objects) in [(1u8, 1u8), (1, 6), (2, 3), (3, 4)] {
             let settings = |input: &mut Vec<u8>| {
-                // As many bytes as `drive::settings` takes.
+                // The number of bytes that `drive::settings` reads for each flag.
                 let optional = [(1, 10), (2, 3), (4, 4), (16, 2), (32, 2), (64, 3), (128, 3)];
                 let taken: usize =
                     optional.iter().map(|&(flag, count)| if flags & flag != 0 { count } else { 0 }).sum();
@@ -305,7 +315,7 @@ fn seeds() -> Vec<Seed> {
             input.extend([tools - 1, objects]);
             for k in 0..tools.max(objects) {
                 if k < objects {
-                    // Of each kind in turn, one upon the other.
+                    // Objects of each kind in turn, stacked.
                     let kind = [0, 200, 140, 80, 150, 210][usize::from(k)];
                     input.extend([k & 1, kind, 0, 0, 100, 100, 30 + 62 * (k & 1)]);
                     if kind >= 128 {
@@ -323,7 +333,7 @@ fn seeds() -> Vec<Seed> {
                 input.extend([0, 90 + 20 * k, 100, 150]);
             }
             for step in 0..24u8 {
-                // Gravity first, then the driven body and thrown ones.
+                // Changes of gravity come first, then changes of driven bodies and of velocities.
                 input.extend([0, 0]);
                 match step {
                     0 => input.extend([0, 190, 0, 100, 100, 0]),

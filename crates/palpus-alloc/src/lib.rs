@@ -1,9 +1,8 @@
-//! An allocator that counts what each thread allocates.
+//! An allocator that counts the allocations of each thread.
 //!
-//! The servo path promises not to allocate; installing [`CountingAllocator`] as the global
-//! allocator of a program or a test turns that promise into a number
-//! ([`allocations_of_this_thread`]).
-#![allow(unsafe_code)] // The only way to be an allocator.
+//! The servo path must not allocate. A program or a test that installs [`CountingAllocator`] as its
+//! global allocator can check this with [`allocations_of_this_thread`].
+#![allow(unsafe_code)] // `GlobalAlloc` is an unsafe trait.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -12,44 +11,45 @@ thread_local! {
     static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
 }
 
-/// The system's allocator, counting calls that obtain memory (freeing is not counted).
+/// The system allocator, with a count of the calls that allocate. Calls that free memory are not
+/// counted.
 pub struct CountingAllocator;
 
-/// How many times this thread has obtained memory since it began; always 0 unless
+/// Returns the number of allocations of this thread since it began. Returns 0 unless
 /// [`CountingAllocator`] is the program's global allocator.
 pub fn allocations_of_this_thread() -> u64 {
     ALLOCATIONS.try_with(Cell::get).unwrap_or(0)
 }
 
 fn count() {
-    // The counter of a thread that is being torn down no longer exists; such a thread runs no servo
+    // The counter no longer exists while its thread is being torn down. Such a thread runs no servo
     // loop.
     let _ = ALLOCATIONS.try_with(|n| n.set(n.get() + 1));
 }
 
-// SAFETY: every call is passed on unchanged to the system allocator; the counter is a thread-local
-// Cell with a const initialiser, which itself never allocates.
+// SAFETY: every call is passed unchanged to the system allocator. The counter is a thread-local
+// Cell with a const initialiser, which does not allocate.
 unsafe impl GlobalAlloc for CountingAllocator {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         count();
-        // SAFETY: the caller's contract is the system allocator's.
+        // SAFETY: the caller fulfils the contract of the system allocator.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
         count();
-        // SAFETY: the caller's contract is the system allocator's.
+        // SAFETY: the caller fulfils the contract of the system allocator.
         unsafe { System.alloc_zeroed(layout) }
     }
 
     unsafe fn realloc(&self, block: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         count();
-        // SAFETY: the caller's contract is the system allocator's.
+        // SAFETY: the caller fulfils the contract of the system allocator.
         unsafe { System.realloc(block, layout, size) }
     }
 
     unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
-        // SAFETY: the caller's contract is the system allocator's.
+        // SAFETY: the caller fulfils the contract of the system allocator.
         unsafe { System.dealloc(block, layout) }
     }
 }

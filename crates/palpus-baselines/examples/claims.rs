@@ -1,26 +1,26 @@
-//! Measures the claims of [K02] against [16] and [30]: every method along the same slow scripted
-//! motions, rendered directly.
+//! Measures the claims of [K02] about [16] and [30]: runs every method along the same slow scripted
+//! motions, with direct rendering.
 //!
-//! `cargo run --release -p palpus-baselines --example claims [SCENE…]` prints one table a scene:
+//! `cargo run --release -p palpus-baselines --example claims [SCENE…]` prints one table per scene:
 //!
-//! * force, torque: mean size in contact;
-//! * step: how much the force and the torque change in one millisecond, the largest and the 99.9 %
-//!   quantile; the force's largest also beside its mean;
-//! * springs: the largest force step beside what one spring of the scene's stiffness would make of
-//!   that millisecond's motion;
-//! * turn: the largest turn of the force direction in a millisecond in which it is at least a tenth
-//!   of its mean, degrees;
-//! * truth: root mean square error of the force against the scene's truth, where there is one, over
-//!   the true force's;
-//! * fitted: the same after the felt force was scaled as fits best: what is wrong besides the
-//!   stiffness;
-//! * lost: share of the steps with a true (otherwise: palpus's) contact inside in which nothing
-//!   pushes;
-//! * at: when the largest force step was.
+//! * force, torque: mean size during contact;
+//! * step: largest change and 99.9 % quantile of the change within one millisecond, for force and
+//!   torque. "of mean" is the largest force step relative to the mean force;
+//! * springs: largest ratio of a force step to the force change of one spring with the scene's
+//!   stiffness for the motion in that millisecond;
+//! * turn: largest change of the force direction within a millisecond, degrees; only forces of at
+//!   least a tenth of the mean count;
+//! * truth: root mean square error of the force against the scene's true force, relative to the
+//!   true force, if the scene has one;
+//! * fitted: the same error after the force was scaled by the best factor, so without the error of
+//!   the stiffness;
+//! * lost: share of the steps with an overlap in which the method gives no force. The overlap is
+//!   taken from the true contact, or from palpus if the scene has none;
+//! * at: time of the largest force step.
 //!
-//! The coupled ones act through a virtual coupling of 1000 N/m and 0.5 N·m/rad on a tool of 50 g,
-//! all others directly. The hand of the script is slowed down four times and sampled each
-//! millisecond; there is no friction and no shading.
+//! The rows marked "coupled" act through a virtual coupling of 1000 N/m and 0.5 N·m/rad on a
+//! tool of 50 g; the other rows are direct. The scripted motion is slowed down four times and
+//! sampled every millisecond. There is no friction and no force shading.
 #![allow(clippy::print_stdout, reason = "an example that prints a table")]
 
 use std::sync::Arc;
@@ -37,11 +37,11 @@ use palpus_scenes::truth::Truth;
 use palpus_scenes::{Scene, scene};
 
 const TICK: f64 = 1e-3;
-/// Slower than the script, so that the rest of a step comes from the method and not from the
+/// Factor by which the script is slowed down, so that steps come from the method and not from the
 /// motion.
 const SLOWER: f64 = 4.0;
 
-/// palpus behind the same words.
+/// The palpus engine as a [`Baseline`].
 struct Engine(Renderer, &'static str);
 
 impl Baseline for Engine {
@@ -60,7 +60,7 @@ impl Baseline for Engine {
     }
 }
 
-/// A method and what stands beside its name.
+/// A method, and a note that is printed after its name.
 type Row = (Box<dyn Baseline>, &'static str);
 
 fn methods(a: &Arc<Body>, b: &Arc<Body>, scene: &Scene) -> Result<Vec<Row>, Box<dyn std::error::Error>> {
@@ -112,10 +112,10 @@ fn methods(a: &Arc<Body>, b: &Arc<Body>, scene: &Scene) -> Result<Vec<Row>, Box<
     ])
 }
 
-/// The baselines' coupling in palpus's words, critically damped alike.
+/// Converts the baselines' coupling to a coupling of palpus, with the same critical damping.
 fn virtual_coupling(settings: &CouplingSettings, tolerance: f64, a: &Body) -> VirtualCoupling {
     let CouplingSettings { mass, stiffness, angular_stiffness, damping_ratio } = *settings;
-    // Inertia of the probe's mesh with that mass.
+    // Inertia of the probe's mesh with the given mass.
     let inertia = a.mass().inertia * (mass / a.mass().volume);
     let moment = (inertia.x_axis.x + inertia.y_axis.y + inertia.z_axis.z) / 3.0;
     VirtualCoupling {
@@ -136,13 +136,13 @@ struct Figures {
     force_steps: Vec<f64>,
     torque_steps: Vec<f64>,
     springs: f64,
-    /// When the largest force step was, s of the slow motion.
+    /// Largest force step (N), and its time in the slow motion (s).
     when: (f64, f64),
-    /// Turns with the smaller force of the two.
+    /// Changes of direction (rad), each with the smaller of the two forces (N).
     turns: Vec<(f64, f64)>,
     error: f64,
     truth: f64,
-    /// Sums of the felt force's square and of its product with the true one.
+    /// Sums of the squared force, and of the product of force and true force.
     felt: f64,
     both: f64,
     inside: u32,
@@ -187,8 +187,8 @@ fn most(values: &[f64]) -> f64 {
     values.iter().copied().fold(0.0, f64::max)
 }
 
-/// The true force of a scene at a pose and whether anything is inside; otherwise what palpus says
-/// is inside.
+/// Returns the true force of a scene at a pose, if the scene has one, and whether the bodies
+/// overlap. Without a true force, the overlap is taken from palpus.
 fn truth(
     scene: &Scene,
     truth: Option<&Truth>,
@@ -265,8 +265,7 @@ fn measure(scene: &Scene) -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// m/s: motions slower than this are taken as this fast when steps are counted in springs; near a
-/// rest the ratio would mean nothing.
+/// Lowest speed for the column "springs", m/s. Near rest the ratio would have no meaning.
 const SLOWEST: f64 = 1e-3;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

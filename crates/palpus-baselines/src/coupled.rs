@@ -1,20 +1,23 @@
-//! A method behind a virtual coupling, as \[MPT99\] renders: "force discontinuities arising from
-//! the use of a simple penalty force model are mitigated by a dynamic simulation based on virtual
+//! A method behind a virtual coupling, as in \[MPT99\]: "force discontinuities arising from the
+//! use of a simple penalty force model are mitigated by a dynamic simulation based on virtual
 //! coupling" (abstract).
 //!
-//! 1. The probe is a rigid body of its own, tied to the hand's pose by a spring and a damper for
-//!    translation and a pair for rotation.
-//! 2. What touches the environment is this body: the method within is asked at its pose, with its
-//!    velocity.
-//! 3. Newton and Euler: velocity from the coupling and the contacts, then the pose from the
-//!    velocity; explicit, as in \[MPT99\], at the caller's rate.
-//! 4. The hand feels the coupling, and nothing else.
+//! 1. The probe is a separate rigid body. A spring and a damper tie it to the hand's pose, both for
+//!    translation and for rotation.
+//! 2. This body touches the environment: the inner method is evaluated at its pose and velocity.
+//! 3. Newton–Euler integration: the velocity follows from coupling and contacts, then the pose from
+//!    the velocity. It is explicit, as in \[MPT99\], at the caller's rate.
+//! 4. The hand feels only the coupling.
 //!
-//! Our choices: the body's mass, and an inertia that is the same about all axes (that of a ball of
-//! the probe's size), so that there is no gyroscopic term; by default, dampers at critical
-//! damping of the free body; velocities are taken before positions (semi-implicit Euler), without
-//! which the coupling alone gains energy. \[MPT99\] also bounds the spring's stretch; that is left
-//! to the device's limits. Any method may stand within; the paper's is [`Voxel`](crate::Voxel).
+//! Our choices:
+//!
+//! * The mass of the body is a setting. It has the inertia of a ball of the probe's size, which is
+//!   the same about all axes. So there is no gyroscopic term.
+//! * By default the dampers give critical damping of the free body.
+//! * Velocities are computed before positions (semi-implicit Euler). Otherwise the coupling alone
+//!   gains energy.
+//! * \[MPT99\] also bounds the stretch of the spring. Here the device's limits bound the force.
+//! * Any method can be the inner one; in the paper it is [`Voxel`](crate::Voxel).
 
 use std::sync::Arc;
 
@@ -24,34 +27,35 @@ use palpus::body::Body;
 
 use crate::{Baseline, BaselineError, Felt, positive};
 
-/// A spring and a damper for each of the two ways to move.
+/// Settings of the coupling: a spring and a damper each for translation and rotation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CouplingSettings {
     /// Mass of the simulated probe, kg.
     pub mass: f64,
-    /// N/m.
+    /// Stiffness for translation, N/m.
     pub stiffness: f64,
-    /// N·m/rad.
+    /// Stiffness for rotation, N·m/rad.
     pub angular_stiffness: f64,
-    /// Share of critical damping; 1 by default.
+    /// Damping relative to critical damping; 1 by default.
     pub damping_ratio: f64,
 }
 
 impl Default for CouplingSettings {
-    /// 50 g on 1000 N/m, and 0.5 N·m/rad: what a Phantom Premium 1.5/6DOF can show.
+    /// 50 g at 1000 N/m and 0.5 N·m/rad, which a Phantom Premium 1.5/6DOF can render.
     fn default() -> Self {
         Self { mass: 0.05, stiffness: 1000.0, angular_stiffness: 0.5, damping_ratio: 1.0 }
     }
 }
 
-/// A method within a virtual coupling: see the module's outline.
+/// A method behind a virtual coupling; the module describes the method.
 #[derive(Clone, Debug)]
 pub struct Coupled<B> {
     within: B,
     settings: CouplingSettings,
-    /// kg·m², about any axis.
+    /// Inertia about every axis, kg·m².
     inertia: f64,
-    /// In the probe's frame: the point that the coupling holds, and about which the body turns.
+    /// Centre of mass of the probe in its own frame, m. The coupling acts there, and the body
+    /// rotates about it.
     center_a: DVec3,
     grip_a: DVec3,
     body: Option<Simulated>,
@@ -67,11 +71,15 @@ struct Simulated {
 
 /// Inertia of a ball of mass m and radius r: 2/5 m r².
 const BALL: f64 = 0.4;
-/// A probe's radius as a share of its bounding diagonal.
+/// Radius of the ball relative to the probe's bounding diagonal.
 const RADIUS: f64 = 0.25;
 
 impl<B: Baseline> Coupled<B> {
-    /// `within` is to have been made for the probe `a` and this grip. Fails if a setting cannot be.
+    /// Puts a coupling around `within`, which must be made for the probe `a` and the grip `grip_a`
+    /// (m).
+    ///
+    /// # Errors
+    /// Fails if a setting is not positive and finite.
     pub fn new(within: B, a: &Arc<Body>, grip_a: DVec3, settings: CouplingSettings) -> Result<Self, BaselineError> {
         positive("mass", settings.mass)?;
         positive("stiffness", settings.stiffness)?;
@@ -82,13 +90,13 @@ impl<B: Baseline> Coupled<B> {
         Ok(Self { within, settings, inertia, center_a: a.mass().center_of_mass, grip_a, body: None })
     }
 
-    /// On the simulated probe about its centre: what the hand's pose pulls with.
+    /// Returns the wrench of the coupling on the simulated probe, about its centre.
     fn coupling(&self, body: &Simulated, hand: &Simulated) -> Wrench {
         let CouplingSettings { mass, stiffness, angular_stiffness, damping_ratio } = self.settings;
         let damping = 2.0 * damping_ratio * (stiffness * mass).sqrt();
         let angular_damping = 2.0 * damping_ratio * (angular_stiffness * self.inertia).sqrt();
         let turn = hand.rotation * body.rotation.conjugate();
-        // The shorter of the two ways round.
+        // Takes the shorter of the two rotations.
         let turn = if turn.w < 0.0 { -turn } else { turn };
         Wrench {
             torque: turn.to_scaled_axis() * angular_stiffness
@@ -140,12 +148,12 @@ mod tests {
     use crate::{Epa, Settings, testing};
 
     fn coupled(a: Arc<Body>, b: Arc<Body>, settings: Settings) -> Coupled<Epa> {
-        let within = Epa::new(a.clone(), b, settings).expect("good settings");
-        Coupled::new(within, &a, settings.grip_a, CouplingSettings::default()).expect("good settings")
+        let within = Epa::new(a.clone(), b, settings).expect("the settings are valid");
+        Coupled::new(within, &a, settings.grip_a, CouplingSettings::default()).expect("the settings are valid")
     }
 
     #[test]
-    fn at_rest_in_contact_the_springs_are_in_series() {
+    fn coupling_and_contact_act_in_series_at_rest() {
         let settings = Settings { stiffness: 500.0, ..testing::SETTINGS };
         let mut method = coupled(testing::ball(), testing::table(), settings);
         let turn = DQuat::from_scaled_axis(DVec3::new(0.3, -0.8, 0.5));
@@ -155,21 +163,21 @@ mod tests {
         for _ in 0..3000 {
             felt = method.step(&pose, &Twist::default(), 1e-3);
         }
-        // 1000 N/m in series with 500 N/m, over the millimetre of depth and that of the tolerance;
-        // and a little that the ball's corner turns.
+        // 1000 N/m in series with 500 N/m act over 2 mm: 1 mm of depth and 1 mm of tolerance. The
+        // corner of the ball also moves a little when the ball rotates.
         let expected = (1000.0 * 500.0 / 1500.0) * 2e-3;
         assert!((felt.wrench.force.z - expected).abs() < 0.02 * expected, "{felt:?} against {expected}");
-        assert!(felt.deepest > height, "the simulated ball is less deep than the hand");
+        assert!(felt.deepest > height, "the simulated ball must be less deep than the hand");
     }
 
     #[test]
-    fn out_of_contact_the_hand_feels_the_mass_alone() {
+    fn only_the_mass_is_felt_without_contact() {
         let mut method = coupled(testing::ball(), testing::table(), testing::SETTINGS);
         let at = |z: f64| Pose::from_translation(DVec3::new(0.0, 0.0, z));
         for _ in 0..100 {
             assert!(method.step(&at(0.05), &Twist::default(), 1e-3).wrench.force.length() < 1e-12);
         }
-        // Moved at 1 m/s² for 0.2 s, 50 g push back with 50 mN.
+        // At 1 m/s² for 0.2 s, a mass of 50 g needs 50 mN.
         let mut felt = Felt::NOTHING;
         for tick in 1..=200 {
             let t = 1e-3 * f64::from(tick);
@@ -180,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn the_hand_is_held_against_turning() {
+    fn coupling_resists_rotation() {
         let block = testing::body(&shape::cuboid(DVec3::new(0.060, 0.040, 0.030)));
         let settings = Settings { grip_a: DVec3::ZERO, ..testing::SETTINGS };
         let mut method = coupled(block, testing::table(), settings);
@@ -191,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn the_same_steps_feel_the_same() {
+    fn same_steps_give_identical_results() {
         testing::same_again(|a, b, settings| Box::new(coupled(a, b, settings)));
     }
 }

@@ -1,18 +1,18 @@
-//! One contact for each pair of convex pieces, from GJK and EPA, as a user of Coal or FCL would
-//! have it.
+//! One contact for each pair of convex pieces, by GJK and EPA, as a user of Coal or FCL would get
+//! it.
 //!
-//! 1. All pairs of pieces nearer than the tolerance, from palpus's own query.
-//! 2. A pair that is apart: its closest points. A pair that overlaps: the one witness of
+//! 1. Find all pairs of pieces nearer than the tolerance, with palpus's own query.
+//! 2. A disjoint pair gives its closest points. An overlapping pair gives the single witness of
 //!    [`penetration`](crate::penetration).
-//! 3. Each contact pushes with k (t − d) along its normal, half way between its points; all are
-//!    added up.
+//! 3. Each contact gives the force k (t − d) along its normal, at the midpoint of its two points.
+//!    All forces are added up.
 //!
-//! These are left out on purpose, since such a user does not have them: a check whether a normal is
-//! one of the mesh's (pieces have virtual faces where they were cut), memory between steps,
-//! blending of a flat contact's witness point, and clusters.
+//! These parts of palpus are left out on purpose, since Coal and FCL do not have them: the
+//! check that a normal belongs to the mesh (pieces have virtual faces where they were cut), memory
+//! between steps, blending of the witness point of a flat contact, and clusters.
 //!
-//! Coal can return several contacts for a pair. They form a patch with a single normal, which is
-//! not the "one EPA contact" that is measured here.
+//! Coal can return several contacts for a pair. They form a patch with a single normal, which
+//! differs from the "one EPA contact" measured here.
 
 use std::sync::Arc;
 
@@ -23,7 +23,7 @@ use palpus::collision::Proximity;
 use crate::pairs::Pairs;
 use crate::{Baseline, BaselineError, Felt, Settings, penetration};
 
-/// See the module's outline.
+/// The EPA method; the module describes its steps.
 #[derive(Clone, Debug)]
 pub struct Epa {
     a: Arc<Body>,
@@ -33,6 +33,9 @@ pub struct Epa {
 }
 
 impl Epa {
+    /// Makes the method for probe `a` and environment `b`.
+    ///
+    /// # Errors
     /// Fails if a setting is invalid.
     pub fn new(a: Arc<Body>, b: Arc<Body>, settings: Settings) -> Result<Self, BaselineError> {
         settings.validate()?;
@@ -83,18 +86,18 @@ mod tests {
     use crate::testing;
 
     #[test]
-    fn a_ball_and_a_box_on_a_table_are_pushed_up() {
-        testing::ball_on_table(|a, b, settings| Box::new(Epa::new(a, b, settings).expect("good settings")));
-        testing::box_on_table(|a, b, settings| Box::new(Epa::new(a, b, settings).expect("good settings")));
+    fn ball_and_box_on_a_table_are_pushed_up() {
+        testing::ball_on_table(|a, b, settings| Box::new(Epa::new(a, b, settings).expect("the settings are valid")));
+        testing::box_on_table(|a, b, settings| Box::new(Epa::new(a, b, settings).expect("the settings are valid")));
     }
 
     #[test]
-    fn the_same_steps_feel_the_same() {
-        testing::same_again(|a, b, settings| Box::new(Epa::new(a, b, settings).expect("good settings")));
+    fn same_steps_give_identical_results() {
+        testing::same_again(|a, b, settings| Box::new(Epa::new(a, b, settings).expect("the settings are valid")));
     }
 
     #[test]
-    fn a_setting_that_cannot_be_is_named() {
+    fn invalid_setting_is_named() {
         let (ball, table) = (testing::ball(), testing::table());
         let error = Epa::new(ball, table, Settings { stiffness: -1.0, ..Settings::default() }).err();
         assert!(matches!(error, Some(BaselineError::Setting { field: "stiffness", .. })), "{error:?}");

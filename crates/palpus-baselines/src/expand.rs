@@ -1,52 +1,53 @@
-//! How deep two convex pieces overlap, by the expanding polytope algorithm.
+//! Penetration depth of two convex pieces, by the expanding polytope algorithm.
 //!
-//! After van den Bergen, *Proximity Queries and Penetration Depth Computation on 3D Game Objects*,
-//! GDC 2001, as Coal, FCL and many others have it.
+//! The algorithm follows van den Bergen, *Proximity Queries and Penetration Depth Computation on 3D
+//! Game Objects*, GDC 2001, as implemented in Coal, FCL and many other libraries.
 //!
-//! 1. The Minkowski difference A − B holds the origin when the pieces overlap; its boundary point
-//!    nearest to the origin is the depth. Start from a tetrahedron of four of its corners.
-//! 2. Take the face of the current polytope whose plane is nearest to the origin, and ask for the
+//! 1. If the pieces overlap, the Minkowski difference A − B contains the origin. The distance from
+//!    the origin to its boundary is the depth. Start with a tetrahedron of four of its corners.
+//! 2. Take the face of the current polytope whose plane is nearest to the origin, and find the
 //!    support point along its normal.
-//! 3. Is it no farther out than the face? Then the face lies on the boundary: done. Otherwise cut
-//!    off all faces that the point sees and close the hole with faces to the point.
-//! 4. The witness is the point of the face nearest to the origin: its weights at the corners, taken
-//!    on A and on B.
+//! 3. If the support point is no farther out than the face, the face lies on the boundary: stop.
+//!    Otherwise remove all faces that the point sees, and close the hole with faces to the point.
+//! 4. The witness is the point of this face that is nearest to the origin. Its barycentric weights,
+//!    applied to the corners on A and on B, give the two points.
 //!
-//! Deviation: the start is not the simplex on which a GJK run ended, but four supports that span a
-//! volume (as quickhull begins), and distances of faces are signed. While the origin is still
-//! outside, the polytope grows towards it; from then on nothing differs, and no degenerate end of
-//! GJK needs a special case. That the pieces overlap is known already. Of several faces in one
-//! plane, the one that holds the witness is taken.
+//! Deviation: the start is not the last simplex of a GJK run. It consists of four support
+//! points that span a volume, as in quickhull, and distances of faces are signed. While the origin
+//! is outside, the polytope grows towards it; afterwards the algorithm is the same. So degenerate
+//! ends of GJK need no special case. The caller knows already that the pieces overlap. Of several
+//! faces in one plane, the face that contains the witness is used.
 
 use glam::DVec3;
 use palpus::algebra::{Placement, closest_on_triangle};
 use palpus::body::Polytope;
 
-/// Relative to the size of A − B: a support point that reaches no farther than this past a face
-/// ends the search. Larger, and depths are too small by as much; smaller, and the search chases
-/// rounding.
+/// Relative to the size of A − B: the search stops if the support point is not farther than this
+/// outside the face. A larger value makes depths too small by as much; with a smaller one the
+/// search follows rounding.
 const PROGRESS: f64 = 1e-12;
-/// Relative to the size of A − B: a start thinner than this is flat.
+/// Relative to the size of A − B: a thinner start tetrahedron counts as flat.
 const FLAT: f64 = 1e-9;
-/// Rounds at the most; pairs of pieces of some hundred corners take some ten.
+/// Largest number of rounds. Pairs of pieces with some hundred corners need about ten.
 const ROUNDS: usize = 512;
 
-/// One answer for a pair of pieces, in b's frame: moving a by `depth · normal` separates the two.
+/// Depth and witness of a pair of pieces, in b's frame: moving a by `depth · normal` separates the
+/// two.
 ///
-/// `point_a − point_b = −depth · normal`.
+/// The points satisfy `point_a − point_b = −depth · normal`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Penetration {
-    /// On a.
+    /// Witness point on a.
     pub point_a: DVec3,
-    /// On b.
+    /// Witness point on b.
     pub point_b: DVec3,
-    /// Unit, from b into a.
+    /// Unit normal from b into a.
     pub normal: DVec3,
-    /// Negative if the pair turns out to be apart.
+    /// Penetration depth; negative if the pieces are apart.
     pub depth: f64,
 }
 
-/// A corner of A − B and the points that make it.
+/// A corner of A − B, and the points of A and B that give it.
 #[derive(Clone, Copy)]
 struct Corner {
     w: DVec3,
@@ -58,13 +59,13 @@ struct Corner {
 #[derive(Clone, Copy)]
 struct Face {
     corners: [usize; 3],
-    /// Unit, outward.
+    /// Unit outward normal.
     normal: DVec3,
-    /// Distance of its plane from the origin, positive if the origin is inside.
+    /// Signed distance from the origin to the face's plane, positive if the origin is inside.
     distance: f64,
 }
 
-/// The depth of an overlapping pair; `None` if A − B has no volume.
+/// Returns the depth of an overlapping pair; `None` if A − B has no volume.
 pub fn penetration(a: &Polytope, b: &Polytope, pose_ba: &Placement) -> Option<Penetration> {
     let support = |direction: DVec3| {
         let on_a = pose_ba.point(a.vertex(a.support(pose_ba.inverse_vector(direction))));
@@ -91,12 +92,12 @@ pub fn penetration(a: &Polytope, b: &Polytope, pose_ba: &Placement) -> Option<Pe
     witness(&corners, &faces, size)
 }
 
-/// Four corners that span a volume, the fourth below the plane of the first three.
+/// Returns four corners that span a volume.
 fn start(support: &impl Fn(DVec3) -> Corner, size: f64) -> Option<[Corner; 4]> {
     let (p, q) = (support(DVec3::X), support(DVec3::NEG_X));
     let line = (q.w - p.w).try_normalize()?;
     let across = line.any_orthonormal_vector();
-    // At least one of three directions around the line leaves it.
+    // At least one of these directions around the line gives a corner off the line.
     let around = [across, line.cross(across), -across, across.cross(line)].map(support);
     let off_line = |c: &Corner| (c.w - p.w).cross(line).length();
     let r = around.into_iter().max_by(|c, d| off_line(c).total_cmp(&off_line(d)))?;
@@ -106,7 +107,7 @@ fn start(support: &impl Fn(DVec3) -> Corner, size: f64) -> Option<[Corner; 4]> {
     if height(&above).max(-height(&below)) <= FLAT * size {
         return None;
     }
-    // The faces of the caller's list look outward when the fourth corner is above the first three.
+    // The caller's faces point outward if the fourth corner is above the plane of the first three.
     Some(if height(&above) >= -height(&below) { [p, q, r, above] } else { [p, r, q, below] })
 }
 
@@ -116,13 +117,13 @@ fn face(corners: &[Corner], triangle: [usize; 3]) -> Option<Face> {
     Some(Face { corners: triangle, normal, distance: normal.dot(p) })
 }
 
-/// Takes the last corner into the polytope; false if rounding leaves no polytope, which then stays
-/// as it was.
+/// Adds the last corner to the polytope. Returns false, and changes nothing, if rounding makes a
+/// new face degenerate.
 fn grow(corners: &[Corner], faces: &mut Vec<Face>) -> bool {
     let new = corners.len() - 1;
     let sees = |f: &Face| f.normal.dot(corners[new].w) > f.distance;
-    // Directed sides of the faces cut off; those whose opposite is not among them make the rim of
-    // the hole.
+    // Directed sides of the removed faces. A side whose opposite is not among them belongs to the
+    // rim of the hole.
     let sides: Vec<[usize; 2]> = faces
         .iter()
         .filter(|f| sees(f))
@@ -137,7 +138,7 @@ fn grow(corners: &[Corner], faces: &mut Vec<Face>) -> bool {
     true
 }
 
-/// The boundary point nearest to the origin, with its points on a and b.
+/// Returns the boundary point nearest to the origin, with its points on a and b.
 fn witness(corners: &[Corner], faces: &[Face], size: f64) -> Option<Penetration> {
     let least = faces.iter().map(|f| f.distance).min_by(f64::total_cmp)?;
     let miss = |f: &Face| {
@@ -175,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn the_depth_is_the_proven_one() {
+    fn depth_equals_the_proven_depth() {
         let mut random = Random::new(SEED);
         let mut scratch = DepthScratch::new();
         let mut proven = 0;
@@ -184,8 +185,7 @@ mod tests {
             let axis = random.vector();
             let pose = Pose::new(DQuat::from_scaled_axis(axis * 3.0), random.vector() * 0.01).placement();
             let (a, b) = (&a.polytopes()[0], &b.polytopes()[0]);
-            let truth =
-                depth_proven(a, b, &pose, &[Seed::CentroidLine], &mut CertificateMemory::new(), &mut scratch);
+            let truth = depth_proven(a, b, &pose, &[Seed::CentroidLine], &mut CertificateMemory::new(), &mut scratch);
             if truth.certainty != Certainty::GloballyOptimal || truth.depth <= 0.0 {
                 continue;
             }
@@ -200,13 +200,13 @@ mod tests {
     }
 
     #[test]
-    fn a_box_in_a_box_has_the_depth_of_their_faces() {
+    fn box_in_box_has_the_depth_of_its_faces() {
         let corners = |half: DVec3| -> Vec<DVec3> {
             let sign = |k: usize, bit: usize| if k >> bit & 1 == 0 { -1.0 } else { 1.0 };
             (0..8).map(|k| half * DVec3::new(sign(k, 0), sign(k, 1), sign(k, 2))).collect()
         };
-        let a = Body::from_convex(&corners(DVec3::new(0.03, 0.02, 0.01))).expect("a box");
-        let b = Body::from_convex(&corners(DVec3::new(0.2, 0.2, 0.05))).expect("a box");
+        let a = Body::from_convex(&corners(DVec3::new(0.03, 0.02, 0.01))).expect("a box has a hull");
+        let b = Body::from_convex(&corners(DVec3::new(0.2, 0.2, 0.05))).expect("a box has a hull");
         let pose = Pose::from_translation(DVec3::new(0.01, -0.02, 0.0592)).placement();
         let found = penetration(&a.polytopes()[0], &b.polytopes()[0], &pose).expect("boxes have volume");
         assert!((found.depth - 0.0008).abs() < 1e-14);

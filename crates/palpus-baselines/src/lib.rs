@@ -1,30 +1,30 @@
-//! Other ways to feel the same contact, built from their papers, so that palpus can be measured
-//! against them. Bench-only: nothing of the product depends on this crate.
+//! Other haptic rendering methods, implemented from their papers for comparison with palpus. They
+//! are used only in benchmarks: no part of the product depends on this crate.
 //!
-//! * [`Epa`], after Coal, FCL and most physics engines: a contact is one witness of each
-//!   overlapping pair of convex pieces, from the expanding polytope algorithm.
-//! * [`Predicted`], after \[GME00\], reference \[16\] of \[K02\]: a contact is the last closest
-//!   features of each pair, and how far the motion has taken them past each other.
-//! * [`Voxel`], after \[MPT99\], reference \[30\] of \[K02\]: a contact is each point of the
-//!   probe's shell that lies in the environment's force field of voxels.
+//! * [`Epa`] follows Coal, FCL and most physics engines: each overlapping pair of convex pieces
+//!   gives one contact, with a witness from the expanding polytope algorithm.
+//! * [`Predicted`] follows \[GME00\], which is reference \[16\] of \[K02\]: a contact consists of
+//!   the last closest features of a pair, and the depth follows from the motion since then.
+//! * [`Voxel`] follows \[MPT99\], which is reference \[30\] of \[K02\]: each point of the probe's
+//!   shell inside the environment's force field of voxels is a contact.
 //!
-//! All of them render directly, as the paper does: relative pose in, wrench on the probe out.
-//! [`Coupled`] puts \[MPT99\]'s virtual coupling around any of them. A [`Baseline`] remembers what
-//! its method remembers, and nothing else; it may allocate, and has no deadline. The same calls
-//! give the same answers to the last bit.
+//! All of them render directly, as the paper does: they take the relative pose and return the
+//! wrench on the probe. [`Coupled`] puts the virtual coupling of \[MPT99\] around any of them. A
+//! [`Baseline`] stores only what its method stores. It may allocate, and has no deadline. The same
+//! calls give identical results.
 //!
 //! Sources. \[GME00\]: Gregory, Mascarenhas, Ehmann, Lin, Manocha, *Six Degree-of-Freedom Haptic
 //! Display of Polygonal Models*, IEEE Visualization 2000. \[MPT99\]: McNeely, Puterbaugh, Troy,
 //! *Six Degree-of-Freedom Haptic Rendering Using Voxel Sampling*, SIGGRAPH 1999. \[K02\]: Kim,
 //! Otaduy, Lin, Manocha 2002, the paper that palpus starts from.
 //!
-//! We had the abstracts of \[GME00\] and \[MPT99\], and the description of the two in \[K02\], but
-//! not their full texts. Passages in quotation marks were looked up; the other steps are as the two
-//! methods are generally described, from memory, without section numbers. Each method's page lists
-//! our own choices.
+//! We had the abstracts of \[GME00\] and \[MPT99\], and the description of both in \[K02\], but not
+//! the full texts. Passages in quotation marks were checked. The other steps follow general
+//! knowledge of the two methods, so they have no section numbers. The documentation of each method
+//! lists our own choices.
 //!
-//! Numbers that decide something stand as named constants where they are used: the register in
-//! `palpus::algebra::tolerance` is the engine's.
+//! A number that decides a result is a named constant in its file; the register in
+//! `palpus::algebra::tolerance` is for the engine only.
 
 mod coupled;
 mod epa;
@@ -44,19 +44,19 @@ pub use expand::{Penetration, penetration};
 pub use predicted::{Change, Predicted, PredictedSettings};
 pub use voxel::{Beyond, Voxel, VoxelSettings};
 
-/// Contact settings of every method; the names are those of `palpus::render::Settings`.
+/// Contact settings of every method, with the names of `palpus::render::Settings`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// t, m: bodies push each other from this separation on.
+    /// t, m: a contact exists if the separation is below this.
     pub tolerance: f64,
-    /// k, N/m.
+    /// k, N/m: stiffness of each contact.
     pub stiffness: f64,
-    /// Grip, in the probe's frame, m.
+    /// Grip in the probe's frame, m.
     pub grip_a: DVec3,
 }
 
 impl Default for Settings {
-    /// The values of `palpus::render::Settings::default`.
+    /// Returns the values of `palpus::render::Settings::default`.
     fn default() -> Self {
         Self { tolerance: 1e-3, stiffness: 800.0, grip_a: DVec3::ZERO }
     }
@@ -74,20 +74,20 @@ impl Settings {
     }
 }
 
-/// Answer of a method in one step.
+/// Result of a method in one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Felt {
-    /// On the probe, in b's frame, about the grip.
+    /// Wrench on the probe, in b's frame, about the grip.
     pub wrench: Wrench,
-    /// Separation of the deepest contact as the method sees it, m, negative when inside; infinite
-    /// without contacts.
+    /// Separation of the deepest contact according to the method, m; negative when overlapping,
+    /// infinite without contacts.
     pub deepest: f64,
-    /// How many contacts push.
+    /// Number of contacts that give force.
     pub contacts: usize,
 }
 
 impl Felt {
-    /// Nothing within reach.
+    /// Result without contacts.
     pub const NOTHING: Self = Self { wrench: Wrench::ZERO, deepest: f64::INFINITY, contacts: 0 };
 
     /// Adds a force on the probe at `point`, both in b's frame.
@@ -98,41 +98,41 @@ impl Felt {
     }
 }
 
-/// A way to feel contact.
+/// A haptic rendering method.
 pub trait Baseline {
-    /// One word for a table.
+    /// Returns the name of the method, one word for a table.
     fn name(&self) -> &'static str;
 
-    /// Computes the wrench at a pose. `pose_ba` places the probe in b's frame; `twist` is the
-    /// probe's velocity against b, of the grip and in b's frame; `dt` is the time since the last
-    /// step, s. An invalid pose gives zero.
+    /// Computes the wrench at a pose. `pose_ba` places the probe in b's frame. `twist` is the
+    /// velocity of the grip relative to b (m/s and rad/s), in b's frame. `dt` is the time since the
+    /// last step, s. An invalid pose gives a zero wrench.
     fn step(&mut self, pose_ba: &Pose, twist: &Twist, dt: f64) -> Felt;
 
-    /// Forgets the past.
+    /// Discards the memory of earlier steps.
     fn clear(&mut self);
 }
 
-/// Why a method cannot be set up.
+/// The reason why a method cannot be made.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum BaselineError {
-    /// A setting that cannot be.
+    /// A setting is out of range.
     #[error("setting `{field}` is {value}, but must be {rule}")]
     Setting {
-        /// Its name.
+        /// Name of the setting.
         field: &'static str,
         /// The value.
         value: f64,
         /// The rule that it breaks.
         rule: &'static str,
     },
-    /// Voxels that take more memory than allowed.
-    #[error("voxels of {} mm take {megabytes:.0} MB, but only {allowed:.0} MB are allowed: take larger ones", voxel * 1e3)]
+    /// The voxels take more memory than allowed.
+    #[error("voxels of {} mm take {megabytes:.0} MB, but only {allowed:.0} MB are allowed: use larger voxels", voxel * 1e3)]
     TooLarge {
-        /// Side of a voxel, m.
+        /// Edge length of a voxel, m.
         voxel: f64,
-        /// Memory that is needed, MB.
+        /// Required memory, MB.
         megabytes: f64,
-        /// Memory that is allowed, MB.
+        /// Allowed memory, MB.
         allowed: f64,
     },
 }

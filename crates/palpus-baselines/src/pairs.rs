@@ -1,16 +1,17 @@
-//! The pairs of convex pieces that are near each other: palpus's own query, which all methods on
-//! pieces share.
+//! The pairs of convex pieces that are near each other. All methods on pieces use palpus's own
+//! query.
 
 use palpus::algebra::Placement;
 use palpus::body::Body;
 use palpus::collision::{Front, LeafPair, LeafPairs, PlacedPair, Side};
 
-/// Pairs that one step can hold, the deepest of more; as in `palpus::render::Settings::default`.
+/// Largest number of pairs in one step; if there are more, the deepest are kept. As in
+/// `palpus::render::Settings::default`.
 const CAPACITY: usize = 4096;
-/// Node pairs that the query remembers; as in `palpus::detect::ContactQuery`.
+/// Number of node pairs that the query stores. As in `palpus::detect::ContactQuery`.
 const NODE_PAIRS: usize = 1 << 15;
 
-/// The query for near pairs and its memory.
+/// The query for near pairs, with its memory.
 #[derive(Clone, Debug)]
 pub(crate) struct Pairs {
     front: Front,
@@ -22,7 +23,7 @@ impl Pairs {
         Self { front: Front::new(side(a), side(b), NODE_PAIRS), found: LeafPairs::new(CAPACITY) }
     }
 
-    /// All pairs that overlap or are nearer than `distance`, m.
+    /// Returns all pairs that overlap or are nearer than `distance`, m.
     pub(crate) fn within(&mut self, a: &Body, b: &Body, pose_ba: &Placement, distance: f64) -> &[LeafPair] {
         self.front.within(&PlacedPair::new(side(a), side(b), pose_ba, distance), &mut self.found);
         self.found.as_slice()

@@ -1,41 +1,42 @@
-//! Penetration depth predicted from the last closest features, after \[GME00\], reference \[16\] of
-//! \[K02\].
+//! Penetration depth predicted from the last closest features, after \[GME00\], which is reference
+//! \[16\] of \[K02\].
 //!
-//! 1. *Contact determination*: pairs of convex pieces within a distance, closest features by
-//!    Voronoi marching with coherence. Abstract of \[GME00\]: "incremental algorithms for contact
-//!    determination between convex primitives", "geometric locality, temporal coherence, and
-//!    predictive methods"; \[K02 §2.3\]: "our algorithm uses the same collision detection algorithm
-//!    as described in \[16\]". So this step is palpus's own query, and while bodies are apart
-//!    contacts are palpus's.
+//! 1. *Contact determination*: find pairs of convex pieces within a distance, and their closest
+//!    features by Voronoi marching with coherence. Abstract of \[GME00\]: "incremental algorithms
+//!    for contact determination between convex primitives", "geometric locality, temporal
+//!    coherence, and predictive methods"; \[K02 §2.3\]: "our algorithm uses the same collision
+//!    detection algorithm as described in \[16\]". So this step uses palpus's own query, and
+//!    palpus computes the contacts of disjoint pairs.
 //! 2. *Prediction*: \[K02 §5.3\]: "In \[16\] penetration depth is roughly estimated along the
 //!    direction of motion using the previous closest feature pairs". Each pair within the watch
-//!    distance keeps its last closest points, each on its body, and their direction. When the pair
-//!    overlaps, its separation is that of the two points along this direction: the last distance
-//!    less what the motion since has used up.
-//! 3. *Clusters*: contacts within a radius of the deepest become one, at their mean point, along
-//!    their mean direction, with their mean separation; and so on with those left.
-//! 4. *Restoring force* k (t − d) for each cluster, and its torque; added up.
-//! 5. *Force and torque interpolation* (so Otaduy and Lin sum \[GME00\] up, as far as we recall):
-//!    between steps the wrench changes by at most a stated amount.
+//!    distance stores its last closest points, each fixed to its body, and their direction. If the
+//!    pair overlaps, its separation is the distance of the two points along this direction: the
+//!    last distance minus the motion since then.
+//! 3. *Clusters*: contacts within a radius of the deepest one become one cluster, with their mean
+//!    point, direction and separation. This is repeated with the remaining contacts.
+//! 4. *Restoring force*: k (t − d) for each cluster, and its torque; all are added up.
+//! 5. *Force and torque interpolation* (as Otaduy and Lin summarise \[GME00\], as far as we
+//!    recall): between steps the wrench changes by at most a given amount.
 //!
 //! Our choices, since the full text was not at hand:
 //!
-//! * The direction is that between the closest points, and it turns with the body whose feature is
-//!   a face. Along the velocity itself the depth of a body that slides on a surface would be its
-//!   whole path.
-//! * A pair that overlaps and was never seen apart is looked up at the last step's pose (before the
-//!   first step: at the pose that its twist came from); if it overlaps there too, nothing is known
-//!   and it gives no force, but a pair that is watched is rarely that.
-//! * Pairs are watched from four tolerances on, so that the features are known when contact begins.
-//! * Pieces have virtual features where the surface was cut. As in palpus, closest points on those
-//!   are no contact, and no prediction is made from them, unless
-//!   [`PredictedSettings::virtual_features`] says so.
-//! * While a pair overlaps its features stay those that it had when it was last apart, however far
-//!   it slides meanwhile. With [`PredictedSettings::drawn_back`] they are sought anew in each step,
-//!   at the pose where the probe is drawn back along the last direction until the pair is apart:
-//!   kinder than what \[K02\] describes, so that its claims can be held against both readings.
-//! * Clusters have the radius that palpus's have. Interpolation is off unless asked for: it delays
-//!   every force, and hides what the first steps do.
+//! * The direction is that between the closest points. It turns with the body whose feature is a
+//!   face. Along the velocity, a body that slides on a surface would have its whole path as depth.
+//! * A pair that overlaps and was never seen apart is evaluated at the pose of the last step, or
+//!   before the first step at the pose that the twist gives. If it overlaps there too, it gives no
+//!   force. This is rare for a watched pair.
+//! * Pairs are watched from four tolerances on, so that their features are known when contact
+//!   begins.
+//! * Pieces have virtual features where the surface was cut. As in palpus, closest points on
+//!   virtual features are no contacts, and nothing is predicted from them, unless
+//!   [`PredictedSettings::virtual_features`] is set.
+//! * While a pair overlaps, it keeps the features from the moment before the overlap, however far
+//!   it slides. With [`PredictedSettings::drawn_back`] the features are searched again in each
+//!   step, at the pose where the probe is moved back along the last direction until the pair is
+//!   apart. This is better than what \[K02\] describes, so that its claims can be compared with
+//!   both readings.
+//! * Clusters have the same radius as in palpus. Interpolation is off by default, since it delays
+//!   every force and hides the steps of the force.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -48,7 +49,7 @@ use palpus::collision::{Closest, LeafPair, Proximity, initial_features, march};
 use crate::pairs::Pairs;
 use crate::{Baseline, BaselineError, Felt, Settings, positive};
 
-/// Tolerances from which pairs are watched: a hand at 1 m/s goes one usual tolerance (1 mm) a step.
+/// Watch distance in tolerances. A hand at 1 m/s moves one default tolerance (1 mm) per step.
 const WATCH: f64 = 4.0;
 
 /// Settings of the method.
@@ -56,22 +57,23 @@ const WATCH: f64 = 4.0;
 pub struct PredictedSettings {
     /// Contact settings.
     pub contact: Settings,
-    /// m: contacts nearer than this to a deeper one share its force. 0: every contact has its own.
+    /// Contacts nearer than this to a deeper one share its force, m; 0 gives every contact its own
+    /// force.
     pub cluster_radius: f64,
-    /// Closest points on the cuts between pieces count like any other.
+    /// If true, closest points on the cuts between pieces count as contacts.
     pub virtual_features: bool,
-    /// The features of overlapping pairs are sought anew where the probe is drawn back.
+    /// If true, the features of overlapping pairs are searched again where the probe is drawn back.
     pub drawn_back: bool,
-    /// The most that the wrench changes in a step; `None`: as it comes.
+    /// Largest change of the wrench in a step; `None` for no limit.
     pub most_change: Option<Change>,
 }
 
-/// A change of a wrench.
+/// Size of a change of a wrench.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Change {
-    /// N.
+    /// Change of the force, N.
     pub force: f64,
-    /// N·m.
+    /// Change of the torque, N·m.
     pub torque: f64,
 }
 
@@ -87,36 +89,36 @@ impl Default for PredictedSettings {
     }
 }
 
-/// See the module's outline.
+/// The prediction method; the module describes its steps.
 #[derive(Clone, Debug)]
 pub struct Predicted {
     a: Arc<Body>,
     b: Arc<Body>,
     settings: PredictedSettings,
     pairs: Pairs,
-    /// The last closest features of the pairs that are watched, by pieces.
+    /// The last closest features of the watched pairs, by the numbers of their pieces.
     last: BTreeMap<[u32; 2], LastClosest>,
     last_pose: Option<Placement>,
     last_wrench: Wrench,
     steps: u64,
 }
 
-/// The closest points of a pair when it was last apart.
+/// The closest points of a pair from when it was last apart.
 #[derive(Clone, Copy, Debug)]
 struct LastClosest {
-    /// In a's frame.
+    /// Point on a, in a's frame.
     point_a: DVec3,
-    /// In b's frame.
+    /// Point on b, in b's frame.
     point_b: DVec3,
     /// Unit normal of the contact, from b into a.
     normal: Direction,
-    /// Both points lie on the surfaces of the meshes.
+    /// True if both points lie on the surfaces of the meshes.
     real: bool,
-    /// The step that last saw the pair.
+    /// Number of the last step in which the pair was near.
     seen: u64,
 }
 
-/// A direction and the body that it turns with.
+/// A direction, fixed to one of the bodies.
 #[derive(Clone, Copy, Debug)]
 enum Direction {
     /// In a's frame.
@@ -125,7 +127,7 @@ enum Direction {
     OfB(DVec3),
 }
 
-/// A contact or the mean of several, in b's frame.
+/// A contact, or the mean of several contacts, in b's frame.
 #[derive(Clone, Copy, Debug)]
 struct Push {
     point: DVec3,
@@ -134,7 +136,10 @@ struct Push {
 }
 
 impl Predicted {
-    /// Fails if a setting cannot be.
+    /// Makes the method for probe `a` and environment `b`.
+    ///
+    /// # Errors
+    /// Fails if a setting is out of range.
     pub fn new(a: Arc<Body>, b: Arc<Body>, settings: PredictedSettings) -> Result<Self, BaselineError> {
         settings.contact.validate()?;
         if settings.cluster_radius != 0.0 {
@@ -149,7 +154,7 @@ impl Predicted {
         Ok(Self { a, b, settings, pairs, last: BTreeMap::new(), last_pose: None, last_wrench, steps: 0 })
     }
 
-    /// All contacts nearer than the tolerance, measured or predicted.
+    /// Returns all contacts nearer than the tolerance, measured or predicted.
     fn contacts(&mut self, place: &Placement, before: &Placement) -> Vec<Push> {
         let Settings { tolerance, .. } = self.settings.contact;
         let mut contacts = Vec::new();
@@ -176,7 +181,7 @@ impl Predicted {
         contacts
     }
 
-    /// The wrench, no farther from the last one than is allowed.
+    /// Limits the change of the wrench since the last step to [`PredictedSettings::most_change`].
     fn interpolated(&self, wrench: Wrench) -> Wrench {
         let Some(most) = self.settings.most_change else { return wrench };
         let last = self.last_wrench;
@@ -239,8 +244,8 @@ impl LastClosest {
         }
     }
 
-    /// The contact that the points make at another pose; at the pose at which they were closest,
-    /// the one that they made.
+    /// Returns the contact of the two points at another pose. At the pose at which they were the
+    /// closest points, it is the measured contact.
     fn at(&self, place: &Placement) -> Push {
         let normal = match self.normal {
             Direction::OfA(in_a) => place.vector(in_a),
@@ -251,8 +256,8 @@ impl LastClosest {
     }
 }
 
-/// The closest points of an overlapping pair at the pose at which the prediction has them a
-/// tolerance apart, if they are apart there.
+/// Returns the closest points of an overlapping pair at the pose where the prediction puts the
+/// pieces one tolerance apart; `None` if they overlap there.
 fn draw_back(
     a: &Body,
     b: &Body,
@@ -266,7 +271,7 @@ fn draw_back(
     look_back(a, b, pair, &drawn)
 }
 
-/// The closest points of a pair at an earlier pose, if it was apart there.
+/// Returns the closest points of a pair at an earlier pose; `None` if it overlapped there.
 fn look_back(a: &Body, b: &Body, pair: &LeafPair, before: &Placement) -> Option<LastClosest> {
     let (piece_a, piece_b) = (&a.polytopes()[pair.piece_a as usize], &b.polytopes()[pair.piece_b as usize]);
     match march(piece_a, piece_b, before, initial_features(piece_a, piece_b, before)).proximity {
@@ -275,14 +280,14 @@ fn look_back(a: &Body, b: &Body, pair: &LeafPair, before: &Placement) -> Option<
     }
 }
 
-/// Previous pose of the probe.
+/// Returns the previous pose of the probe, from its velocity.
 fn earlier(pose_ba: &Pose, twist: &Twist, dt: f64, grip: DVec3) -> Placement {
     let back = DQuat::from_scaled_axis(-twist.angular * dt);
     let translation = grip + back * (pose_ba.translation - grip) - twist.linear * dt;
     Pose::new(back * pose_ba.rotation, translation).placement()
 }
 
-/// Joins contacts within `radius` of a deeper one; the deepest first.
+/// Joins contacts within `radius` of a deeper one, starting with the deepest.
 fn clustered(mut contacts: Vec<Push>, radius: f64) -> Vec<Push> {
     contacts.sort_by(|p, q| p.separation.total_cmp(&q.separation));
     let mut clusters = Vec::new();
@@ -294,7 +299,7 @@ fn clustered(mut contacts: Vec<Push>, radius: f64) -> Vec<Push> {
         let separation = members.iter().fold(deepest.separation, |sum, push| sum + push.separation) / count;
         clusters.push(Push {
             point: sum(&|push| push.point) / count,
-            // Opposed directions have no mean: the deepest one's then.
+            // If opposite directions cancel, the direction of the deepest contact is used.
             normal: sum(&|push| push.normal).try_normalize().unwrap_or(deepest.normal),
             separation,
         });
@@ -310,26 +315,26 @@ mod tests {
 
     fn make(a: Arc<Body>, b: Arc<Body>, contact: Settings) -> Box<dyn Baseline> {
         let settings = PredictedSettings { contact, ..PredictedSettings::default() };
-        Box::new(Predicted::new(a, b, settings).expect("good settings"))
+        Box::new(Predicted::new(a, b, settings).expect("the settings are valid"))
     }
 
     #[test]
-    fn a_ball_and_a_box_on_a_table_are_pushed_up() {
-        // Straight down the last closest features stay the deepest ones, and the prediction is
-        // exact.
+    fn ball_and_box_on_a_table_are_pushed_up() {
+        // In a vertical motion the last closest features stay the deepest ones, so the prediction
+        // is exact.
         testing::ball_on_table(make);
         testing::box_on_table(make);
     }
 
     #[test]
-    fn the_same_steps_feel_the_same() {
+    fn same_steps_give_identical_results() {
         testing::same_again(make);
     }
 
     #[test]
-    fn sliding_inside_the_prediction_stays_with_the_old_features() {
-        // The weakness that [K02] describes: pressed 0.5 mm in and then rolled by 20°, the ball's
-        // corner that touched first is far from the deepest one.
+    fn prediction_keeps_old_features_while_sliding_inside() {
+        // This is the weakness that [K02] describes. The ball is pressed in by 0.5 mm and then
+        // rolled by 20°. The corner that touched first is then far from the deepest one.
         let mut method = make(testing::ball(), testing::table(), testing::SETTINGS);
         let mut roll = |angle: f64, height: f64| {
             let pose = Pose::new(DQuat::from_rotation_y(angle), DVec3::Z * (0.012 + height));
@@ -339,13 +344,13 @@ mod tests {
         let before = roll(0.0, -0.5e-3).deepest;
         let after = roll(20f64.to_radians(), -0.5e-3).deepest;
         assert!((before + 0.5e-3).abs() < 1e-4, "{before}");
-        assert!(after > 0.0, "the corner that touched first is out of the table: {after}");
+        assert!(after > 0.0, "the corner that touched first must be out of the table: {after}");
     }
 
     #[test]
-    fn drawn_back_the_prediction_follows_the_ball() {
+    fn drawn_back_prediction_follows_the_ball() {
         let settings = PredictedSettings { contact: testing::SETTINGS, drawn_back: true, ..Default::default() };
-        let mut method = Predicted::new(testing::ball(), testing::table(), settings).expect("good settings");
+        let mut method = Predicted::new(testing::ball(), testing::table(), settings).expect("the settings are valid");
         for degree in 0..=40 {
             let turn = DQuat::from_rotation_y(f64::from(degree).to_radians());
             let pose = Pose::new(turn, DVec3::Z * (0.012 + if degree == 0 { 0.5e-3 } else { -0.5e-3 }));
@@ -356,7 +361,7 @@ mod tests {
     }
 
     #[test]
-    fn what_began_inside_is_looked_up_where_it_came_from() {
+    fn first_overlap_is_evaluated_at_the_earlier_pose() {
         let settings = testing::SETTINGS;
         let mut method = make(testing::ball(), testing::table(), settings);
         let twist = Twist { angular: DVec3::ZERO, linear: DVec3::Z * -1.0 };
@@ -364,11 +369,15 @@ mod tests {
         let felt = method.step(&pose, &twist, 1e-3);
         assert!((felt.deepest + 0.5e-3).abs() < 1e-4, "{felt:?}");
         method.clear();
-        assert_eq!(method.step(&pose, &Twist::default(), 1e-3), Felt::NOTHING, "nothing is known of it");
+        assert_eq!(
+            method.step(&pose, &Twist::default(), 1e-3),
+            Felt::NOTHING,
+            "without an earlier pose there must be no force"
+        );
     }
 
     #[test]
-    fn clusters_are_means() {
+    fn clusters_are_means_of_contacts() {
         let push = |x: f64, separation: f64| Push { point: DVec3::X * x, normal: DVec3::Z, separation };
         let joined = clustered(vec![push(0.0, 1.0), push(1.0, -1.0), push(5.0, 0.5)], 2.0);
         assert_eq!(joined.len(), 2);
@@ -377,11 +386,11 @@ mod tests {
     }
 
     #[test]
-    fn interpolation_bounds_the_change() {
+    fn interpolation_limits_the_change() {
         let contact = testing::SETTINGS;
         let most_change = Some(Change { force: 0.01, torque: 1e-4 });
         let settings = PredictedSettings { contact, most_change, ..PredictedSettings::default() };
-        let mut method = Predicted::new(testing::ball(), testing::table(), settings).expect("good settings");
+        let mut method = Predicted::new(testing::ball(), testing::table(), settings).expect("the settings are valid");
         let pose = Pose::from_translation(DVec3::Z * 0.0121);
         for tick in 1..=5 {
             let felt = method.step(&pose, &Twist::default(), 1e-3);

@@ -1,4 +1,4 @@
-//! Bodies and cases with known answers, for the tests of all methods.
+//! Bodies and cases with known results, for the tests of all methods.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use palpus_scenes::shape;
 use crate::{Baseline, Felt, Settings};
 
 pub(crate) fn body(soup: &PolygonSoup) -> Arc<Body> {
-    Arc::new(Body::from_soup(soup, &BodySettings::default(), &mut |_| ()).expect("a shape of the scenes"))
+    Arc::new(Body::from_soup(soup, &BodySettings::default(), &mut |_| ()).expect("the shape is a valid mesh"))
 }
 
 const RADIUS: f64 = 0.012;
@@ -22,7 +22,7 @@ pub(crate) fn ball() -> Arc<Body> {
     body(&shape::sphere(RADIUS, 2))
 }
 
-/// Height of the ball's lowest corner over its middle, m, when turned.
+/// Returns the height of the ball's lowest corner relative to its centre, m, after a rotation.
 pub(crate) fn lowest_of_ball(turn: DQuat) -> f64 {
     shape::sphere(RADIUS, 2).vertices.iter().map(|&p| (turn * p).z).fold(f64::INFINITY, f64::min)
 }
@@ -33,11 +33,12 @@ pub(crate) fn table() -> Arc<Body> {
 
 type Maker<'a> = &'a dyn Fn(Arc<Body>, Arc<Body>, Settings) -> Box<dyn Baseline>;
 
-/// Lets a body down onto the table, one corner of its mesh lowest, and calls `judge` with the
-/// height of that corner over the table, the corner, and what is felt.
+/// Moves a body down onto the table, with one corner of its mesh lowest. Calls `judge` with the
+/// height of this corner over the table (m), its lever arm from the grip, and the result.
 fn down(soup: &PolygonSoup, turn: DQuat, make: Maker<'_>, mut judge: impl FnMut(f64, DVec3, &Felt)) {
     let mut method = make(body(soup), table(), SETTINGS);
-    let lowest = soup.vertices.iter().map(|&p| turn * p).min_by(|p, q| p.z.total_cmp(&q.z)).expect("vertices");
+    let lowest =
+        soup.vertices.iter().map(|&p| turn * p).min_by(|p, q| p.z.total_cmp(&q.z)).expect("a mesh has vertices");
     let speed = -0.05;
     let twist = Twist { angular: DVec3::ZERO, linear: DVec3::Z * speed };
     for tick in 0..70 {
@@ -48,7 +49,7 @@ fn down(soup: &PolygonSoup, turn: DQuat, make: Maker<'_>, mut judge: impl FnMut(
     }
 }
 
-/// A ball on its lowest corner: one contact, of known depth and lever.
+/// Tests a ball on its lowest corner: one contact, with known depth and lever arm.
 pub(crate) fn ball_on_table(make: impl Fn(Arc<Body>, Arc<Body>, Settings) -> Box<dyn Baseline>) {
     let turn = DQuat::from_scaled_axis(DVec3::new(0.3, -0.8, 0.5));
     down(&shape::sphere(RADIUS, 2), turn, &make, |height, lever, felt| {
@@ -64,8 +65,8 @@ pub(crate) fn ball_on_table(make: impl Fn(Arc<Body>, Arc<Body>, Settings) -> Box
     });
 }
 
-/// A box flat on the table: the depth and the force are known, the point of contact may be any of
-/// the face.
+/// Tests a box that lies flat on the table. Depth and force are known; the contact point may be
+/// anywhere on the face.
 pub(crate) fn box_on_table(make: impl Fn(Arc<Body>, Arc<Body>, Settings) -> Box<dyn Baseline>) {
     down(&shape::cuboid(BOX), DQuat::IDENTITY, &make, |height, _, felt| {
         if height >= SETTINGS.tolerance {
@@ -79,8 +80,8 @@ pub(crate) fn box_on_table(make: impl Fn(Arc<Body>, Arc<Body>, Settings) -> Box<
     });
 }
 
-/// A ball dragged through the groove, felt twice: to the last bit the same, also after forgetting
-/// the first time.
+/// Drags a ball through the groove twice. The results must be identical, also after `clear` and
+/// with a new instance.
 pub(crate) fn same_again(make: impl Fn(Arc<Body>, Arc<Body>, Settings) -> Box<dyn Baseline>) {
     let groove = body(&shape::v_groove());
     let drag = |method: &mut dyn Baseline| -> Vec<Felt> {
@@ -95,9 +96,9 @@ pub(crate) fn same_again(make: impl Fn(Arc<Body>, Arc<Body>, Settings) -> Box<dy
     };
     let mut method = make(ball(), groove.clone(), SETTINGS);
     let first = drag(&mut *method);
-    assert!(first.iter().any(|felt| felt.contacts > 1 && felt.deepest < 0.0), "the ball touches both walls");
+    assert!(first.iter().any(|felt| felt.contacts > 1 && felt.deepest < 0.0), "the ball must touch both walls");
     assert!(first.iter().all(|felt| felt.wrench.is_finite()));
     method.clear();
-    assert_eq!(first, drag(&mut *method), "after forgetting");
-    assert_eq!(first, drag(&mut *make(ball(), groove, SETTINGS)), "by another instance");
+    assert_eq!(first, drag(&mut *method), "the result must not change after `clear`");
+    assert_eq!(first, drag(&mut *make(ball(), groove, SETTINGS)), "the result must not depend on the instance");
 }

@@ -1,5 +1,5 @@
-//! Measures how much a step through the C library costs above the same step in Rust: `cargo bench
-//! -p palpus-capi`.
+//! Measures how much longer a step takes through the C library than the same step in Rust: `cargo
+//! bench -p palpus-capi`.
 #![allow(unsafe_code, reason = "the C library's functions take pointers")]
 #![allow(clippy::print_stdout, reason = "a bench prints")]
 
@@ -36,9 +36,9 @@ fn main() {
     let settings = Settings::coupled(Limits { force: 8.5, torque: 0.19 }, 1e-3, 2e-4);
     let body = |points: &[[f64; 3]]| {
         let points: Vec<DVec3> = points.iter().copied().map(DVec3::from_array).collect();
-        Arc::new(Body::from_convex(&points).expect("a block"))
+        Arc::new(Body::from_convex(&points).expect("a valid block"))
     };
-    let mut world = World::new(settings).expect("good settings");
+    let mut world = World::new(settings).expect("valid settings");
     world.add(Object::fixed(body(&plate), Pose::IDENTITY)).expect("a plate");
     let tool = world.add_tool(body(&finger), settings).expect("a tool");
 
@@ -46,7 +46,7 @@ fn main() {
     let (mut world_c, mut object, mut tool_c) =
         (palpus_world::default(), palpus_object::default(), palpus_tool::default());
     let settings_c = palpus_settings::from(&settings);
-    // SAFETY: arrays of eight points, values, and places for the answers.
+    // SAFETY: the pointers are to arrays of eight points, to values, and to places for the results.
     unsafe {
         palpus_body_from_convex(plate.as_flattened().as_ptr(), 8, &mut plate_c);
         palpus_body_from_convex(finger.as_flattened().as_ptr(), 8, &mut finger_c);
@@ -67,13 +67,13 @@ fn main() {
         for k in 0..STEPS {
             let probe = palpus_probe { pose: pose(k).into(), ..palpus_probe::default() };
             let mut wrench = palpus_wrench::default();
-            // SAFETY: one probe and one place.
+            // SAFETY: the pointers point to one probe and to memory for one wrench.
             unsafe { functions::palpus_world_step(world_c, &probe, &mut wrench, 1, 1e-3) };
             sums[1] += wrench.force[2];
         }
         c.push(begin.elapsed().as_secs_f64() * 1e9 / f64::from(STEPS));
     }
-    assert!(sums[0].to_bits() == sums[1].to_bits(), "both feel the same");
+    assert!(sums[0].to_bits() == sums[1].to_bits(), "Rust and C must give the same forces");
     let (rust, c) = (median(rust), median(c));
     println!("a step in Rust {rust:.0} ns, through C {c:.0} ns: {:.0} ns more (medians of {ROUNDS} rounds)", c - rust);
 }

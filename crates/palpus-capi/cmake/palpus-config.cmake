@@ -1,5 +1,5 @@
-# find_package(palpus) from a clone: builds the library by cargo, and gives the targets
-# palpus::palpus (shared) and palpus::static. Needs a Rust toolchain. PALPUS_CARGO names another cargo.
+# find_package(palpus) from a clone: builds the library with cargo and defines the targets
+# palpus::palpus (shared) and palpus::static. Needs a Rust toolchain. PALPUS_CARGO can point to another cargo.
 #
 #   find_package(palpus REQUIRED PATHS /path/to/palpus/crates/palpus-capi/cmake)
 #   target_link_libraries(program PRIVATE palpus::palpus)
@@ -7,7 +7,7 @@ get_filename_component(_palpus_root "${CMAKE_CURRENT_LIST_DIR}/../../.." ABSOLUT
 find_program(PALPUS_CARGO cargo HINTS "$ENV{HOME}/.cargo/bin")
 if(NOT PALPUS_CARGO)
     set(palpus_FOUND FALSE)
-    set(palpus_NOT_FOUND_MESSAGE "there is no cargo; install a Rust toolchain, or set PALPUS_CARGO")
+    set(palpus_NOT_FOUND_MESSAGE "cargo was not found; install a Rust toolchain, or set PALPUS_CARGO")
     return()
 endif()
 
@@ -26,7 +26,7 @@ if(NOT TARGET palpus::palpus)
         set(_palpus_shared libpalpus_capi.so)
         set(_palpus_static libpalpus_capi.a)
     endif()
-    # cargo knows by itself what is to be built anew.
+    # cargo itself decides what to rebuild.
     add_custom_target(palpus_cargo ALL
         COMMAND "${PALPUS_CARGO}" build --release -p palpus-capi --manifest-path "${_palpus_root}/Cargo.toml"
                 --target-dir "${_palpus_target}"

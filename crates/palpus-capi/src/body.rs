@@ -1,4 +1,4 @@
-//! Bodies: made of triangles, points or a file once, and shared by queries and worlds.
+//! Bodies: created once from triangles, points or a file, and shared by queries and worlds.
 
 use std::ffi::c_char;
 use std::path::Path;
@@ -13,30 +13,32 @@ use crate::handle::{Kind, Table};
 use crate::pointer::{In, InArray, Out, Text};
 use crate::result::{Fault, entry, palpus_result};
 
-/// Flatness for measuring: distances are exact to this share of the model's size.
+/// Flatness for measurements: distances are exact to this fraction of the model's size.
 pub const PALPUS_FLATNESS_EXACT: f64 = 3e-8;
-/// Flatness for touching: planes that a file wrote with six digits are one face each.
+/// Flatness for haptic rendering: a plane whose coordinates a file wrote with six digits becomes
+/// one face.
 pub const PALPUS_FLATNESS_HAPTIC: f64 = 3e-5;
 
-/// A body. Any number of threads, queries and worlds may use it at once, also after it was
-/// destroyed.
+/// A body. Any number of threads, queries and worlds may use it at the same time. Queries and
+/// worlds that use it keep it alive after it is destroyed.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct palpus_body {
-    /// 0 for none.
+    /// 0 if there is no body.
     pub id: u64,
 }
 
-/// How a body is made of a mesh.
+/// How a body is created from a mesh.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct palpus_body_settings {
-    /// m per unit of the model.
+    /// Metres per unit of the model.
     pub scale: f64,
-    /// How far a piece may deviate from the surface, as a share of the model's size, 0 to 0.001.
+    /// How far a piece may deviate from the surface, as a fraction of the model's size, from 0 to
+    /// 0.001.
     pub flatness: f64,
-    /// 1: pieces reach into the solid, so that deep penetration is seen. 0: they are as thick as
-    /// their patch.
+    /// 1: pieces reach into the solid, so that deep penetration is detected. 0: they are only as
+    /// thick as their part of the surface.
     pub thick: u32,
 }
 
@@ -44,31 +46,31 @@ pub struct palpus_body_settings {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct palpus_body_facts {
-    /// Triangles after cleaning.
+    /// Number of triangles after cleaning.
     pub triangle_count: u64,
-    /// Convex pieces.
+    /// Number of convex pieces.
     pub piece_count: u64,
     /// 1 if the surface has no boundary.
     pub is_closed: u32,
-    /// 1 if each edge has one or two triangles that agree, and parts of the surface do not touch in
-    /// a vertex.
+    /// 1 if each edge has one or two triangles with matching orientation, and parts of the surface
+    /// do not touch at a single vertex.
     pub is_manifold: u32,
-    /// m^3.
+    /// Volume, m^3.
     pub volume: f64,
-    /// m, in the model's frame.
+    /// Centre of mass, m, in the model's frame.
     pub center_of_mass: [f64; 3],
-    /// m^5: inertia about the centre of mass at density 1, rows one after the other.
+    /// Inertia about the centre of mass at density 1, m^5, row by row.
     pub inertia: [f64; 9],
-    /// m: the box along the axes.
+    /// Lowest corner of the bounding box along the axes, m.
     pub bounds_min: [f64; 3],
-    /// m.
+    /// Highest corner of the bounding box, m.
     pub bounds_max: [f64; 3],
 }
 
 /// The value behind a body's handle.
 pub(crate) struct Shared {
     pub(crate) body: Arc<Body>,
-    /// Made when a depth is first asked for.
+    /// Computed when a depth is first requested.
     interior: OnceLock<Interior>,
 }
 
@@ -80,7 +82,7 @@ impl Shared {
 
 static BODIES: Table<Arc<Shared>> = Table::new(Kind::Body);
 
-/// The body of a handle.
+/// Returns the body of a handle.
 pub(crate) fn body_of(handle: palpus_body) -> Result<Arc<Shared>, Fault> {
     BODIES.read(handle.id, |body| Ok(body.clone()))
 }
@@ -99,7 +101,7 @@ impl From<BodySettings> for palpus_body_settings {
     }
 }
 
-/// A number that stands for yes or no.
+/// Converts a number, 0 or 1, to a boolean.
 pub(crate) fn flag(name: &str, value: u32) -> Result<bool, Fault> {
     match value {
         0 => Ok(false),
@@ -126,17 +128,17 @@ fn points(vertices: &InArray<[f64; 3]>) -> Result<Vec<DVec3>, Fault> {
     Ok(vertices.iter().map(DVec3::from_array).collect())
 }
 
-/// Fills in: scale 1, PALPUS_FLATNESS_EXACT, thick.
+/// Fills in the defaults: scale 1, PALPUS_FLATNESS_EXACT, thick.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_body_settings_default(settings: *mut palpus_body_settings) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let settings = unsafe { Out::new(settings, "settings") };
     entry(|| settings.put(BodySettings::default().into()))
 }
 
-/// Makes a body of triangles. `vertices` has x, y, z of `vertex_count` vertices in the model's
-/// unit; `triangles` has the three vertex numbers of `triangle_count` triangles, counter-clockwise
-/// seen from outside. `settings` may be NULL for the defaults. Both arrays are copied. Takes
+/// Creates a body from triangles. `vertices` has x, y, z of `vertex_count` vertices in the model's
+/// unit. `triangles` has the three vertex indices of `triangle_count` triangles, counter-clockwise
+/// as seen from outside. `settings` may be NULL for the defaults. Both arrays are copied. Takes
 /// seconds for 100 000 triangles, on all cores.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_body_from_triangles(
@@ -147,21 +149,23 @@ pub unsafe extern "C" fn palpus_body_from_triangles(
     settings: *const palpus_body_settings,
     body: *mut palpus_body,
 ) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let (vertices, triangles) = unsafe {
         (
             InArray::new(vertices.cast(), vertex_count, "vertices"),
             InArray::new(triangles.cast(), triangle_count, "triangles"),
         )
     };
-    // SAFETY: as above.
+    // SAFETY: same as above.
     let (settings, body) = unsafe { (In::new(settings, "settings"), Out::new(body, "body")) };
     entry(|| {
         body.check()?;
         let settings = settings.get_if_any()?.map_or(Ok(BodySettings::default()), |settings| settings.checked())?;
         triangles.check()?;
         if vertex_count > u32::MAX as usize || triangle_count > u32::MAX as usize / 3 {
-            let text = format!("{vertex_count} vertices and {triangle_count} triangles are more than can be numbered");
+            let text = format!(
+                "{vertex_count} vertices and {triangle_count} triangles are too many; each index must fit in 32 bits"
+            );
             return Err(Fault::value(text));
         }
         let triangles: Vec<[u32; 3]> = triangles.iter().collect();
@@ -169,14 +173,14 @@ pub unsafe extern "C" fn palpus_body_from_triangles(
     })
 }
 
-/// Makes a body of the convex hull of points: x, y, z of `point_count` points, m.
+/// Creates a body from the convex hull of points: x, y, z of `point_count` points, m.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_body_from_convex(
     points: *const f64,
     point_count: usize,
     body: *mut palpus_body,
 ) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let (corners, body) = unsafe { (InArray::new(points.cast(), point_count, "points"), Out::new(body, "body")) };
     entry(|| {
         body.check()?;
@@ -184,15 +188,16 @@ pub unsafe extern "C" fn palpus_body_from_convex(
     })
 }
 
-/// Makes a body of a mesh file (OBJ, STL, PLY, OFF, glTF, GLB, also packed by gzip). `path` is
-/// UTF-8. `settings` may be NULL for the defaults; a model in mm has the scale 0.001.
+/// Creates a body from a mesh file (OBJ, STL, PLY, OFF, glTF or GLB, optionally compressed with
+/// gzip). `path` is UTF-8. `settings` may be NULL for the defaults. For a model in mm, set the
+/// scale to 0.001.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_body_from_file(
     path: *const c_char,
     settings: *const palpus_body_settings,
     body: *mut palpus_body,
 ) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let (path, settings, body) =
         unsafe { (Text::new(path, "path"), In::new(settings, "settings"), Out::new(body, "body")) };
     entry(|| {
@@ -207,7 +212,7 @@ pub unsafe extern "C" fn palpus_body_from_file(
 /// Writes the properties of a body.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_body_get_facts(body: palpus_body, facts: *mut palpus_body_facts) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let facts = unsafe { Out::new(facts, "facts") };
     entry(|| {
         let shared = body_of(body)?;
@@ -219,7 +224,7 @@ pub unsafe extern "C" fn palpus_body_get_facts(body: palpus_body, facts: *mut pa
             is_manifold: body.health().is_manifold().into(),
             volume: mass.volume,
             center_of_mass: mass.center_of_mass.to_array(),
-            // Symmetric, so that columns are rows.
+            // The matrix is symmetric, so its columns equal its rows.
             inertia: mass.inertia.to_cols_array(),
             bounds_min: bounds.min.to_array(),
             bounds_max: bounds.max.to_array(),
@@ -227,7 +232,7 @@ pub unsafe extern "C" fn palpus_body_get_facts(body: palpus_body, facts: *mut pa
     })
 }
 
-/// Lets go of a body. Queries and worlds that use it keep it.
+/// Destroys the handle of a body. Queries and worlds that use the body keep it alive.
 #[unsafe(no_mangle)]
 pub extern "C" fn palpus_body_destroy(body: palpus_body) -> palpus_result {
     entry(|| BODIES.remove(body.id))

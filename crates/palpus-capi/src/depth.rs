@@ -1,4 +1,4 @@
-//! How deep two bodies of any shape are in each other, with proof.
+//! How deep two bodies of any shape overlap, with proven bounds.
 
 use std::sync::Arc;
 
@@ -11,41 +11,42 @@ use crate::pointer::{In, Out};
 use crate::result::{Fault, entry, palpus_result};
 use crate::value::palpus_pose;
 
-/// The penetration depth of a body a in a body b. One thread at a time.
+/// The penetration depth of a body a in a body b. Only one thread may use it at a time.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct palpus_depth {
-    /// 0 for none.
+    /// 0 if there is no depth.
     pub id: u64,
 }
 
-/// How near the bounds of a depth come, and what may be spent.
+/// The requested accuracy of the bounds, and the limit of the work.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct palpus_depth_settings {
-    /// m: the search ends if upper - lower is no more than this.
+    /// The search ends if upper - lower is at most this, m.
     pub gap: f64,
-    /// The search ends after about so many evaluations.
+    /// The search ends after about this many evaluations.
     pub budget: u64,
-    /// 1: only translations count as free from which a can leave b in a straight line.
+    /// 1: a translation counts as free only if a can then leave b along a straight line.
     pub outside: u32,
 }
 
-/// Bounds of the least translation that frees a from b, in b's frame.
+/// Bounds of the shortest translation that separates a from b, in b's frame.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct palpus_depth_bounds {
-    /// m: no shorter translation frees the bodies. 0 if they are free.
+    /// No shorter translation separates the bodies, m. 0 if they are already separate.
     pub lower: f64,
-    /// m: the length of `translation`.
+    /// The length of `translation`, m.
     pub upper: f64,
-    /// m: moving a by this frees the bodies.
+    /// Moving a by this translation separates the bodies, m.
     pub translation: [f64; 3],
-    /// 1 if the gap is as small as was asked for.
+    /// 1 if the gap between the bounds is at most the requested gap.
     pub certified: u32,
-    /// 1: a lies in b's solid. 2: b lies in a's. 0: neither.
+    /// 1: a lies in b's solid. 2: b lies in a's solid. 0: neither.
     pub contained: u32,
-    /// m: distance of the surfaces if the bodies are free or one lies in the other; else -1.
+    /// Distance of the surfaces if the bodies are separate or one lies in the other, m. Otherwise
+    /// -1.
     pub distance: f64,
 }
 
@@ -68,14 +69,15 @@ impl palpus_depth_settings {
     }
 }
 
-/// Fills in what suits two bodies: a gap of 1 % of the smaller one, and a budget for most poses.
+/// Fills in the defaults for two bodies: a gap of 1 % of the smaller body's size, and a budget that
+/// is enough for most poses.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_depth_settings_default(
     a: palpus_body,
     b: palpus_body,
     settings: *mut palpus_depth_settings,
 ) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let settings = unsafe { Out::new(settings, "settings") };
     entry(|| {
         let [a, b] = [body_of(a)?, body_of(b)?];
@@ -84,8 +86,8 @@ pub unsafe extern "C" fn palpus_depth_settings_default(
     })
 }
 
-/// Prepares two bodies for depths: once for each body, up to minutes for large ones, on all cores.
-/// `settings` may be NULL for the defaults.
+/// Prepares two bodies for depth queries. The first preparation of a large body takes up to minutes
+/// on all cores; later ones reuse it. `settings` may be NULL for the defaults.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_depth_create(
     a: palpus_body,
@@ -93,7 +95,7 @@ pub unsafe extern "C" fn palpus_depth_create(
     settings: *const palpus_depth_settings,
     depth: *mut palpus_depth,
 ) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let (settings, depth) = unsafe { (In::new(settings, "settings"), Out::new(depth, "depth")) };
     entry(|| {
         depth.check()?;
@@ -106,15 +108,15 @@ pub unsafe extern "C" fn palpus_depth_create(
     })
 }
 
-/// Bounds the depth with a at `pose_ba` in b's frame. Takes milliseconds, and obtains memory: not
-/// for a haptic loop.
+/// Computes bounds of the depth with a at `pose_ba` in b's frame. Takes milliseconds and allocates
+/// memory, so do not call it in a haptic loop.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_depth_bound(
     depth: palpus_depth,
     pose_ba: *const palpus_pose,
     bounds: *mut palpus_depth_bounds,
 ) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let (pose, bounds) = unsafe { (In::new(pose_ba, "pose_ba"), Out::new(bounds, "bounds")) };
     entry(|| {
         bounds.check()?;
@@ -138,7 +140,7 @@ pub unsafe extern "C" fn palpus_depth_bound(
     })
 }
 
-/// Lets go of a depth.
+/// Destroys a depth.
 #[unsafe(no_mangle)]
 pub extern "C" fn palpus_depth_destroy(depth: palpus_depth) -> palpus_result {
     entry(|| DEPTHS.remove(depth.id))

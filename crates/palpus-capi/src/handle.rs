@@ -1,25 +1,26 @@
 //! Handles: numbers that stand for the library's values in C.
 //!
-//! * A number says its kind, its place in the kind's table, and how often the place was taken
-//!   before. So an old handle, one of another kind and any other number are known as wrong.
-//! * Each place has a lock that is only ever tried: the second of two threads that use one world at
-//!   once gets an error and does not wait. This is an atomic exchange and not a call of the system.
-//! * A panic poisons the lock of what it left half done, which can then only be destroyed.
-//! * Places stay where they are; tables only grow, by chunks of twice the size.
+//! * A handle encodes its kind, its place in the table of that kind, and how often the place was
+//!   used before. So a handle that is old, of another kind or otherwise wrong is detected.
+//! * Each place has a lock, and no function waits for it. If two threads use one world at the same
+//!   time, the second one gets an error at once. This needs an atomic exchange, not a system call.
+//! * A panic poisons the lock of the value that it left half changed. That value can then only be
+//!   destroyed.
+//! * Values never move. Tables only grow, by chunks of twice the size.
 
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError, RwLock, TryLockError};
 
 use crate::result::{Fault, palpus_result};
 
-/// Places of the first chunk, as a power of two.
+/// Number of places in the first chunk, as a power of two.
 const FIRST_CHUNK: u32 = 6;
-/// Chunks of a table: room for more values than memory has.
+/// Number of chunks in a table. There are more places than values that fit in memory.
 const CHUNKS: usize = 24;
 const PLACE_BITS: u32 = 32;
 const GENERATION_BITS: u32 = 28;
 const MOST_GENERATIONS: u32 = (1 << GENERATION_BITS) - 1;
 
-/// Kinds of values that have handles.
+/// The kinds of values that have handles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     Body = 1,
@@ -48,7 +49,7 @@ impl Kind {
 pub(crate) struct Table<T> {
     kind: Kind,
     chunks: [OnceLock<Box<[Place<T>]>>; CHUNKS],
-    /// Places without a value, and how many were ever taken.
+    /// The free places, and the number of places that were ever used.
     free: Mutex<(Vec<u32>, u32)>,
 }
 
@@ -60,12 +61,12 @@ struct Slot<T> {
 }
 
 impl<T> Table<T> {
-    /// A table without values.
+    /// Returns a table without values.
     pub(crate) const fn new(kind: Kind) -> Self {
         Self { kind, chunks: [const { OnceLock::new() }; CHUNKS], free: Mutex::new((Vec::new(), 0)) }
     }
 
-    /// Keeps a value, and returns its handle.
+    /// Stores a value and returns its handle.
     pub(crate) fn insert(&self, value: T) -> Result<u64, Fault> {
         let place = {
             let (free, taken) = &mut *self.free();
@@ -75,7 +76,9 @@ impl<T> Table<T> {
                 Some(next)
             })
         };
-        let place = place.ok_or_else(|| Fault::value(format!("there is no room for another {}", self.kind.name())))?;
+        let place = place.ok_or_else(|| {
+            Fault::value(format!("there is no room for another {}; destroy one first", self.kind.name()))
+        })?;
         let (number, offset) = chunk(place);
         let size = 1_usize << (FIRST_CHUNK + number as u32);
         let empty = || (0..size).map(|_| RwLock::new(Slot { generation: 1, value: None })).collect();
@@ -87,7 +90,7 @@ impl<T> Table<T> {
             | u64::from(place))
     }
 
-    /// Calls `act` with the value of a handle that no other thread changes meanwhile.
+    /// Calls `act` with the value of a handle. No other thread can change it in the meantime.
     pub(crate) fn read<R>(&self, handle: u64, act: impl FnOnce(&T) -> Result<R, Fault>) -> Result<R, Fault> {
         let slot = self.place(handle)?.try_read().map_err(|error| self.refused(&error))?;
         match &slot.value {
@@ -96,7 +99,7 @@ impl<T> Table<T> {
         }
     }
 
-    /// Calls `act` with the value of a handle that no other thread uses meanwhile.
+    /// Calls `act` with the value of a handle. No other thread can use it in the meantime.
     pub(crate) fn change<R>(&self, handle: u64, act: impl FnOnce(&mut T) -> Result<R, Fault>) -> Result<R, Fault> {
         let mut slot = self.place(handle)?.try_write().map_err(|error| self.refused(&error))?;
         let is_current = slot.generation == generation(handle);
@@ -106,7 +109,7 @@ impl<T> Table<T> {
         }
     }
 
-    /// Takes the value out; its handle is wrong from now on.
+    /// Removes a value. Its handle is invalid from now on.
     pub(crate) fn remove(&self, handle: u64) -> Result<(), Fault> {
         let place = self.place(handle)?;
         let value = {
@@ -120,8 +123,8 @@ impl<T> Table<T> {
             }
             slot.generation += 1;
             place.clear_poison();
-            // A place that was taken so often that an old handle would be right again is not taken
-            // any more.
+            // If the place was used so often that its next handle would equal an old one, it is not
+            // used again.
             if slot.generation < MOST_GENERATIONS {
                 self.free().0.push(handle as u32);
             }
@@ -146,7 +149,7 @@ impl<T> Table<T> {
         let name = self.kind.name();
         let text = match Kind::of(handle) {
             Some(kind) if kind == self.kind => format!("the {name} was destroyed, or never created"),
-            Some(kind) => format!("the handle is that of a {}, but must be that of a {name}", kind.name()),
+            Some(kind) => format!("the handle belongs to a {}, but must belong to a {name}", kind.name()),
             None if handle == 0 => format!("the {name}'s handle is 0: it was not created"),
             None => format!("{handle:#x} is not the handle of a {name}"),
         };
@@ -158,18 +161,18 @@ impl<T> Table<T> {
         let name = self.kind.name();
         match error {
             TryLockError::WouldBlock => {
-                let text = format!("another thread is using the {name}; let one thread at a time use it");
+                let text = format!("another thread is using the {name}; use it from one thread at a time");
                 Fault::new(palpus_result::PalpusErrorBusy, text)
             }
             TryLockError::Poisoned(_) => {
-                let text = format!("a defect of palpus left the {name} half done; destroy it");
+                let text = format!("a defect of palpus left the {name} in an invalid state; destroy it");
                 Fault::new(palpus_result::PalpusErrorInternal, text)
             }
         }
     }
 }
 
-/// The chunk of a place, and where in it.
+/// Returns the chunk of a place, and the index within the chunk.
 fn chunk(place: u32) -> (usize, usize) {
     let shifted = u64::from(place) + (1 << FIRST_CHUNK);
     let number = shifted.ilog2() - FIRST_CHUNK;
@@ -186,7 +189,7 @@ mod tests {
     use crate::result::entry;
 
     #[test]
-    fn old_and_foreign_handles_are_refused() {
+    fn old_and_foreign_handles_give_errors() {
         let table = Table::new(Kind::Body);
         let handles: Vec<u64> = (0..500).map(|k| table.insert(k).unwrap()).collect();
         for (k, &handle) in handles.iter().enumerate() {
@@ -194,7 +197,7 @@ mod tests {
         }
         table.remove(handles[70]).unwrap();
         let next = table.insert(7).unwrap();
-        assert_eq!(next as u32, handles[70] as u32, "the place is taken again");
+        assert_eq!(next as u32, handles[70] as u32, "the place is used again");
         let worlds = Table::new(Kind::World);
         let world = worlds.insert(1).unwrap();
         for wrong in [0, 1, u64::MAX, handles[70], world, next + 1000, next + (1 << 40)] {
@@ -206,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn two_users_at_once_are_told() {
+    fn concurrent_use_gives_an_error() {
         let table = Table::new(Kind::World);
         let handle = table.insert(1).unwrap();
         let nested = |second: &dyn Fn() -> Result<(), Fault>| table.change(handle, |_| second());
@@ -218,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_panic_left_can_only_be_destroyed() {
+    fn after_a_panic_a_value_can_only_be_destroyed() {
         let table: Table<u32> = Table::new(Kind::World);
         let handle = table.insert(1).unwrap();
         assert_eq!(entry(|| table.change(handle, |_| panic!("half way"))), palpus_result::PalpusErrorInternal);

@@ -1,22 +1,22 @@
 //! palpus as a C library.
 //!
-//! `include/palpus.h` is made of this crate (`tests/header.rs` compares the two), `docs/c.md` is
-//! its page.
+//! `include/palpus.h` is generated from this crate (`tests/header.rs` compares the two), and
+//! `docs/c.md` describes it.
 //!
-//! * [`handle`] — C holds numbers, never addresses. A handle that is wrong, old or of another kind
-//!   is found out. A handle that another thread is using gives an error at once.
-//! * [`result`] — each function gives a code; the text beside it is the thread's last error. A
-//!   panic ends in a code too.
-//! * [`mod@pointer`] — what C's pointers point to is copied here, after the checks that can be
-//!   made; the only file that reads or writes through them.
+//! * [`handle`] — C code gets numbers, never addresses. A handle that is wrong, old or of another
+//!   kind is detected. Using a handle that another thread is using gives an error at once.
+//! * [`result`] — each function returns a code. The text of the thread's last error is stored
+//!   separately. A panic also becomes a code.
+//! * [`mod@pointer`] — checks the pointers from C as far as possible, then copies the values. No
+//!   other file reads or writes through them.
 //!
 //! # Safety
 //!
-//! For all functions: a pointer is null or points to as many values as the header says, and no
-//! other thread writes them meanwhile. Handles and numbers may be anything.
-#![allow(unsafe_code, reason = "C's names and pointers need it; through pointers goes `pointer` alone")]
-#![allow(non_camel_case_types, reason = "they are the C library's names")]
-#![allow(clippy::missing_safety_doc, reason = "it is the same for all functions: see above")]
+//! For all functions: a pointer is null, or it points to as many values as the header says and no
+//! other thread writes them during the call. Handles and numbers may have any value.
+#![allow(unsafe_code, reason = "exported names and pointers need it; only `pointer` reads or writes through pointers")]
+#![allow(non_camel_case_types, reason = "these are the names of the C library")]
+#![allow(clippy::missing_safety_doc, reason = "the requirements are the same for all functions: see above")]
 
 pub mod body;
 pub mod depth;

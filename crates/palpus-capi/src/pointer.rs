@@ -1,57 +1,58 @@
-//! Pointers that come from C: checked for what can be checked, then copied through.
+//! Pointers from C: checked as far as possible, then read or written by copying.
 
 use std::ffi::c_char;
 
 use crate::result::{Fault, palpus_result};
 
-/// A value to be read.
+/// A value to read.
 pub(crate) struct In<T> {
     array: InArray<T>,
 }
 
-/// Values to be read.
+/// An array of values to read.
 pub(crate) struct InArray<T> {
     pointer: *const T,
     count: usize,
     name: &'static str,
 }
 
-/// A place to be written.
+/// A place for one value to write.
 pub(crate) struct Out<T> {
     array: OutArray<T>,
 }
 
-/// Places to be written.
+/// An array of places to write.
 pub(crate) struct OutArray<T> {
     pointer: *mut T,
     count: usize,
     name: &'static str,
 }
 
-/// A text that ends with a zero.
+/// A text that ends with a zero byte.
 pub(crate) struct Text {
     pointer: *const c_char,
     name: &'static str,
 }
 
-/// Bytes of the longest text that is taken: without an end, memory of others would be read.
+/// Length limit of a text in bytes. Without a limit, a missing end would let palpus read foreign
+/// memory.
 const LONGEST_TEXT: usize = 1 << 15;
 
 impl<T: Copy> In<T> {
     /// # Safety
-    /// As [`InArray::new`], of one value.
+    /// Same as [`InArray::new`], for one value.
     pub(crate) unsafe fn new(pointer: *const T, name: &'static str) -> Self {
-        // SAFETY: the caller's.
+        // SAFETY: the caller guarantees it.
         Self { array: unsafe { InArray::new(pointer, 1, name) } }
     }
 
-    /// The value.
+    /// Returns the value. Fails if the pointer is NULL or misaligned.
     pub(crate) fn get(&self) -> Result<T, Fault> {
         self.array.check()?;
         Ok(self.array.at(0))
     }
 
-    /// The value; `None` for NULL.
+    /// Returns the value. `None` if the pointer is NULL.
     pub(crate) fn get_if_any(&self) -> Result<Option<T>, Fault> {
         if self.array.pointer.is_null() { Ok(None) } else { self.get().map(Some) }
     }
@@ -59,25 +60,28 @@ impl<T: Copy> In<T> {
 
 impl<T: Copy> InArray<T> {
     /// # Safety
-    /// While this lives, `pointer` is null, is misaligned, or points to `count` values that no
-    /// thread writes. Every bit pattern of `T` is a value.
+    /// While this value lives, `pointer` is null, misaligned, or points to `count` values that no
+    /// thread writes. Every bit pattern is a valid `T`.
     pub(crate) unsafe fn new(pointer: *const T, count: usize, name: &'static str) -> Self {
         Self { pointer, count, name }
     }
 
-    /// Fails unless the values can be there.
+    /// Fails if the pointer cannot point to `count` values.
     pub(crate) fn check(&self) -> Result<(), Fault> {
         check(self.pointer, self.count, self.name)
     }
 
-    /// The values in order. Only after [`Self::check`].
+    /// Returns the values in order. Call [`Self::check`] first.
     pub(crate) fn iter(&self) -> impl Iterator<Item = T> {
         (0..self.count).map(|k| self.at(k))
     }
 
     fn at(&self, k: usize) -> T {
-        assert!(k < self.count && check(self.pointer, self.count, self.name).is_ok(), "values that were not checked");
-        // SAFETY: the pointer is aligned, not null, and by the contract of `new` points to more
+        assert!(
+            k < self.count && check(self.pointer, self.count, self.name).is_ok(),
+            "the values must be checked first"
+        );
+        // SAFETY: the pointer is aligned and not null. By the contract of `new`, it points to more
         // than k values.
         unsafe { self.pointer.add(k).read() }
     }
@@ -85,13 +89,13 @@ impl<T: Copy> InArray<T> {
 
 impl<T> Out<T> {
     /// # Safety
-    /// As [`OutArray::new`], of one place.
+    /// As [`OutArray::new`], for one place.
     pub(crate) unsafe fn new(pointer: *mut T, name: &'static str) -> Self {
-        // SAFETY: the caller's.
+        // SAFETY: the caller guarantees it.
         Self { array: unsafe { OutArray::new(pointer, 1, name) } }
     }
 
-    /// Fails unless the place can be there: before work whose answer would be lost.
+    /// Fails if the pointer cannot point to a place. Called before work whose result would be lost.
     pub(crate) fn check(&self) -> Result<(), Fault> {
         self.array.check()
     }
@@ -106,31 +110,34 @@ impl<T> Out<T> {
 
 impl<T> OutArray<T> {
     /// # Safety
-    /// While this lives, `pointer` is null, is misaligned, or points to `count` places that no
+    /// While this value lives, `pointer` is null, misaligned, or points to `count` places that no
     /// other code reads or writes.
     pub(crate) unsafe fn new(pointer: *mut T, count: usize, name: &'static str) -> Self {
         Self { pointer, count, name }
     }
 
-    /// Fails unless the places can be there.
+    /// Fails if the pointer cannot point to `count` places.
     pub(crate) fn check(&self) -> Result<(), Fault> {
         check(self.pointer, self.count, self.name)
     }
 
-    /// Fails unless the places can be there, or NULL was given for none.
+    /// Fails if the pointer cannot point to `count` places. NULL is allowed and means no places.
     pub(crate) fn check_if_any(&self) -> Result<(), Fault> {
         if self.pointer.is_null() { Ok(()) } else { self.check() }
     }
 
-    /// How many there are.
+    /// Returns the number of places.
     pub(crate) fn len(&self) -> usize {
         if self.pointer.is_null() { 0 } else { self.count }
     }
 
-    /// Writes a value. Only after a check.
+    /// Writes a value. Call a check first.
     pub(crate) fn put(&self, k: usize, value: T) {
-        assert!(k < self.count && check(self.pointer, self.count, self.name).is_ok(), "places that were not checked");
-        // SAFETY: the pointer is aligned, not null, and by the contract of `new` points to more
+        assert!(
+            k < self.count && check(self.pointer, self.count, self.name).is_ok(),
+            "the places must be checked first"
+        );
+        // SAFETY: the pointer is aligned and not null. By the contract of `new`, it points to more
         // than k places.
         unsafe { self.pointer.add(k).write(value) };
     }
@@ -138,19 +145,19 @@ impl<T> OutArray<T> {
 
 impl Text {
     /// # Safety
-    /// While this lives, `pointer` is null or points to bytes up to a zero, or to `LONGEST_TEXT` of
-    /// them, and no thread writes them.
+    /// While this value lives, `pointer` is null or points to a text that ends with a zero, and no
+    /// thread writes it. A text without a zero must have at least `LONGEST_TEXT` bytes.
     pub(crate) unsafe fn new(pointer: *const c_char, name: &'static str) -> Self {
         Self { pointer, name }
     }
 
-    /// The text, which must be UTF-8.
+    /// Returns the text. Fails if it is not UTF-8 or has no zero within `LONGEST_TEXT` bytes.
     pub(crate) fn get(&self) -> Result<String, Fault> {
         check(self.pointer, 1, self.name)?;
         let mut bytes = Vec::new();
         for k in 0..LONGEST_TEXT {
-            // SAFETY: the bytes before this one were not zero, and by the contract of `new` the
-            // text goes on.
+            // SAFETY: the bytes before this one were not zero, so by the contract of `new` this
+            // byte belongs to the text.
             let byte = unsafe { self.pointer.add(k).read() } as u8;
             if byte == 0 {
                 return String::from_utf8(bytes).map_err(|_| Fault::value(format!("{} is not UTF-8", self.name)));
@@ -173,7 +180,7 @@ fn what_is_wrong<T>(pointer: *const T, count: usize, name: &str) -> Fault {
         return Fault::new(palpus_result::PalpusErrorPointer, format!("{name} is NULL"));
     }
     if !pointer.is_aligned() {
-        let text = format!("{name} is at {pointer:p}, which is no multiple of {} bytes", align_of::<T>());
+        let text = format!("{name} is at {pointer:p}, which is not a multiple of {} bytes", align_of::<T>());
         return Fault::new(palpus_result::PalpusErrorPointer, text);
     }
     Fault::value(format!("{name} has {count} elements, more than memory can hold"))

@@ -8,14 +8,15 @@ use crate::pointer::{In, Out, OutArray};
 use crate::result::{Fault, entry, palpus_result};
 use crate::value::{palpus_contact, palpus_pose};
 
-/// Most contacts that a query may be asked to hold: memory for them is obtained at once.
+/// Largest capacity of a query. Its memory is allocated when the query is created.
 const MOST_CONTACTS: u64 = 1 << 20;
 
-/// The contacts of a body a with a body b. One thread at a time; any number of queries at once.
+/// The contacts of a body a with a body b. Only one thread may use a query at a time; different
+/// queries can run in parallel.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct palpus_query {
-    /// 0 for none.
+    /// 0 if there is no query.
     pub id: u64,
 }
 
@@ -23,14 +24,15 @@ pub struct palpus_query {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct palpus_query_settings {
-    /// m: contacts are nearer than this; 0 finds overlaps only.
+    /// Contacts have a separation below this, m. 0 finds overlaps only.
     pub tolerance: f64,
-    /// The most contacts of one query, 1 to 1048576; of more, the deepest are kept.
+    /// Maximum number of contacts of one query, 1 to 1048576. If there are more, the deepest are
+    /// kept.
     pub capacity: u64,
-    /// 1: the depth of each pair of pieces is proven the least. 0: it is the least nearby.
+    /// 1: the depth of each pair of pieces is proven to be the least. 0: it is a local minimum.
     pub prove: u32,
-    /// rad, 0 to 1: flush pieces give contacts at the corners of their overlap for tilts up to this
-    /// angle. 0: one exact contact for each pair of pieces.
+    /// Flush pieces give contacts at the corners of their overlap, for tilts up to this angle (rad,
+    /// 0 to 1). 0: one exact contact for each pair of pieces.
     pub patch_angle: f64,
 }
 
@@ -74,15 +76,17 @@ impl From<QuerySettings> for palpus_query_settings {
     }
 }
 
-/// Fills in: 1 mm, 4096 contacts, not proven, one contact for each pair of pieces.
+/// Fills in the defaults: tolerance 1 mm, 4096 contacts, no proof, one contact for each pair of
+/// pieces.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_query_settings_default(settings: *mut palpus_query_settings) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let settings = unsafe { Out::new(settings, "settings") };
     entry(|| settings.put(QuerySettings::default().into()))
 }
 
-/// Makes a query, with all memory that it will need. `settings` may be NULL for the defaults.
+/// Creates a query and allocates all the memory that it will need. `settings` may be NULL for the
+/// defaults.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_query_create(
     a: palpus_body,
@@ -90,7 +94,7 @@ pub unsafe extern "C" fn palpus_query_create(
     settings: *const palpus_query_settings,
     query: *mut palpus_query,
 ) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let (settings, query) = unsafe { (In::new(settings, "settings"), Out::new(query, "query")) };
     entry(|| {
         query.check()?;
@@ -101,10 +105,10 @@ pub unsafe extern "C" fn palpus_query_create(
     })
 }
 
-/// Finds all contacts nearer than the tolerance with a at `pose_ba` in b's frame; they are in b's
-/// frame. Writes the first `capacity` of them to `contacts`, and how many there are to `count`.
-/// `contacts` may be NULL with a capacity of 0. Poses near the last one are answered fastest.
-/// Obtains no memory.
+/// Finds all contacts with a separation below the tolerance, with a at `pose_ba` in b's frame. The
+/// contacts are in b's frame. Writes the first `capacity` of them to `contacts`, and the total
+/// number to `count`. `contacts` may be NULL if `capacity` is 0. A pose near the previous one takes
+/// the least time. Allocates no memory.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_query_contacts(
     query: palpus_query,
@@ -113,7 +117,7 @@ pub unsafe extern "C" fn palpus_query_contacts(
     capacity: usize,
     count: *mut usize,
 ) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let (pose, contacts, count) = unsafe {
         (In::new(pose_ba, "pose_ba"), OutArray::new(contacts, capacity, "contacts"), Out::new(count, "count"))
     };
@@ -129,15 +133,15 @@ pub unsafe extern "C" fn palpus_query_contacts(
     })
 }
 
-/// Finds the nearest pair of points with a at `pose_ba` in b's frame, whatever the distance; where
-/// the bodies overlap, the deepest contact. It is in b's frame.
+/// Finds the nearest pair of points with a at `pose_ba` in b's frame, at any distance. If the
+/// bodies overlap, finds the deepest contact. The result is in b's frame.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_query_nearest(
     query: palpus_query,
     pose_ba: *const palpus_pose,
     nearest: *mut palpus_contact,
 ) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let (pose, nearest) = unsafe { (In::new(pose_ba, "pose_ba"), Out::new(nearest, "nearest")) };
     entry(|| {
         nearest.check()?;
@@ -149,7 +153,7 @@ pub unsafe extern "C" fn palpus_query_nearest(
     })
 }
 
-/// Contacts are nearer than `tolerance` (m) from the next query on.
+/// Sets the tolerance (m) of the following queries.
 #[unsafe(no_mangle)]
 pub extern "C" fn palpus_query_set_tolerance(query: palpus_query, tolerance: f64) -> palpus_result {
     entry(|| {
@@ -161,7 +165,7 @@ pub extern "C" fn palpus_query_set_tolerance(query: palpus_query, tolerance: f64
     })
 }
 
-/// Forgets the past: the next answer is that of a new query.
+/// Discards the data of earlier poses. The next result is the same as from a new query.
 #[unsafe(no_mangle)]
 pub extern "C" fn palpus_query_clear(query: palpus_query) -> palpus_result {
     entry(|| {
@@ -172,7 +176,7 @@ pub extern "C" fn palpus_query_clear(query: palpus_query) -> palpus_result {
     })
 }
 
-/// Lets go of a query.
+/// Destroys a query.
 #[unsafe(no_mangle)]
 pub extern "C" fn palpus_query_destroy(query: palpus_query) -> palpus_result {
     entry(|| QUERIES.remove(query.id))

@@ -5,27 +5,27 @@ use std::cell::Cell;
 use std::ffi::c_char;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// The result of a function. For all but PALPUS_OK, palpus_last_error has a text.
+/// The result of a function. After any code except PALPUS_OK, palpus_last_error returns a text.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum palpus_result {
-    /// Done.
+    /// Success.
     PalpusOk = 0,
-    /// A pointer is NULL where it must not be, or not aligned for what it points to.
+    /// A pointer is NULL where it must not be, or is not aligned for its type.
     PalpusErrorPointer = 1,
-    /// A handle is of another kind, was destroyed, or never was one.
+    /// A handle is of another kind, was destroyed, or was never valid.
     PalpusErrorHandle = 2,
     /// Another thread is using the handle. Nothing was done.
     PalpusErrorBusy = 3,
     /// A number, size or text is not allowed.
     PalpusErrorValue = 4,
-    /// The triangles or points make no body.
+    /// The triangles or points do not form a body.
     PalpusErrorMesh = 5,
     /// A file cannot be read.
     PalpusErrorFile = 6,
-    /// Header and library do not fit together.
+    /// The header and the library have different ABI versions.
     PalpusErrorAbi = 7,
-    /// A defect of palpus. The handle that was in use can only be destroyed.
+    /// A defect of palpus. The handle in use can only be destroyed.
     PalpusErrorInternal = 8,
 }
 
@@ -41,12 +41,12 @@ impl Fault {
         Self { code, text: text.into() }
     }
 
-    /// A number, size or text that is not allowed.
+    /// Returns a fault for a number, size or text that is not allowed.
     pub(crate) fn value(text: impl Into<String>) -> Self {
         Self::new(palpus_result::PalpusErrorValue, text)
     }
 
-    /// The same for one element or field of an argument.
+    /// Returns the same fault with the name of an argument's element or field in front.
     pub(crate) fn of(self, what: &str) -> Self {
         Self { text: format!("{what}: {}", self.text), ..self }
     }
@@ -58,14 +58,14 @@ impl From<palpus::SettingsError> for Fault {
     }
 }
 
-/// Bytes of the longest text, its end included; longer ones are cut.
+/// Maximum number of bytes of a text, including the final zero. Longer texts are cut.
 const LONGEST_TEXT: usize = 1024;
 
 thread_local! {
     static LAST: Cell<[u8; LONGEST_TEXT]> = const { Cell::new([0; LONGEST_TEXT]) };
 }
 
-/// Does what a function of the library does, and turns what came of it into a code.
+/// Runs the body of a library function, and converts its outcome to a code.
 pub(crate) fn entry(act: impl FnOnce() -> Result<(), Fault>) -> palpus_result {
     // A value that a panic left half changed stays locked: see `handle`.
     let fault = match catch_unwind(AssertUnwindSafe(act)) {
@@ -73,7 +73,7 @@ pub(crate) fn entry(act: impl FnOnce() -> Result<(), Fault>) -> palpus_result {
         Ok(Err(fault)) => fault,
         Err(panic) => {
             let text = format!("palpus has a defect ({}); please report it", panic_text(&*panic));
-            // Its destructor may panic as well.
+            // The destructor of the panic value may panic too.
             std::mem::forget(panic);
             Fault::new(palpus_result::PalpusErrorInternal, text)
         }
@@ -84,7 +84,7 @@ pub(crate) fn entry(act: impl FnOnce() -> Result<(), Fault>) -> palpus_result {
 
 fn panic_text(panic: &(dyn Any + Send)) -> &str {
     let text = panic.downcast_ref::<&str>().copied();
-    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("a panic without a text")
+    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("panic without a message")
 }
 
 fn remember(text: &str) {
@@ -92,12 +92,13 @@ fn remember(text: &str) {
     let fits = |end: &usize| *end < LONGEST_TEXT && text.is_char_boundary(*end);
     let end = (0..=text.len().min(LONGEST_TEXT)).rev().find(fits).unwrap_or(0);
     bytes[..end].copy_from_slice(&text.as_bytes()[..end]);
-    // A thread that is ending has no last error any more.
+    // A thread that is ending no longer has a last error.
     let _ = LAST.try_with(|last| last.set(bytes));
 }
 
-/// Text of this thread's last error: UTF-8, empty if there was no error. Valid until the thread's
-/// next error or its end; copy it to keep it. A function that succeeds leaves it unchanged.
+/// Returns the text of this thread's last error: UTF-8, empty if there was no error. It is valid
+/// until the thread's next error or the end of the thread; copy it to keep it. A function that
+/// succeeds leaves it unchanged.
 #[unsafe(no_mangle)]
 pub extern "C" fn palpus_last_error() -> *const c_char {
     LAST.try_with(|last| last.as_ptr().cast_const().cast()).unwrap_or(c"".as_ptr())
@@ -110,8 +111,8 @@ mod tests {
     use super::*;
 
     fn last() -> &'static str {
-        // SAFETY: the text ends with a zero and lives as long as the thread, which reads it before
-        // its next error.
+        // SAFETY: the text ends with a zero and lives as long as the thread. The thread reads it
+        // before its next error.
         unsafe { CStr::from_ptr(palpus_last_error()) }.to_str().unwrap()
     }
 

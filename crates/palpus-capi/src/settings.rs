@@ -7,31 +7,32 @@ use crate::body::flag;
 use crate::pointer::Out;
 use crate::result::{Fault, entry, palpus_result};
 
-/// The most that a device may be asked for; infinite for no limit.
+/// Limits of the force and torque that are sent to a device. Infinite means no limit.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct palpus_limits {
-    /// N.
+    /// Maximum force, N.
     pub force: f64,
-    /// N m about the grip.
+    /// Maximum torque about the grip, N m.
     pub torque: f64,
 }
 
-/// A spring and damper between device and tool, and the tool's mass.
+/// A spring and a damper between the device and the tool, and the tool's mass.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct palpus_coupling {
-    /// N/m.
+    /// Stiffness, N/m.
     pub stiffness: f64,
-    /// N s/m.
+    /// Damping, N s/m.
     pub damping: f64,
-    /// N m/rad.
+    /// Angular stiffness, N m/rad.
     pub angular_stiffness: f64,
-    /// N m s/rad.
+    /// Angular damping, N m s/rad.
     pub angular_damping: f64,
-    /// m, above 0 and at most the contact tolerance: contacts push from this separation on.
+    /// Contact offset, m, above 0 and at most the contact tolerance: contacts push below this
+    /// separation.
     pub skin: f64,
-    /// kg; 0: the tool is where all forces balance.
+    /// Mass of the tool, kg. 0: the tool is at the pose where all forces balance.
     pub mass: f64,
 }
 
@@ -39,9 +40,9 @@ pub struct palpus_coupling {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct palpus_shading {
-    /// rad: edges where the mesh bends by more stay sharp.
+    /// Edges where the mesh bends by more than this angle (rad) stay sharp.
     pub crease_angle: f64,
-    /// rad: the farthest that shading may turn a force.
+    /// Largest angle by which shading may turn a force, rad.
     pub most_turn: f64,
 }
 
@@ -49,75 +50,77 @@ pub struct palpus_shading {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct palpus_friction {
-    /// Coefficient of a contact that sticks; at least the dynamic one.
+    /// Friction coefficient of a contact that sticks. At least the dynamic coefficient.
     pub static_coefficient: f64,
-    /// Coefficient of a contact that slides.
+    /// Friction coefficient of a contact that slides.
     pub dynamic_coefficient: f64,
-    /// N/m.
+    /// Tangential stiffness, N/m.
     pub tangential_stiffness: f64,
 }
 
-/// How a material rings when it is hit: a vibration that decays.
+/// How a material vibrates when it is hit: a decaying vibration.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct palpus_material {
-    /// Hz.
+    /// Frequency, Hz.
     pub frequency: f64,
-    /// 1/s: it falls to 1/e in one over this.
+    /// Decay rate, 1/s: the amplitude falls to 1/e in the time 1/decay.
     pub decay: f64,
-    /// N for each m/s of approach.
+    /// Amplitude of the force per approach speed, N/(m/s).
     pub gain: f64,
 }
 
-/// How contact is rendered. Begin with palpus_settings_coupled or palpus_settings_default, and
+/// How contact is rendered. Start with palpus_settings_coupled or palpus_settings_default, and
 /// change what you need.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct palpus_settings {
-    /// m: contacts are looked for up to this separation. A hundredth of the smaller body suits.
+    /// Contacts are found up to this separation, m. A hundredth of the smaller body's size is a
+    /// good value.
     pub contact_tolerance: f64,
-    /// m: with smooth_clusters 0, contacts nearer than this share one force.
+    /// If smooth_clusters is 0, contacts closer together than this form one cluster, m.
     pub cluster_radius: f64,
-    /// N/m, of each cluster of contacts.
+    /// Stiffness of each cluster of contacts, N/m.
     pub stiffness: f64,
-    /// N s/m, of the normal motion of each cluster.
+    /// Damping of the normal motion of each cluster, N s/m.
     pub damping: f64,
-    /// rad, 60 to 170 degrees: opening of the cone that holds a cluster's normals. 0: no cut.
+    /// Opening angle of the cone that contains a cluster's normals, rad, 60 to 170 degrees. 0:
+    /// clusters are not split.
     pub split_angle: f64,
-    /// rad, 0.1 to 20 degrees: flush pieces touch at the corners of their overlap, for tilts up to
-    /// this. 0: one contact for each pair of pieces.
+    /// Flush pieces touch at the corners of their overlap, for tilts up to this angle (rad, 0.1 to
+    /// 20 degrees). 0: one contact for each pair of pieces.
     pub patch_angle: f64,
-    /// If has_coupling is 1.
+    /// Used if has_coupling is 1.
     pub coupling: palpus_coupling,
-    /// If has_shading is 1.
+    /// Used if has_shading is 1.
     pub shading: palpus_shading,
-    /// If has_friction is 1.
+    /// Used if has_friction is 1.
     pub friction: palpus_friction,
-    /// If has_material is 1. At first that of wood.
+    /// Used if has_material is 1. The default is wood.
     pub material: palpus_material,
-    /// Limits of the device.
+    /// Force and torque limits of the device.
     pub limits: palpus_limits,
-    /// m: where the hand holds the tool, in the tool's frame.
+    /// Point where the tool is held, in the tool's frame, m.
     pub grip: [f64; 3],
-    /// The most contacts of a step, 1 to 1048576; of more, the deepest are kept.
+    /// Maximum number of contacts of a step, 1 to 1048576. If there are more, the deepest are kept.
     pub capacity: u64,
-    /// 1: contacts share force smoothly. 0: exact single linkage, which jumps.
+    /// 1: contacts share force smoothly. 0: exact single linkage, whose clusters change abruptly.
     pub smooth_clusters: u32,
-    /// 0: force and torque are limited each by itself. 1: by one factor. 2: the device gives no
-    /// torque.
+    /// 0: force and torque are limited separately. 1: both are scaled by one factor. 2: the device
+    /// has no torque output.
     pub saturation: u32,
-    /// 1: a spring ties the tool to the device. 0: the tool is where the device is.
+    /// 1: a spring couples the tool to the device. 0: the tool is at the device's pose.
     pub has_coupling: u32,
     /// 1: forces follow smoothed normals.
     pub has_shading: u32,
     /// 1: contacts have friction.
     pub has_friction: u32,
-    /// 1: impacts ring, as much as the device's limits leave room for.
+    /// 1: impacts cause vibration, as far as the device's limits allow.
     pub has_material: u32,
 }
 
 impl palpus_settings {
-    /// The engine's settings, which it checks itself when it takes them up.
+    /// Returns the engine's settings. The engine checks their values later.
     pub(crate) fn read(&self) -> Result<Settings, Fault> {
         let palpus_coupling { stiffness, damping, angular_stiffness, angular_damping, skin, mass } = self.coupling;
         let coupling = VirtualCoupling { stiffness, damping, angular_stiffness, angular_damping, skin, mass };
@@ -156,7 +159,7 @@ impl palpus_settings {
 
 impl From<&Settings> for palpus_settings {
     fn from(settings: &Settings) -> Self {
-        // Options that are off get values that work once they are turned on.
+        // Options that are off get values that are usable when they are turned on.
         let tuned = || VirtualCoupling::tuned(&settings.limits, 1e-3, settings.contact_tolerance);
         let coupling = settings.coupling.unwrap_or_else(tuned);
         let shading = settings.shading.unwrap_or(ShadingSettings { crease_angle: 0.6, most_turn: 0.5 });
@@ -205,17 +208,18 @@ impl From<&Settings> for palpus_settings {
     }
 }
 
-/// Fills in direct rendering: 1 mm tolerance, 800 N/m, no coupling, friction or shading.
+/// Fills in direct rendering: tolerance 1 mm, stiffness 800 N/m, no coupling, shading or friction.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_settings_default(settings: *mut palpus_settings) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let settings = unsafe { Out::new(settings, "settings") };
     entry(|| settings.put((&Settings::default()).into()))
 }
 
-/// Fills in a tool that is coupled to a device, as hard as the device can show: `force` (N) and
-/// `torque` (N m) are the device's limits, `period` (s) is the loop's, and contacts are looked for
-/// within `tolerance` (m). Without friction; for that, set has_friction and the coefficients.
+/// Fills in a tool that is coupled to a device, as stiff as the device can render stably. `force`
+/// (N) and `torque` (N m) are the device's limits, `period` (s) is the period of the haptic loop,
+/// and contacts are found within `tolerance` (m). There is no friction; to add it, set has_friction
+/// and the coefficients.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_settings_coupled(
     force: f64,
@@ -224,11 +228,11 @@ pub unsafe extern "C" fn palpus_settings_coupled(
     tolerance: f64,
     settings: *mut palpus_settings,
 ) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let settings = unsafe { Out::new(settings, "settings") };
     entry(|| {
         if !(period > 0.0 && period.is_finite()) {
-            return Err(Fault::value(format!("period is {period}, but must be a time in s, more than 0")));
+            return Err(Fault::value(format!("period is {period}, but must be a time above 0 s")));
         }
         let coupled = Settings::coupled(Limits { force, torque }, period, tolerance);
         coupled.validate()?;

@@ -1,4 +1,4 @@
-//! Poses, velocities, wrenches and contacts, as C has them.
+//! Poses, velocities, wrenches and contacts as C structures.
 
 use palpus::glam::{DQuat, DVec3};
 use palpus::{Contact, Pose, Twist, Wrench};
@@ -10,9 +10,9 @@ use crate::result::Fault;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct palpus_pose {
-    /// Origin of the placed frame in the other one: x, y, z, m.
+    /// Origin of the placed frame in the other frame: x, y, z, m.
     pub position: [f64; 3],
-    /// Unit quaternion x, y, z, w. Its length may be off by 0.001.
+    /// Unit quaternion x, y, z, w. Its length may differ from 1 by up to 0.001.
     pub rotation: [f64; 4],
 }
 
@@ -20,9 +20,9 @@ pub struct palpus_pose {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct palpus_twist {
-    /// m/s, of the point that the function states.
+    /// Linear velocity of the point that the function states, m/s.
     pub linear: [f64; 3],
-    /// rad/s.
+    /// Angular velocity, rad/s.
     pub angular: [f64; 3],
 }
 
@@ -30,38 +30,38 @@ pub struct palpus_twist {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct palpus_wrench {
-    /// N.
+    /// Force, N.
     pub force: [f64; 3],
-    /// N m, about the point that the function states.
+    /// Torque about the point that the function states, N m.
     pub torque: [f64; 3],
 }
 
-/// A pair of points, one on each body, nearer than the tolerance:
-/// point_a - point_b = separation * normal.
+/// A pair of points, one on each body: point_a - point_b = separation * normal.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct palpus_contact {
-    /// On a, m.
+    /// Point on a, m.
     pub point_a: [f64; 3],
-    /// On b, m.
+    /// Point on b, m.
     pub point_b: [f64; 3],
-    /// Unit, from b into a.
+    /// Unit vector from b into a.
     pub normal: [f64; 3],
-    /// m: the distance, or minus the depth where the bodies overlap.
+    /// Distance along the normal, m. Negative where the bodies overlap: minus the penetration
+    /// depth.
     pub separation: f64,
-    /// Number of the convex piece of a.
+    /// Index of the convex piece of a.
     pub piece_a: u32,
-    /// Number of the convex piece of b.
+    /// Index of the convex piece of b.
     pub piece_b: u32,
 }
 
 impl palpus_pose {
-    /// The engine's pose.
+    /// Returns the engine's pose. Fails if a number is not finite or the quaternion is not unit.
     pub(crate) fn checked(&self) -> Result<Pose, Fault> {
         let [tx, ty, tz] = self.position;
         let [qx, qy, qz, qw] = self.rotation;
         pose_of([tx, ty, tz, qx, qy, qz, qw]).map_err(Fault::value)?;
-        // A quaternion that is of unit length but for rounding keeps its bits.
+        // A quaternion whose length is 1 within rounding keeps its bits.
         let pose = Pose { rotation: DQuat::from_xyzw(qx, qy, qz, qw), translation: DVec3::new(tx, ty, tz) };
         Ok(pose.unstretched())
     }
@@ -74,13 +74,13 @@ impl From<Pose> for palpus_pose {
 }
 
 impl palpus_twist {
-    /// The engine's twist.
+    /// Returns the engine's twist. Fails if a number is not finite.
     pub(crate) fn checked(&self) -> Result<Twist, Fault> {
         let twist = Twist { linear: self.linear.into(), angular: self.angular.into() };
         if twist.linear.is_finite() && twist.angular.is_finite() {
             Ok(twist)
         } else {
-            Err(Fault::value("a velocity has a number that is not finite; correct it"))
+            Err(Fault::value("a velocity contains a number that is not finite; correct it"))
         }
     }
 }

@@ -1,27 +1,28 @@
-//! Which library this is.
+//! The version of the library.
 
 use std::ffi::c_char;
 
 use crate::result::{Fault, entry, palpus_result};
 
-/// Number of this header's ABI: raised whenever a structure, or a function that was there, changes.
-/// New functions do not raise it.
+/// ABI version of this header. It increases whenever a structure or an existing function changes.
+/// New functions do not increase it.
 pub const PALPUS_ABI_VERSION: u32 = 2;
 
-/// The library's version as text, such as "0.1.0".
+/// Returns the library's version as text, such as "0.1.0".
 #[unsafe(no_mangle)]
 pub extern "C" fn palpus_version() -> *const c_char {
     concat!(env!("CARGO_PKG_VERSION"), "\0").as_ptr().cast()
 }
 
-/// The library's PALPUS_ABI_VERSION.
+/// Returns the library's PALPUS_ABI_VERSION.
 #[unsafe(no_mangle)]
 pub extern "C" fn palpus_abi_version() -> u32 {
     PALPUS_ABI_VERSION
 }
 
-/// Fails with PALPUS_ERROR_ABI if the library is of another ABI than the header that you compiled
-/// with. Call `palpus_check_abi(PALPUS_ABI_VERSION)` first of all.
+/// Fails with PALPUS_ERROR_ABI if the library has another ABI version than the header that your
+/// program was compiled with. Call `palpus_check_abi(PALPUS_ABI_VERSION)` before any other
+/// function.
 #[unsafe(no_mangle)]
 pub extern "C" fn palpus_check_abi(header_version: u32) -> palpus_result {
     entry(|| {
@@ -31,7 +32,7 @@ pub extern "C" fn palpus_check_abi(header_version: u32) -> palpus_result {
         Err(Fault::new(
             palpus_result::PalpusErrorAbi,
             format!(
-                "the program was compiled with a palpus.h of ABI {header_version}, the library is of ABI \
+                "the program was compiled with a palpus.h of ABI {header_version}, but the library has ABI \
                  {PALPUS_ABI_VERSION}; compile the program with the library's own header"
             ),
         ))

@@ -11,20 +11,20 @@ use crate::pointer::InArray;
 use crate::result::{Fault, palpus_result};
 use crate::value::{palpus_pose, palpus_twist, palpus_wrench};
 
-/// Tools and objects, and the contacts between them. One thread at a time; any number of worlds at
-/// once.
+/// Tools and objects, and the contacts between them. Only one thread may use a world at a time;
+/// different worlds can run in parallel.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct palpus_world {
-    /// 0 for none.
+    /// 0 if there is no world.
     pub id: u64,
 }
 
-/// An object or a tool's body in a world. Of other worlds it is refused.
+/// An object in a world, or the body of a tool. Other worlds reject it with an error.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct palpus_object {
-    /// 0 for none.
+    /// 0 if there is no object.
     pub id: u64,
 }
 
@@ -32,17 +32,17 @@ pub struct palpus_object {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct palpus_tool {
-    /// 0 for none.
+    /// 0 if there is no tool.
     pub id: u64,
 }
 
-/// State of a device: pose and motion of its grip.
+/// State of a device: pose and velocity of its grip.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct palpus_probe {
-    /// The grip in the world, with the tool's axes.
+    /// Pose of the grip in the world. Its axes are the tool's axes.
     pub pose: palpus_pose,
-    /// Twist of the grip, along the world's axes. Only dampers use it.
+    /// Velocity of the grip, in the world's axes. Only dampers use it.
     pub twist: palpus_twist,
 }
 
@@ -50,27 +50,27 @@ pub struct palpus_probe {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct palpus_tick {
-    /// Counts the steps from 0.
+    /// Number of the step, counted from 0.
     pub index: u64,
-    /// For the device: about the grip, along the world's axes, within the limits.
+    /// Wrench for the device: about the grip, in the world's axes, within the limits.
     pub wrench: palpus_wrench,
-    /// The same before the limits.
+    /// The same wrench before the limits were applied.
     pub computed: palpus_wrench,
-    /// Pose of the tool's frame in the world, at which contacts were looked for. With a coupling
-    /// the tool is not where the device is.
+    /// Pose of the tool's frame in the world at which contacts were found. With a coupling, this
+    /// differs from the device's pose.
     pub tool: palpus_pose,
-    /// See palpus_world_contacts.
+    /// Number of contacts. palpus_world_contacts returns them.
     pub contact_count: u64,
-    /// Units of work that the step's query did.
+    /// Units of work that the query of this step took.
     pub work: u64,
-    /// Pairs that the step skipped to keep to its work are at least this far apart, m; infinite if
-    /// it skipped none.
+    /// The pairs that the step skipped to stay within its work limit are at least this far apart,
+    /// m. Infinite if it skipped none.
     pub unseen_separation: f64,
-    /// 1 if the force was cut to its limit.
+    /// 1 if the force was reduced to its limit.
     pub saturated_force: u32,
-    /// 1 if the torque was cut to its limit.
+    /// 1 if the torque was reduced to its limit.
     pub saturated_torque: u32,
-    /// 1 if the wrench was not finite; it is zero then.
+    /// 1 if the wrench was not finite. The commanded wrench is then zero.
     pub non_finite_wrench: u32,
     /// 1 if the device's pose or twist was not valid.
     pub bad_state: u32,
@@ -101,14 +101,14 @@ impl From<&Tick> for palpus_tick {
     }
 }
 
-/// A world and what its handles name.
+/// A world, and its objects and tools in the order of their handles.
 pub(crate) struct Hosted {
     pub(crate) world: World,
-    /// Differs between worlds, so that objects of others are known.
+    /// Differs between worlds, so that objects of other worlds are detected.
     serial: u32,
     objects: Vec<(BodyId, Motion)>,
     tools: Vec<ToolId>,
-    /// States of the devices in the current step, kept for their memory.
+    /// States of the devices in the current step. Kept to reuse its memory.
     probes: Vec<ProbeState>,
 }
 
@@ -123,7 +123,7 @@ pub(crate) enum Motion {
 
 pub(crate) static WORLDS: Table<Hosted> = Table::new(Kind::World);
 
-/// Most bodies of one world: there is a pair for each two of them.
+/// Maximum number of bodies in one world. Every two bodies need memory for their pair.
 const MOST_BODIES: usize = 1 << 14;
 
 impl Hosted {
@@ -144,7 +144,8 @@ impl Hosted {
         found.copied().ok_or_else(|| wrong("tool"))
     }
 
-    /// The place that the id of an object or tool of this world says.
+    /// Returns the index that is encoded in the id of an object or tool. `None` if the id belongs
+    /// to another world or kind.
     fn number(&self, id: u64, kind: &str) -> Option<usize> {
         let number = (id as u32 & !TOOL) as usize;
         let is_own = (id >> 32) as u32 == self.serial && (id as u32 & TOOL != 0) == (kind == "tool");
@@ -171,14 +172,14 @@ impl Hosted {
         Ok(palpus_tool { id: self.id(self.tools.len(), TOOL) })
     }
 
-    /// The object that is a tool's body.
+    /// Returns the object that is a tool's body.
     pub(crate) fn object_of(&self, tool: palpus_tool) -> Result<palpus_object, Fault> {
         let body = self.world.body_of(self.tool(tool)?);
         let place = self.objects.iter().position(|(id, _)| *id == body).ok_or_else(|| wrong("tool"))?;
         Ok(palpus_object { id: self.id(place + 1, 0) })
     }
 
-    /// Wrenches for the devices, in the tools' order.
+    /// Returns the wrenches for the devices, in the order of the tools.
     pub(crate) fn wrenches(&self) -> impl Iterator<Item = palpus_wrench> {
         self.tools.iter().map(|&tool| self.world.tick(tool).commanded.into())
     }
@@ -187,10 +188,10 @@ impl Hosted {
         if self.objects.len() < MOST_BODIES {
             return Ok(());
         }
-        Err(Fault::value(format!("the world has {MOST_BODIES} bodies already, the most that it can have")))
+        Err(Fault::value(format!("the world already has {MOST_BODIES} bodies, the maximum")))
     }
 
-    /// Makes one step; afterwards reports the first device whose state is invalid, if any.
+    /// Makes one step. Returns a fault for the first device whose state is invalid, if any.
     pub(crate) fn step(
         &mut self,
         probes: &InArray<palpus_probe>,
@@ -198,11 +199,14 @@ impl Hosted {
         dt: f64,
     ) -> Result<Option<Fault>, Fault> {
         if count != self.tools.len() {
-            let text = format!("there are {count} probes, but must be one for each of {} tools", self.tools.len());
+            let text = format!(
+                "there are {count} probes, but the world has {} tools; pass one probe for each",
+                self.tools.len()
+            );
             return Err(Fault::value(text));
         }
         if !(dt > 0.0 && dt.is_finite()) {
-            return Err(Fault::value(format!("dt is {dt}, but must be a time in s, more than 0")));
+            return Err(Fault::value(format!("dt is {dt}, but must be a time above 0 s")));
         }
         self.probes.clear();
         let mut bad = None;
@@ -212,7 +216,7 @@ impl Hosted {
                 Ok((pose, twist)) => ProbeState::of_grip(&pose, &twist, grip),
                 Err(fault) => {
                     bad.get_or_insert(fault.of(&format!("probes[{k}]")));
-                    // The engine gives such a tool no force, and goes on with the others.
+                    // The engine gives such a tool no force and continues with the other tools.
                     ProbeState::at(Pose { translation: DVec3::NAN, ..Pose::IDENTITY })
                 }
             };
@@ -223,7 +227,7 @@ impl Hosted {
     }
 }
 
-/// Marks the ids of tools.
+/// Bit that marks the ids of tools.
 const TOOL: u32 = 1 << 31;
 
 fn wrong(kind: &str) -> Fault {

@@ -1,4 +1,4 @@
-//! The functions of worlds.
+//! The functions that create and use worlds.
 
 use palpus::{Object, Settings};
 
@@ -9,14 +9,14 @@ use crate::settings::palpus_settings;
 use crate::value::{palpus_contact, palpus_pose, palpus_twist, palpus_wrench};
 use crate::world::{Hosted, Motion, WORLDS, palpus_object, palpus_probe, palpus_tick, palpus_tool, palpus_world};
 
-/// Makes an empty world without gravity. `settings` hold between objects and may be NULL for the
-/// defaults; tools bring their own.
+/// Creates an empty world without gravity. `settings` applies to contacts between objects and may
+/// be NULL for the defaults. Each tool has its own settings.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_create(
     settings: *const palpus_settings,
     world: *mut palpus_world,
 ) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let (settings, world) = unsafe { (In::new(settings, "settings"), Out::new(world, "world")) };
     entry(|| {
         world.check()?;
@@ -25,22 +25,22 @@ pub unsafe extern "C" fn palpus_world_create(
     })
 }
 
-/// Lets go of a world with all its objects and tools.
+/// Destroys a world with all its objects and tools.
 #[unsafe(no_mangle)]
 pub extern "C" fn palpus_world_destroy(world: palpus_world) -> palpus_result {
     entry(|| WORLDS.remove(world.id))
 }
 
-/// Sets what pulls at free objects: three numbers x, y, z in m/s^2, along the world's axes. 0 at
-/// first.
+/// Sets the gravity that acts on free objects: x, y, z in m/s^2, in the world's axes. It is 0 in a
+/// new world.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_set_gravity(world: palpus_world, gravity: *const f64) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let gravity = unsafe { In::new(gravity.cast::<[f64; 3]>(), "gravity") };
     entry(|| {
         let gravity = gravity.get()?;
         if !gravity.iter().all(|x| x.is_finite()) {
-            return Err(Fault::value("gravity has a number that is not finite; correct it"));
+            return Err(Fault::value("gravity contains a number that is not finite; correct it"));
         }
         WORLDS.change(world.id, |hosted| {
             hosted.world.set_gravity(gravity.into());
@@ -68,7 +68,7 @@ fn add(
     out.put(WORLDS.change(world.id, |hosted| hosted.add(object, motion))?)
 }
 
-/// Adds an object that never moves, its frame at `pose` in the world.
+/// Adds an object that never moves. `pose` is the pose of its frame in the world.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_add_fixed(
     world: palpus_world,
@@ -76,12 +76,12 @@ pub unsafe extern "C" fn palpus_world_add_fixed(
     pose: *const palpus_pose,
     object: *mut palpus_object,
 ) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let (pose, object) = unsafe { (In::new(pose, "pose"), Out::new(object, "object")) };
     entry(|| add(world, body, &pose, &object, Motion::Fixed, 0.0))
 }
 
-/// Adds an object that you move: see palpus_world_drive. It stands at `pose` until then.
+/// Adds an object that your program moves with palpus_world_drive. It stays at `pose` until then.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_add_driven(
     world: palpus_world,
@@ -89,13 +89,13 @@ pub unsafe extern "C" fn palpus_world_add_driven(
     pose: *const palpus_pose,
     object: *mut palpus_object,
 ) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let (pose, object) = unsafe { (In::new(pose, "pose"), Out::new(object, "object")) };
     entry(|| add(world, body, &pose, &object, Motion::Driven, 0.0))
 }
 
-/// Adds an object of `mass` (kg) that moves under contact, friction and gravity. At `pose`, at
-/// rest.
+/// Adds an object of mass `mass` (kg) that moves under contact, friction and gravity. It starts at
+/// rest at `pose`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_add_free(
     world: palpus_world,
@@ -104,12 +104,13 @@ pub unsafe extern "C" fn palpus_world_add_free(
     mass: f64,
     object: *mut palpus_object,
 ) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let (pose, object) = unsafe { (In::new(pose, "pose"), Out::new(object, "object")) };
     entry(|| add(world, body, &pose, &object, Motion::Free, mass))
 }
 
-/// Adds a tool that is held through a device. Its probe is the next in palpus_world_step.
+/// Adds a tool that is held through a device. Its probe is the next element of `probes` in
+/// palpus_world_step.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_add_tool(
     world: palpus_world,
@@ -117,7 +118,7 @@ pub unsafe extern "C" fn palpus_world_add_tool(
     settings: *const palpus_settings,
     tool: *mut palpus_tool,
 ) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let (settings, tool) = unsafe { (In::new(settings, "settings"), Out::new(tool, "tool")) };
     entry(|| {
         tool.check()?;
@@ -126,14 +127,14 @@ pub unsafe extern "C" fn palpus_world_add_tool(
     })
 }
 
-/// One step: `dt` s have gone by since the last. `probes` has the state of each tool's device, in
-/// the order in which tools were added, and `wrenches` (NULL if you do not need them) is what each
-/// device is to give: about its grip, along the world's axes, within its limits. `count` is the
-/// number of tools.
+/// Makes one step. `dt` is the time since the previous step, s. `probes` has the state of each
+/// tool's device, in the order in which the tools were added. The function writes to `wrenches` the
+/// wrench for each device: about its grip, in the world's axes, within its limits. `wrenches` may
+/// be NULL. `count` is the number of tools.
 ///
-/// A device whose state is not valid gets no force and the others go on: PALPUS_ERROR_VALUE after
-/// the step. After any other error no step was made, and all wrenches are zero. Obtains no memory
-/// and does not wait.
+/// If a device's state is not valid, its wrench is zero, the other tools continue, and the function
+/// returns PALPUS_ERROR_VALUE after the step. After any other error no step was made, and all
+/// wrenches are zero. Allocates no memory and does not wait.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_step(
     world: palpus_world,
@@ -142,12 +143,12 @@ pub unsafe extern "C" fn palpus_world_step(
     count: usize,
     dt: f64,
 ) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let (probes, wrenches) =
         unsafe { (InArray::new(probes, count, "probes"), OutArray::new(wrenches, count, "wrenches")) };
     entry(|| {
         wrenches.check_if_any()?;
-        // Whatever ends the call before the step is done, a panic too.
+        // The wrenches stay zero if an error or a panic ends the call before the step is done.
         (0..wrenches.len()).for_each(|k| wrenches.put(k, palpus_wrench::default()));
         probes.check()?;
         WORLDS.change(world.id, |hosted| {
@@ -165,13 +166,13 @@ pub unsafe extern "C" fn palpus_world_get_tick(
     tool: palpus_tool,
     tick: *mut palpus_tick,
 ) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let tick = unsafe { Out::new(tick, "tick") };
     entry(|| WORLDS.read(world.id, |hosted| tick.put(hosted.world.tick(hosted.tool(tool)?).into())))
 }
 
-/// The contacts of a tool in the last step, in the world's frame; a is the tool. Writes the first
-/// `capacity` of them, and how many there are to `count`.
+/// Writes the contacts of a tool in the last step, in the world's frame; a is the tool. Writes the
+/// first `capacity` of them, and the total number to `count`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_contacts(
     world: palpus_world,
@@ -180,7 +181,7 @@ pub unsafe extern "C" fn palpus_world_contacts(
     capacity: usize,
     count: *mut usize,
 ) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let (contacts, count) = unsafe { (OutArray::new(contacts, capacity, "contacts"), Out::new(count, "count")) };
     entry(|| {
         contacts.check()?;
@@ -193,7 +194,8 @@ pub unsafe extern "C" fn palpus_world_contacts(
     })
 }
 
-/// The contacts of two objects in the last step, in the world's frame. As palpus_world_contacts.
+/// Writes the contacts of two objects in the last step, in the world's frame. As
+/// palpus_world_contacts.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_contacts_between(
     world: palpus_world,
@@ -203,7 +205,7 @@ pub unsafe extern "C" fn palpus_world_contacts_between(
     capacity: usize,
     count: *mut usize,
 ) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let (contacts, count) = unsafe { (OutArray::new(contacts, capacity, "contacts"), Out::new(count, "count")) };
     entry(|| {
         contacts.check()?;
@@ -223,14 +225,14 @@ pub unsafe extern "C" fn palpus_world_contacts_between(
     })
 }
 
-/// The object that is a tool's body.
+/// Writes the object that is a tool's body.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_tool_object(
     world: palpus_world,
     tool: palpus_tool,
     object: *mut palpus_object,
 ) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let object = unsafe { Out::new(object, "object") };
     entry(|| WORLDS.read(world.id, |hosted| object.put(hosted.object_of(tool)?)))
 }
@@ -242,25 +244,26 @@ pub unsafe extern "C" fn palpus_world_get_pose(
     object: palpus_object,
     pose: *mut palpus_pose,
 ) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let pose = unsafe { Out::new(pose, "pose") };
     entry(|| WORLDS.read(world.id, |hosted| pose.put(hosted.world.pose(hosted.object(object)?.0).into())))
 }
 
-/// The velocity of an object: of its centre of mass, along the world's axes.
+/// Writes the velocity of an object: of its centre of mass, in the world's axes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_get_twist(
     world: palpus_world,
     object: palpus_object,
     twist: *mut palpus_twist,
 ) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let twist = unsafe { Out::new(twist, "twist") };
     entry(|| WORLDS.read(world.id, |hosted| twist.put(hosted.world.twist(hosted.object(object)?.0).into())))
 }
 
-/// Says where a driven object is now and how it moves (`twist` of its frame's origin, along the
-/// world's axes), at your own rate: between two updates it goes on.
+/// Sets the pose and the velocity of a driven object. `twist` is the velocity of the origin of its
+/// frame, in the world's axes. You can call this at any rate; between two calls the object
+/// continues at this velocity.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_drive(
     world: palpus_world,
@@ -268,69 +271,70 @@ pub unsafe extern "C" fn palpus_world_drive(
     pose: *const palpus_pose,
     twist: *const palpus_twist,
 ) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let (pose, twist) = unsafe { (In::new(pose, "pose"), In::new(twist, "twist")) };
     entry(|| {
         let pose = pose.get()?.checked().map_err(|fault| fault.of("pose"))?;
         let twist = twist.get()?.checked().map_err(|fault| fault.of("twist"))?;
         WORLDS.change(world.id, |hosted| {
             let (id, motion) = hosted.object(object)?;
-            only_for(motion == Motion::Driven, "only a driven object is driven")?;
+            only_for(motion == Motion::Driven, "only an object that was added as driven can be driven")?;
             hosted.world.drive(id, pose, twist);
             Ok(())
         })
     })
 }
 
-/// Puts an object somewhere else, at rest. Tools are where their devices are.
+/// Moves an object to `pose`, at rest. Fails for the body of a tool, because its device determines
+/// its pose.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_put(
     world: palpus_world,
     object: palpus_object,
     pose: *const palpus_pose,
 ) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let pose = unsafe { In::new(pose, "pose") };
     entry(|| {
         let pose = pose.get()?.checked().map_err(|fault| fault.of("pose"))?;
         WORLDS.change(world.id, |hosted| {
             let (id, motion) = hosted.object(object)?;
-            only_for(motion != Motion::Held, "a tool is where its device is and cannot be put")?;
+            only_for(motion != Motion::Held, "a tool's device determines its pose, so it cannot be put elsewhere")?;
             hosted.world.put(id, pose);
             Ok(())
         })
     })
 }
 
-/// Gives a free object a velocity: of its centre of mass, along the world's axes.
+/// Gives a free object a velocity: of its centre of mass, in the world's axes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_throw(
     world: palpus_world,
     object: palpus_object,
     twist: *const palpus_twist,
 ) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let twist = unsafe { In::new(twist, "twist") };
     entry(|| {
         let twist = twist.get()?.checked().map_err(|fault| fault.of("twist"))?;
         WORLDS.change(world.id, |hosted| {
             let (id, motion) = hosted.object(object)?;
-            only_for(motion == Motion::Free, "only a free object is thrown")?;
+            only_for(motion == Motion::Free, "only a free object can be given a velocity")?;
             hosted.world.throw(id, twist);
             Ok(())
         })
     })
 }
 
-/// Goes on with other settings of a tool from the next step on. Obtains no memory: capacity and
-/// shading must be as they were when the tool was added.
+/// Changes the settings of a tool from the next step on. Allocates no memory, so capacity and
+/// shading must be the same as when the tool was added.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_set_tool_settings(
     world: palpus_world,
     tool: palpus_tool,
     settings: *const palpus_settings,
 ) -> palpus_result {
-    // SAFETY: the caller keeps to the header.
+    // SAFETY: the caller follows the header.
     let settings = unsafe { In::new(settings, "settings") };
     entry(|| {
         let settings = settings.get()?.read()?;
@@ -342,8 +346,8 @@ pub unsafe extern "C" fn palpus_world_set_tool_settings(
 }
 
 /// Limits the queries of each step to about `work` units of work. Pairs that a query does not reach
-/// keep their contacts, extrapolated, and come first in the next step. 0: no limit.
-/// palpus_tick.work has the work of a step.
+/// keep their extrapolated contacts and come first in the next step. 0: no limit. palpus_tick.work
+/// is the work of a step.
 #[unsafe(no_mangle)]
 pub extern "C" fn palpus_world_allow(world: palpus_world, work: u64) -> palpus_result {
     entry(|| {
@@ -354,7 +358,7 @@ pub extern "C" fn palpus_world_allow(world: palpus_world, work: u64) -> palpus_r
     })
 }
 
-/// Forgets the past, but for where objects are and how they move.
+/// Discards the data of earlier steps. Objects keep their poses and velocities.
 #[unsafe(no_mangle)]
 pub extern "C" fn palpus_world_clear(world: palpus_world) -> palpus_result {
     entry(|| {

@@ -1,4 +1,4 @@
-//! Whatever numbers, handles, sizes and null pointers come: a code and a text, never a crash.
+//! Random numbers, handles, sizes and null pointers give a code and a text, never a crash.
 #![allow(unsafe_code, reason = "the C library's functions take pointers")]
 
 use std::ffi::CStr;
@@ -17,19 +17,19 @@ use palpus_capi::world_functions::*;
 
 const SEED: u64 = 0xc0de_cafe;
 const CALLS: u32 = 1_000_000;
-/// The lists of handles.
+/// Indices into the lists of handles.
 const BODIES: usize = 0;
 const QUERIES: usize = 1;
 const DEPTHS: usize = 2;
 const WORLDS: usize = 3;
-/// Objects and tools.
+/// Index of the list with objects and tools.
 const INNER: usize = 4;
-/// Handles of each kind that are kept at once.
+/// Number of handles of each kind that are kept at the same time.
 const KEPT: usize = 6;
 
 struct Host {
     random: Random,
-    /// Handles of each kind, some of them destroyed.
+    /// Handles of each kind; some of them are destroyed.
     lists: [Vec<u64>; 5],
     contacts: [palpus_contact; 8],
 }
@@ -43,7 +43,8 @@ impl Host {
         self.random.unit() < share
     }
 
-    /// A number as hosts send them: good, odd or none.
+    /// Returns a number as a host may send it: usually `good`, sometimes an unusual or invalid
+    /// number.
     fn number(&mut self, good: f64) -> f64 {
         if self.chance(0.98) {
             return good;
@@ -69,7 +70,7 @@ impl Host {
         palpus_twist { linear: self.vector(1.0), angular: self.vector(10.0) }
     }
 
-    /// A handle of the list, mostly; else one of another list, or any number.
+    /// Returns usually a handle of the list, sometimes a handle of another list or any number.
     fn id(&mut self, list: usize) -> u64 {
         if self.chance(0.03) {
             return self.random.bits() >> self.below(64);
@@ -133,7 +134,7 @@ impl Host {
         result
     }
 
-    /// A random call. Making things is rare, since it takes long; so is letting go of them.
+    /// Makes a random call. Calls that create or destroy values are rare, because they take long.
     fn call(&mut self) -> palpus_result {
         if self.chance(0.003) { self.make_or_destroy() } else { self.use_something() }
     }
@@ -144,8 +145,8 @@ impl Host {
                 let points = [(); 12].map(|()| self.vector(0.04));
                 let (mut body, count) = (palpus_body::default(), [0, 3, 4, 8, 12, usize::MAX][self.below(6)]);
                 let (from, to) = (self.pointer(points.as_flattened().as_ptr()), self.place(&mut body));
-                // A count beyond memory is refused before anything is read.
-                // SAFETY: null, or as many values as are said.
+                // SAFETY: null, or as many values as the count says. A count beyond memory is
+                // rejected before anything is read.
                 let result = unsafe { palpus_body_from_convex(from, count, to) };
                 self.keep(result, body.id, BODIES)
             }
@@ -162,7 +163,8 @@ impl Host {
                 let (from, corners) =
                     (self.pointer(vertices.as_flattened().as_ptr()), self.pointer(faces.as_flattened().as_ptr()));
                 let (settings, to) = (self.pointer(&settings), self.place(&mut body));
-                // SAFETY: null, or as many values as are said; counts beyond memory are refused.
+                // SAFETY: null, or as many values as the counts say. Counts beyond memory are
+                // rejected.
                 let result = unsafe { palpus_body_from_triangles(from, counts[0], corners, counts[1], settings, to) };
                 self.keep(result, body.id, BODIES)
             }
@@ -190,14 +192,14 @@ impl Host {
                 let settings = palpus_depth_settings { gap: self.number(1e-3), budget: 200, outside: 0 };
                 let [a, b] = [self.body(), self.body()];
                 let (settings, to) = (self.pointer(&settings), self.place(&mut depth));
-                // SAFETY: as above.
+                // SAFETY: same as above.
                 let result = unsafe { palpus_depth_create(a, b, settings, to) };
                 self.keep(result, depth.id, DEPTHS)
             }
             4 => {
                 let (mut world, settings) = (palpus_world::default(), self.settings());
                 let (settings, to) = (self.pointer(&settings), self.place(&mut world));
-                // SAFETY: as above.
+                // SAFETY: same as above.
                 let result = unsafe { palpus_world_create(settings, to) };
                 self.keep(result, world.id, WORLDS)
             }
@@ -215,7 +217,7 @@ impl Host {
                 self.lists[INNER].drain(..self.lists[INNER].len() / KEPT);
                 palpus_world_destroy(palpus_world { id: self.lists[WORLDS].remove(0) })
             }
-            // Some that are destroyed, or of another kind, are used on.
+            // Handles that are destroyed or of another kind continue to be used.
             _ => palpus_body_destroy(self.body()),
         }
     }
@@ -252,7 +254,7 @@ impl Host {
         let (mut facts, mut bounds) = (palpus_body_facts::default(), palpus_depth_bounds::default());
         let to: *mut palpus_contact = if self.chance(0.02) { null_mut() } else { self.contacts.as_mut_ptr() };
         let count = self.place(&mut count);
-        // SAFETY: null, or values and places that are there; a room beyond memory is refused.
+        // SAFETY: null, or valid values and places. A capacity beyond memory is rejected.
         unsafe {
             match self.below(22) {
                 0 => palpus_query_contacts(query, pose, to, room, count),
@@ -288,24 +290,24 @@ impl Host {
         let mut wrenches = [palpus_wrench { force: [f64::NAN; 3], torque: [f64::NAN; 3] }; 3];
         let (count, dt) = ([0, 1, 1, 1, 2, 3, usize::MAX][self.below(7)], self.number(1e-3));
         let from = self.pointer(probes.as_ptr());
-        // SAFETY: null, or as many as are said; a count beyond memory is refused.
+        // SAFETY: null, or as many values as the count says. A count beyond memory is rejected.
         let result = unsafe { palpus_world_step(world, from, wrenches.as_mut_ptr(), count, dt) };
-        let told =
+        let written =
             wrenches.iter().take(if count > 3 { 0 } else { count }).flat_map(|wrench| [wrench.force, wrench.torque]);
-        assert!(told.flatten().all(f64::is_finite), "seed {SEED:#x}: a wrench of a step is always told");
+        assert!(written.flatten().all(f64::is_finite), "seed {SEED:#x}: a step must write every wrench");
         result
     }
 }
 
 #[test]
-fn a_million_random_calls_crash_nothing() {
+fn million_random_calls_never_crash() {
     let (lists, contacts) = ([const { Vec::new() }; 5], [palpus_contact::default(); 8]);
     let mut host = Host { random: Random::new(SEED), lists, contacts };
     let mut counts = [0_u32; 9];
     for call in 0..CALLS {
         let result = host.call();
         counts[result as usize] += 1;
-        // SAFETY: the library's text, read before the next call.
+        // SAFETY: the library's text, which is read before the next call.
         let text = unsafe { CStr::from_ptr(palpus_last_error()) };
         assert!(result == palpus_result::PalpusOk || !text.is_empty(), "seed {SEED:#x}, call {call}");
         assert_ne!(result, palpus_result::PalpusErrorInternal, "seed {SEED:#x}, call {call}: {text:?}");

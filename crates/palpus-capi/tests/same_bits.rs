@@ -1,4 +1,4 @@
-//! The C library answers as Rust does, to the bit, and a step obtains no memory.
+//! The C library gives the same bits as Rust, and a step allocates no memory.
 #![allow(unsafe_code, reason = "the C library's functions take pointers")]
 
 use std::sync::Arc;
@@ -33,7 +33,7 @@ fn corners(size: DVec3) -> Vec<[f64; 3]> {
 fn block(size: DVec3) -> (Arc<Body>, palpus_body) {
     let points = corners(size);
     let mut body = palpus_body::default();
-    // SAFETY: eight points and a place for a body.
+    // SAFETY: eight points, and a place for a body.
     ok(unsafe { palpus_body_from_convex(points.as_flattened().as_ptr(), points.len(), &mut body) });
     let points: Vec<DVec3> = points.into_iter().map(DVec3::from_array).collect();
     (Arc::new(Body::from_convex(&points).unwrap()), body)
@@ -46,11 +46,11 @@ fn wiggle(k: u32) -> Pose {
 }
 
 #[test]
-fn queries_have_the_bits_of_rust() {
+fn queries_match_rust_bit_for_bit() {
     let ((a, a_c), (b, b_c)) = (block(DVec3::new(0.02, 0.02, 0.04)), block(DVec3::new(0.1, 0.1, 0.02)));
     let mut query = ContactQuery::new(a, b, QuerySettings::default());
     let (mut query_c, mut depth_c) = (palpus_query::default(), palpus_depth::default());
-    // SAFETY: no settings, and places for the answers.
+    // SAFETY: no settings, and places for the results.
     unsafe {
         ok(palpus_query_create(a_c, b_c, std::ptr::null(), &mut query_c));
         ok(palpus_depth_create(a_c, b_c, std::ptr::null(), &mut depth_c));
@@ -61,7 +61,7 @@ fn queries_have_the_bits_of_rust() {
         let place = palpus_pose::from(pose);
         let mut found = [palpus_contact::default(); 64];
         let (mut count, mut nearest) = (0, palpus_contact::default());
-        // SAFETY: a pose, and as many places as are said.
+        // SAFETY: a pose, and as many places as the capacity says.
         unsafe {
             ok(palpus_query_contacts(query_c, &place, found.as_mut_ptr(), found.len(), &mut count));
             ok(palpus_query_nearest(query_c, &place, &mut nearest));
@@ -82,7 +82,7 @@ fn queries_have_the_bits_of_rust() {
 }
 
 #[test]
-fn steps_have_the_bits_of_rust_and_obtain_no_memory() {
+fn steps_match_rust_and_allocate_nothing() {
     let [plate, finger, cube] =
         [DVec3::new(0.1, 0.1, 0.02), DVec3::new(0.01, 0.01, 0.04), DVec3::splat(0.01)].map(block);
     let limits = Limits { force: 8.5, torque: 0.19 };
@@ -98,7 +98,7 @@ fn steps_have_the_bits_of_rust_and_obtain_no_memory() {
     let settings_c = palpus_settings::from(&settings);
     let (mut world_c, mut object, mut free_c, mut tool_c) =
         (palpus_world::default(), palpus_object::default(), palpus_object::default(), palpus_tool::default());
-    // SAFETY: values, and places for the answers.
+    // SAFETY: values, and places for the results.
     unsafe {
         ok(world_of::palpus_world_create(&settings_c, &mut world_c));
         ok(world_of::palpus_world_set_gravity(world_c, [0.0, 0.0, -9.81].as_ptr()));
@@ -106,7 +106,7 @@ fn steps_have_the_bits_of_rust_and_obtain_no_memory() {
         ok(world_of::palpus_world_add_free(world_c, cube.1, &beside.into(), 0.02, &mut free_c));
         ok(world_of::palpus_world_add_tool(world_c, finger.1, &settings_c, &mut tool_c));
     }
-    // The world keeps what it uses of a destroyed body.
+    // The world keeps a body alive after it is destroyed.
     ok(palpus_body_destroy(finger.1));
     for k in 0..2000 {
         let pose = wiggle(k);
@@ -117,7 +117,7 @@ fn steps_have_the_bits_of_rust_and_obtain_no_memory() {
         let before = allocations_of_this_thread();
         // SAFETY: one probe and one place.
         ok(unsafe { world_of::palpus_world_step(world_c, &probe, &mut wrench, 1, PERIOD) });
-        assert_eq!(allocations_of_this_thread(), before, "step {k} obtained memory");
+        assert_eq!(allocations_of_this_thread(), before, "step {k} allocated memory");
         // SAFETY: a place.
         ok(unsafe { world_of::palpus_world_get_pose(world_c, free_c, &mut place) });
         assert_eq!(wrench, world.tick(tool).commanded.into(), "step {k}");
@@ -128,7 +128,7 @@ fn steps_have_the_bits_of_rust_and_obtain_no_memory() {
 }
 
 #[test]
-fn settings_survive_the_way_to_c_and_back() {
+fn c_settings_equal_rust_settings() {
     let (mut coupled, mut default) = ([settings_with_noise(); 1], [settings_with_noise(); 1]);
     // SAFETY: places for settings.
     unsafe {
@@ -143,7 +143,7 @@ fn settings_survive_the_way_to_c_and_back() {
     assert_eq!((default[0].has_coupling, coupled[0].has_coupling), (0, 1));
 }
 
-/// Settings to be overwritten.
+/// Returns settings with arbitrary values, which the test overwrites.
 fn settings_with_noise() -> palpus_settings {
     palpus_settings { capacity: 7, has_material: 9, ..palpus_settings::from(&Settings::default()) }
 }

@@ -1,4 +1,4 @@
-//! Default path of the simulated hand, for scenes without one: to the environment, and back.
+//! Default path of the simulated hand for scenes without one: to the environment and back.
 
 use std::sync::Arc;
 
@@ -9,18 +9,18 @@ use palpus::detect::{ContactQuery, QuerySettings};
 use palpus_io::scene::CouplingMode;
 use palpus_scenes::{HandPath, Key};
 
-/// The straight way from a start to first touch.
+/// The straight path from a start to first touch.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WayIn {
-    /// Unit, world.
+    /// Unit vector, world.
     towards: DVec3,
-    /// m.
+    /// Length of the path, m.
     travel: f64,
 }
 
 impl WayIn {
-    /// Returns the way of `a` from `start` to `b` in `environment` (poses in the world): towards
-    /// the middle of `b`, or if that leads past it, towards its nearest point.
+    /// Returns the path of `a` from `start` to `b` in `environment` (poses in the world). It leads
+    /// towards the middle of `b`; if that misses `b`, it leads towards its nearest point.
     pub(crate) fn find(a: &Arc<Body>, b: &Arc<Body>, start: Pose, environment: Pose, tolerance: f64) -> Self {
         let settings = QuerySettings { tolerance: 0.0, capacity: 1 << 14, ..QuerySettings::default() };
         let mut query = ContactQuery::new(a.clone(), b.clone(), settings);
@@ -48,20 +48,21 @@ impl WayIn {
         }
     }
 
-    /// Returns the pose at the end of the way from `start`, and `beyond` (m).
+    /// Returns the pose at the end of the path from `start`, plus `beyond` (m).
     fn end(&self, start: Pose, beyond: f64) -> Pose {
         Pose { translation: start.translation + self.towards * (self.travel + beyond), ..start }
     }
 
-    /// Returns a start on the way that is at most [`FARTHEST`] from first touch; `None` if `start`
-    /// is.
+    /// Returns a start on the path that is at most [`FARTHEST`] from first touch; `None` if `start`
+    /// already is.
     pub(crate) fn nearer(&self, start: Pose) -> Option<Pose> {
         (self.travel > FARTHEST).then(|| self.end(start, -FARTHEST))
     }
 }
 
-/// A hand for a scene without a path: from the start towards the environment until the bodies
-/// touch, a little deeper, and back, again and again. Poses are those of the probe's mesh, world.
+/// Returns a hand for a scene without a path. It moves from the start towards the environment until
+/// the bodies touch, a little deeper, and back, repeatedly. Poses place the probe's mesh in the
+/// world.
 pub(crate) fn approach(
     a: &Arc<Body>,
     b: &Arc<Body>,
@@ -71,7 +72,7 @@ pub(crate) fn approach(
     mode: CouplingMode,
 ) -> HandPath {
     let way = WayIn::find(a, b, start, environment, tolerance);
-    // With a coupling, the tool stays outside however deep the hand's target is.
+    // With a coupling, the tool stays outside, however deep the hand's target is.
     let least = match mode {
         CouplingMode::Coupled => LEAST_PRESS,
         CouplingMode::Direct => LEAST_PRESS.min(LEAST_PRESS_SHARE * a.size().min(b.size())),
@@ -83,23 +84,24 @@ pub(crate) fn approach(
     HandPath::cyclic(&[Key::rest(0.0, start), Key::rest(period, pressed), Key::rest(2.0 * period, start)])
 }
 
-/// Steps of the search for first touch; it converges linearly, and a grazing approach may be cut
-/// short.
+/// Steps of the search for first touch. It converges linearly, so the path of a grazing approach
+/// may end too early.
 const MOST_ADVANCES: usize = 200;
-/// How far the hand presses beyond touch, in contact tolerances.
+/// Distance by which the hand presses beyond touch, in contact tolerances.
 const PRESS_TOLERANCES: f64 = 3.0;
-/// Least press, m: a smaller one is lost in the device's friction. Without a coupling, the press is
-/// at most this share of the smaller body, since the hand could pass through it.
+/// Smallest press, m; the device's friction hides a smaller one. Without a coupling, the press is
+/// at most this share of the smaller body, because the hand could pass through it.
 const LEAST_PRESS: f64 = 3e-3;
 const LEAST_PRESS_SHARE: f64 = 0.1;
-/// m/s, in the mean.
+/// Mean speed of the hand, m/s.
 const APPROACH_SPEED: f64 = 0.05;
-/// s: a longer or shorter way is gone faster or more slowly, so that a person waits for first touch
-/// for no more than two seconds.
+/// Duration of the approach, s. For longer or shorter paths the speed changes, so that a person
+/// waits at most two seconds for first touch.
 const APPROACH_TIME: [f64; 2] = [1.0, 2.0];
-/// m/s, in the mean: its peak stays below the 3 m/s at which the safety chain takes the force away.
+/// Largest mean speed, m/s. The peak speed is then below 3 m/s, at which the safety chain removes
+/// the force.
 const MOST_SPEED: f64 = 1.0;
-/// m: a start that the program chooses is no farther from first touch.
+/// Largest distance of a chosen start from first touch, m.
 const FARTHEST: f64 = 0.5;
 
 #[cfg(test)]
@@ -115,10 +117,10 @@ mod tests {
                     DVec3::new(side(0), side(1), side(2))
                 })
                 .collect();
-            let body = Arc::new(Body::from_convex(&points).expect("a box"));
+            let body = Arc::new(Body::from_convex(&points).expect("the box has a hull"));
             let start = Pose::from_translation(DVec3::new(0.0, 0.0, 3.0 * size));
             let path = approach(&body, &body, start, Pose::IDENTITY, 0.01 * size, CouplingMode::Coupled);
-            assert!(path.duration() <= 4.0, "{size}: back after {} s", path.duration());
+            assert!(path.duration() <= 4.0, "{size}: the hand returns only after {} s", path.duration());
             let speed = (0..4000u32).map(|k| path.twist(f64::from(k) * 1e-3).linear.length()).fold(0.0, f64::max);
             assert!(speed < 2.5, "{size}: {speed} m/s");
             let way = WayIn::find(&body, &body, start, Pose::IDENTITY, 0.01 * size);
@@ -128,11 +130,11 @@ mod tests {
     }
 
     #[test]
-    fn the_hand_presses_bodies_of_any_size() {
+    fn hand_presses_bodies_of_any_size() {
         for size in [1e-5, 1e-3, 0.1] {
             let side = |k: usize, bit: usize| size * (k >> bit & 1) as f64;
             let points: Vec<DVec3> = (0..8).map(|k| DVec3::new(side(k, 0), side(k, 1), side(k, 2))).collect();
-            let body = Arc::new(Body::from_convex(&points).expect("a box"));
+            let body = Arc::new(Body::from_convex(&points).expect("the box has a hull"));
             let start = Pose::from_translation(DVec3::new(0.0, 0.0, 3.0 * size));
             let goes = |mode| {
                 let path = approach(&body, &body, start, Pose::IDENTITY, 0.01 * size, mode);

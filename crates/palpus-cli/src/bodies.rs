@@ -1,4 +1,5 @@
-//! Prepares a body from a mesh, a file or a scene: from the user's cache, or with a progress bar.
+//! Prepares a body from a mesh, a file or a scene: reads it from the user's cache, or builds it
+//! with a progress bar.
 
 use std::path::Path;
 use std::sync::OnceLock;
@@ -11,31 +12,31 @@ use palpus_io::{BodyCache, BodyKey, CacheMiss, ContentHash, MeshFileError, Threa
 
 use crate::output;
 
-/// A body and how it came about.
+/// A body and its origin.
 pub(crate) struct Prepared {
     /// The body.
     pub(crate) body: Body,
     /// Content hash of the polygons as read.
     pub(crate) hash: ContentHash,
-    /// From polygons to body.
+    /// Time from polygons to body.
     pub(crate) seconds: f64,
-    /// It was prepared before and kept.
+    /// True if the body came from the cache.
     pub(crate) kept: bool,
 }
 
 /// Cache of prepared bodies for the whole program; `None` with `--no-cache`.
 static CACHE: OnceLock<Option<BodyCache>> = OnceLock::new();
 
-/// Says, before the first body is prepared, whether bodies are kept.
+/// Sets, before the first body is prepared, whether the cache is used.
 pub(crate) fn use_cache(yes: bool) {
     CACHE.get_or_init(|| if yes { BodyCache::of_user() } else { None });
 }
 
-/// How preparing says how far it has come.
+/// How the progress of preparing is reported.
 pub(crate) enum Teller<'a> {
-    /// By a bar in the terminal.
+    /// With a bar in the terminal.
     Bar,
-    /// By calls, with the name of the body and the share that is done, 0 to 1.
+    /// With calls that get the name of the body and the finished share, 0 to 1.
     Calls(&'a dyn Fn(&str, f64)),
 }
 
@@ -49,7 +50,7 @@ pub(crate) fn prepare_file(path: &Path, settings: &BodySettings) -> anyhow::Resu
     prepare_mesh_telling(path, &read_mesh(path)?, settings, &Teller::Bar)
 }
 
-/// Prepares the polygons of a model file, saying how far it has come as `teller` does.
+/// Prepares the polygons of a model file, and reports progress to `teller`.
 pub(crate) fn prepare_mesh_telling(
     path: &Path,
     soup: &PolygonSoup,
@@ -61,12 +62,12 @@ pub(crate) fn prepare_mesh_telling(
         .with_context(|| format!("{} cannot be prepared", path.display()))
 }
 
-/// Prepares polygons; `name` stands beside the bar.
+/// Prepares polygons; the bar shows `name`.
 pub(crate) fn prepare_soup(name: &str, soup: &PolygonSoup, settings: &BodySettings) -> anyhow::Result<Prepared> {
     prepare_soup_telling(name, soup, settings, &Teller::Bar)
 }
 
-/// The same, saying how far it has come as `teller` does.
+/// Prepares polygons, and reports progress to `teller`.
 pub(crate) fn prepare_soup_telling(
     name: &str,
     soup: &PolygonSoup,
@@ -88,7 +89,7 @@ pub(crate) fn prepare_soup_telling(
     match cache.map(|cache| cache.load(&key, soup, settings, &threads)) {
         Some(Ok(body)) => return Ok(prepared(body, true)),
         Some(Err(miss)) if !matches!(miss, CacheMiss::Absent) => {
-            output::note(format!("note: {name} is prepared again, since {miss}"));
+            output::note(format!("note: {name} is prepared again, because {miss}"));
         }
         _ => {}
     }
@@ -107,15 +108,14 @@ pub(crate) fn prepare_soup_telling(
         && let Err(error) = cache.store(&key, &prepared.body)
     {
         let folder = cache.folder().display();
-        output::note(format!("note: {name} could not be kept in {folder} ({error}); --no-cache says not to try"));
+        output::note(format!("note: {name} could not be stored in {folder} ({error}); --no-cache turns the cache off"));
     }
     Ok(prepared)
 }
 
 const BAR_STEPS: f64 = 1000.0;
 
-/// A bar on standard error; it stays hidden for the first moments, so that small models do not
-/// flicker.
+/// A bar on standard error. It is hidden at first, so that it does not flicker for small models.
 fn bar(name: &str) -> ProgressBar {
     let target = if output::is_quiet() { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(10) };
     let bar = ProgressBar::with_draw_target(Some(BAR_STEPS as u64), target);

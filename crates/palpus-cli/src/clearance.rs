@@ -30,13 +30,13 @@ struct Summary<'a> {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Place {
     pub(crate) frame: usize,
-    /// The distance if the bodies are free; else minus the upper bound of the depth.
+    /// The distance if the bodies do not overlap; else minus the upper bound of the depth.
     pub(crate) clearance: f64,
-    /// No shorter translation frees the bodies.
+    /// No shorter translation separates the bodies.
     pub(crate) depth_lower: f64,
-    /// Moving A by this frees the bodies, in B's frame.
+    /// Moving A by this translation separates the bodies, in B's frame.
     pub(crate) way_out: [f64; 3],
-    /// In words.
+    /// Description for people.
     pub(crate) state: &'static str,
 }
 
@@ -109,7 +109,7 @@ fn tell(summary: &Summary<'_>) {
         output::note(format!("note: {note}"));
     }
     output::line(format!(
-        "{} placements: {} free, {} overlap ({} of them contained)",
+        "{} placements: {} apart, {} overlap ({} of them contained)",
         summary.frames, summary.free, summary.overlapping, summary.contained
     ));
     output::line(format!("{:>8}  {:>13}  {:<12}  way out", "frame", "clearance", "state"));
@@ -120,7 +120,7 @@ fn tell(summary: &Summary<'_>) {
     }
 }
 
-/// The distance if the bodies are free; else minus the upper bound of the depth.
+/// The distance if the bodies do not overlap; else minus the upper bound of the depth.
 fn clearance_of(answer: &DepthBracket) -> f64 {
     if answer.upper > 0.0 { -answer.upper } else { answer.distance.unwrap_or(0.0) }
 }
@@ -134,8 +134,8 @@ fn state(answer: &DepthBracket) -> &'static str {
     }
 }
 
-/// Up to `most` frames that are at least as tight as the frames beside them, the tightest first. Of
-/// equal neighbours the first counts.
+/// Returns up to `most` frames that are at least as tight as their neighbours, the tightest first.
+/// Of equal neighbours the first counts.
 fn tightest(clearances: &[f64], most: usize) -> Vec<usize> {
     let least_here = |&k: &usize| {
         let before = k.checked_sub(1).is_none_or(|before| clearances[k] < clearances[before]);

@@ -1,4 +1,4 @@
-//! `palpus convert`: a recording in another format.
+//! `palpus convert`: writes a recording in another format.
 
 use std::process::ExitCode;
 
@@ -14,7 +14,7 @@ pub(crate) fn convert(arguments: &ConvertArguments) -> anyhow::Result<ExitCode> 
         anyhow::bail!("{} cannot be converted onto itself; name another file", from.display());
     }
     if out.exists() && !force {
-        anyhow::bail!("{} is there already; name another file, or --force writes over it", out.display());
+        anyhow::bail!("{} exists already; name another file, or overwrite it with --force", out.display());
     }
     let recording = read_recording(from)?;
     if let Some(notice) = &recording.notice {

@@ -1,8 +1,9 @@
-//! `palpus depth`: bounds of the penetration depth of two models of any shape, for a list of poses.
+//! `palpus depth`: computes bounds of the penetration depth of two models of any shape, for a list
+//! of poses.
 //!
 //! Frames are divided into runs of fixed length, and one thread computes a run from its beginning.
-//! So the answers do not depend on the number of threads, and most frames start from the previous
-//! frame's answer.
+//! The results therefore do not depend on the number of threads, and most frames start from the
+//! previous frame's result.
 
 use std::ops::Range;
 use std::process::ExitCode;
@@ -25,7 +26,7 @@ struct Summary {
     frames: usize,
     overlapping: usize,
     contained: usize,
-    /// Overlapping frames whose bounds differ by at most the requested gap.
+    /// Number of overlapping frames whose bounds differ by at most the requested gap.
     certified: usize,
     gap: f64,
     deepest: Option<Deepest>,
@@ -43,7 +44,7 @@ struct Deepest {
     upper: f64,
 }
 
-/// Two models and where the first is placed.
+/// Two models and the poses of the first one.
 pub(crate) struct Pair {
     pub(crate) a: Body,
     pub(crate) b: Body,
@@ -51,9 +52,9 @@ pub(crate) struct Pair {
     pub(crate) poses: Vec<Pose>,
 }
 
-/// The answers of all poses.
+/// The results of all poses.
 pub(crate) struct Answers {
-    /// Each answer with its time, µs.
+    /// Each result with its time, µs.
     pub(crate) answers: Vec<(DepthBracket, f64)>,
     /// Notes about defects of the models that limit the meaning of the depths.
     pub(crate) notes: Vec<String>,
@@ -74,7 +75,7 @@ impl Pair {
 
 pub(crate) fn depth(arguments: &DepthArguments) -> anyhow::Result<ExitCode> {
     let asked = &arguments.depth;
-    let Some(path) = &asked.out else { bail!("there is no --out; name the file for the results") };
+    let Some(path) = &asked.out else { bail!("--out is missing; name the file for the results") };
     let pair = Pair::read(asked)?;
     let mut out = DepthWriter::new(query::create(path)?)?;
     let Answers { answers, notes, gap, cells, preparation_s } = answer_all(&pair, asked)?;
@@ -86,7 +87,7 @@ pub(crate) fn depth(arguments: &DepthArguments) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Bounds the depth at all poses, by all threads.
+/// Computes the bounds at all poses, on all threads.
 pub(crate) fn answer_all(pair: &Pair, arguments: &PairArguments) -> anyhow::Result<Answers> {
     let Pair { a, b, poses } = pair;
     let gap = gap_of(&arguments.gap, &arguments.unit, a.size().min(b.size()))?;
@@ -106,7 +107,7 @@ pub(crate) fn answer_all(pair: &Pair, arguments: &PairArguments) -> anyhow::Resu
     Ok(Answers { answers, notes, gap, cells, preparation_s })
 }
 
-/// The answers of all poses, each with its time, µs.
+/// Returns the results of all poses, each with its time, µs.
 fn answer(
     query: &GlobalDepth<'_>,
     poses: &[Pose],
@@ -171,7 +172,7 @@ fn tell(json: bool, summary: &Summary) -> anyhow::Result<()> {
     if let (Some(median), Some(largest)) = (summary.median_us, summary.largest_us) {
         let [a, b] = summary.cells;
         output::line(format!(
-            "cells: {a} and {b}, made in {:.2} s; a pose took {:.2} ms (median), {:.2} ms at most",
+            "cells: {a} and {b}, built in {:.2} s; a pose took {:.2} ms (median), at most {:.2} ms",
             summary.preparation_s,
             median * 1e-3,
             largest * 1e-3
@@ -185,14 +186,14 @@ fn note_of(name: &str, body: &Body) -> Option<String> {
     let health = Health::full(body.mesh(), body.half_edges(), body.tree(), body.health().cleaning);
     let notice = health.notices().into_iter().find(Notice::is_warning)?;
     let meaning = if health.closed {
-        "inside is what the surface winds around at least once"
+        "a point is inside if the surface winds around it at least once"
     } else {
-        "it bounds no solid, so only where its surface crosses the other body counts"
+        "it does not enclose a solid, so only its surface counts"
     };
     Some(format!("{name} has {}; {meaning}", counted(&notice)))
 }
 
-/// The notice without its last part, which is about haptics.
+/// The notice without its last part, which applies to haptics only.
 fn counted(notice: &Notice) -> String {
     let text = notice.to_string();
     text.split(':').next().unwrap_or_default().to_owned()

@@ -39,13 +39,14 @@ pub(crate) const NAMES: &str = "sim, replay:FILE, haply[#ARM][:ws://HOST:PORT], 
     force-dimension[#1][:LIBRARY], force-dimension-simulator[:LIBRARY], openhaptics[#NAME][:LIBRARY], \
     bridge:/path/to.sock, bridge:udp:127.0.0.1:PORT";
 
-/// The hardware called `name`, tested, and set down so that the grip begins at `start` (world);
-/// `None` when it is no hardware's name.
+/// Opens and tests the hardware called `name`, and places it so that the grip starts at `start`
+/// (world). `None` if `name` is not a hardware name.
 ///
-/// `notes` gets what is worth writing down of it; with `real_time`, threads of the device ask for
-/// priority like the loop does.
+/// `notes` gets messages for the recording. With `real_time`, threads of the device ask for
+/// priority like the loop.
 ///
 /// # Errors
+///
 /// Fails if the name is wrong, or the device is missing or fails its self test.
 pub fn open(
     name: &str,
@@ -55,7 +56,7 @@ pub fn open(
 ) -> anyhow::Result<Option<Box<dyn HapticDevice + Send>>> {
     let Wanted { kind, which, place } = Wanted::of(name);
     if which.is_some() && !matches!(kind, "haply" | "force-dimension" | "openhaptics") {
-        bail!("of `{kind}` there is one; leave the # out");
+        bail!("there is only one `{kind}`; leave out the #");
     }
     let mut device: Box<dyn HapticDevice + Send> = match kind {
         "haply" => {
@@ -114,7 +115,7 @@ fn number(which: Option<&str>) -> anyhow::Result<Option<u8>> {
     let Some(text) = which else { return Ok(None) };
     match text.parse::<u8>() {
         Ok(number @ 1..) => Ok(Some(number - 1)),
-        _ => bail!("devices are counted from 1, such as force-dimension#2, and `{text}` is no such number"),
+        _ => bail!("devices are counted from 1, such as force-dimension#2; `{text}` is not such a number"),
     }
 }
 
@@ -126,7 +127,7 @@ pub(crate) fn recorded(notes: &[String], into: &mut Table) {
 }
 
 fn refused(name: &str) -> String {
-    format!("the device `{name}` cannot be used; `palpus devices` says what mends it")
+    format!("the device `{name}` cannot be used; `palpus devices` gives advice")
 }
 
 fn library(place: Option<&str>) -> Place {
@@ -143,16 +144,16 @@ fn haply(which: Option<&str>, place: Option<&str>, real_time: bool) -> HaplyOpti
     }
 }
 
-/// For a device's own thread, which the loop waits for: one more than the loop's.
+/// Priority of a device's own thread: one more than the loop's, because the loop waits for it.
 fn above_loop(real_time: bool) -> Option<u8> {
     RealTimeOptions::default().priority.filter(|_| real_time).map(|priority| priority + 1)
 }
 
-/// Says what a device can do, if that is less than six driven axes.
+/// Describes what a device can do, if it has fewer than six driven axes.
 pub(crate) fn not_felt(spec: &DeviceSpec) -> Option<String> {
     match (spec.force_max > 0.0, spec.actuated.rotation, spec.sensed.rotation) {
-        (false, ..) => Some(format!("{} gives no force: contacts are found and counted, not felt", spec.name)),
-        (true, _, 0) => Some(format!("{} does not sense rotation: the probe keeps its own", spec.name)),
+        (false, ..) => Some(format!("{} gives no force: contacts are computed and counted, but not felt", spec.name)),
+        (true, _, 0) => Some(format!("{} does not sense rotation: the probe keeps its orientation", spec.name)),
         (true, 0, _) => Some(format!("{} does not drive rotation: torques are not felt", spec.name)),
         _ => None,
     }
@@ -163,7 +164,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_of_several_devices_can_be_named() {
+    fn one_of_several_devices_can_be_selected() {
         let of = |name| {
             let Wanted { kind, which, place } = Wanted::of(name);
             (kind, which, place)

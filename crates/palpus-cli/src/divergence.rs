@@ -1,4 +1,4 @@
-//! Finds where a replay first differs from its recording, and the state around it.
+//! Finds the first tick at which a replay differs from its recording, and the state around it.
 
 use std::collections::VecDeque;
 
@@ -10,19 +10,20 @@ use serde::Serialize;
 
 use crate::output;
 
-/// Ticks shown on each side of the first that differs.
+/// Number of ticks that are shown before and after the first different one.
 const AROUND: usize = 3;
 
-/// Changes of settings are shown this many ticks before the first that differs, and as many after.
+/// Changes of settings are shown if they are within this number of ticks of the first different
+/// tick.
 const CHANGES_NEAR: u64 = 1000;
 
 /// Compares a recording with its replay, tick by tick.
 pub(crate) struct Comparison<'a> {
     recording: &'a Recording,
     identical: usize,
-    /// Row of the first tick that differs.
+    /// Row of the first different tick.
     first: Option<usize>,
-    /// The last ticks before it, it, and the first after it.
+    /// The last ticks before the first different one, this tick, and the first tick after it.
     around: VecDeque<Replayed>,
 }
 
@@ -54,7 +55,7 @@ impl<'a> Comparison<'a> {
         self.around.push_back(Replayed { row, wrench: *wrench, contacts });
     }
 
-    /// The lines to print.
+    /// Returns the lines to print.
     pub(crate) fn report(&self) -> Report {
         Report {
             ticks: self.recording.rows.len(),
@@ -91,12 +92,12 @@ pub(crate) struct Report {
     identical: usize,
     /// Changes of the engine's settings in the recording.
     settings_changes: usize,
-    /// The first tick whose wrench differs.
+    /// The first tick with a different wrench.
     first_divergence: Option<Divergence>,
 }
 
 impl Report {
-    /// True when every wrench came out as it was recorded.
+    /// True if every wrench is the recorded one.
     pub(crate) fn is_identical(&self) -> bool {
         self.first_divergence.is_none()
     }
@@ -105,21 +106,21 @@ impl Report {
 #[derive(Serialize)]
 struct Divergence {
     tick: u64,
-    /// In the order of the ticks.
+    /// Changes in the order of the ticks.
     around: Vec<Compared>,
-    /// Near it.
+    /// Ticks near the first different one.
     settings_changes: Vec<Change>,
 }
 
 #[derive(Serialize)]
 struct Change {
-    /// The first that was stepped with them.
+    /// The first tick with these settings.
     tick: u64,
-    /// In words.
+    /// Description for people.
     changed: String,
 }
 
-/// A tick as recorded and now.
+/// A tick as recorded and as replayed.
 #[derive(Serialize)]
 struct Compared {
     tick: u64,
@@ -168,7 +169,7 @@ impl Compared {
     }
 }
 
-/// Which settings differ, in words: each as it was and as it is from then on.
+/// Returns the settings that differ, as text: the old and the new value of each.
 fn changed(before: &Settings, after: &Settings) -> String {
     let fields = |settings: &Settings| -> Vec<String> {
         let text = format!("{settings:?}");
@@ -187,8 +188,7 @@ fn changed(before: &Settings, after: &Settings) -> String {
     if differ.is_empty() { "nothing".to_owned() } else { differ.join(", ") }
 }
 
-/// The fields of a value as `Debug` writes them, without taking apart those that have fields
-/// themselves.
+/// Returns the fields of a value as `Debug` writes them. Nested fields are not divided further.
 fn outer_fields(text: &str) -> Vec<String> {
     let mut fields = vec![String::new()];
     let mut depth = 0u32;
@@ -214,8 +214,8 @@ pub(crate) fn print(report: &Report) {
     let Some(first) = &report.first_divergence else {
         let changes = match report.settings_changes {
             0 => String::new(),
-            1 => ", one change of settings included".to_owned(),
-            some => format!(", {some} changes of settings included"),
+            1 => ", including one change of settings".to_owned(),
+            some => format!(", including {some} changes of settings"),
         };
         output::line(format!("all {} wrenches are the same, bit for bit{changes}", report.ticks));
         return;
@@ -261,7 +261,7 @@ pub(crate) fn print(report: &Report) {
         output::line(format!("  tick {}, turned by the quaternion (x, y, z, w) {:?}", tick.tick, tick.orientation));
     }
     match first.settings_changes.is_empty() {
-        true => output::line(format!("  no settings change within {CHANGES_NEAR} ticks of it")),
+        true => output::line(format!("  the settings do not change within {CHANGES_NEAR} ticks of it")),
         false => first
             .settings_changes
             .iter()
@@ -269,7 +269,7 @@ pub(crate) fn print(report: &Report) {
     }
 }
 
-/// Three numbers in a unit, so wide each.
+/// Formats three numbers with a unit, each with this width.
 fn vector(values: &[f64; 3], unit: f64, width: usize, digits: usize) -> String {
     values.map(|value| format!("{:width$.digits$}", value * unit)).join(" ")
 }
@@ -280,7 +280,7 @@ mod tests {
     use palpus::force::FrictionSettings;
 
     #[test]
-    fn changed_settings_are_named_with_what_they_were() {
+    fn changed_settings_are_named_with_old_values() {
         let before = Settings::default();
         assert_eq!(changed(&before, &before), "nothing");
         let friction =

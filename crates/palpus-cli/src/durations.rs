@@ -5,18 +5,18 @@ use std::time::Duration;
 
 use crate::numbers::said;
 
-/// A duration as it is typed: `90s`, `10m`, `1h`, `1h30m`, or seconds without a letter.
+/// A duration as the user types it: `90s`, `10m`, `1h`, `1h30m`, or seconds without a letter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Span(pub(crate) Duration);
 
-/// Longer runs would need a report of another kind.
+/// Longer runs would need another kind of report.
 const LONGEST: f64 = 30.0 * 86_400.0;
 
 impl FromStr for Span {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let problem = || format!("a duration is written as 90s, 10m, 1h or 1h30m, and not `{text}`");
+        let problem = || format!("`{text}` is not a duration; write 90s, 10m, 1h or 1h30m");
         let mut seconds = 0.0;
         let mut number = String::new();
         for letter in text.chars() {
@@ -50,7 +50,7 @@ pub(crate) fn seconds(text: &str) -> Result<f64, String> {
     text.parse::<Span>().map(|span| span.0.as_secs_f64())
 }
 
-/// How long a run goes, for hours it may be: `45 s`, `12 min 30 s`, `1 h`.
+/// Formats the duration of a run, which may be hours: `45 s`, `12 min 30 s`, `1 h`.
 pub(crate) fn spoken(seconds: f64) -> String {
     let whole = seconds.round() as u64;
     if seconds < 10.0 {
@@ -62,8 +62,8 @@ pub(crate) fn spoken(seconds: f64) -> String {
     said.join(" ")
 }
 
-/// How long work took or is about to take: below a hundred seconds two digits that matter, from
-/// there on minutes and seconds.
+/// Formats the duration of work: two significant digits below a hundred seconds, minutes and
+/// seconds above.
 pub(crate) fn duration(seconds: f64) -> String {
     if seconds < 100.0 {
         return format!("{} s", said(seconds, 2));
@@ -76,7 +76,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn durations_are_read_and_said() {
+    fn durations_are_parsed_and_printed() {
         let read = |text: &str| text.parse::<Span>().ok().map(|span| span.0.as_secs_f64());
         for (text, seconds) in [
             ("90s", 90.0),

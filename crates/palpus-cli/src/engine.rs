@@ -1,4 +1,5 @@
-//! The engine as the step of a servo loop: states of all devices in, a wrench for each out.
+//! The engine as the step of a servo loop: it takes the states of all devices and returns a wrench
+//! for each.
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist, Wrench};
@@ -14,12 +15,13 @@ use crate::shots::Shots;
 use crate::stage::Stage;
 use crate::way_out::WayOut;
 
-/// A world between devices and a scene. The devices' frame is the world's; the environment may be
-/// placed in it. A device's pose and twist are those of the grip, which has the axes of its tool.
+/// Connects a world with devices. The devices' frame is the world frame of the scene; the
+/// environment may have a pose in it. A device's pose and twist are those of the grip, whose axes
+/// are the tool's.
 pub(crate) struct Engine {
     world: World,
     tools: Vec<Tool>,
-    /// Settings of the tools, as the world gets them.
+    /// Settings of the tools, as passed to the world.
     probes: Vec<ProbeState>,
     objects: Objects,
     frame: Frame,
@@ -39,7 +41,7 @@ struct Tool {
     lead: Option<LeadOut>,
 }
 
-/// Answer of the engine to the loop.
+/// Result that the engine gives to the loop.
 pub(crate) type Answer = Option<StepOutcome<Detail>>;
 
 /// Results of a step besides its wrench.
@@ -51,11 +53,11 @@ pub(crate) struct Detail {
     pub(crate) tool: Pose,
     /// Number of allocations in the step.
     pub(crate) allocations: u64,
-    /// The settings that were new in this step.
+    /// Settings that were applied in this step.
     pub(crate) changed: Option<Settings>,
-    /// The probe is inside the part.
+    /// Set if the probe is inside the part.
     pub(crate) way_out: Option<WayOut>,
-    /// The device leads its grip out of the part.
+    /// True if the device leads its grip out of the part.
     pub(crate) leading: bool,
 }
 
@@ -76,8 +78,8 @@ impl Engine {
         Ok(Self { world, tools, probes, objects, frame, clock, shots, live: None, pacer: None })
     }
 
-    /// The same, with memory to turn shading on later: at this crease angle (rad), or at that of a
-    /// tool that shades from the start.
+    /// Creates an engine with memory to turn shading on later, at this crease angle (rad) or at the
+    /// angle of a tool that shades from the start.
     pub(crate) fn with_surfaces(mut self, crease_angle: f64) -> Self {
         let crease_angle = self.crease_angle().unwrap_or(crease_angle);
         self.tools.iter().for_each(|tool| self.world.prepare_shading(tool.id, crease_angle));
@@ -89,7 +91,7 @@ impl Engine {
         self.tools.iter().find_map(|tool| self.world.crease_angle(tool.id))
     }
 
-    /// Before each step the newest settings of tool `which` are taken from `asked`.
+    /// Before each step, takes the newest settings of tool `which` from `asked`.
     pub(crate) fn steer(&mut self, which: usize, asked: Newest<Settings>) {
         self.tools[which].asked = Some(asked);
     }
@@ -115,7 +117,7 @@ impl Engine {
         }
     }
 
-    /// The capacity that a [`Moment`] needs to display a tick.
+    /// The capacity that a [`Moment`] needs for a tick of this engine.
     pub(crate) fn capacity(&self) -> usize {
         self.tools.iter().map(|tool| self.world.tool_settings(tool.id).capacity).sum()
     }
@@ -131,8 +133,8 @@ impl Engine {
         self.live = Some(publisher);
     }
 
-    /// Returns the kept tick for display, or the last one if no tick was kept; `period` is a
-    /// tick's, s.
+    /// Returns the kept tick for display, or the last one if no tick was kept. `period`: length of
+    /// a tick, s.
     pub(crate) fn shown(mut self, period: f64) -> Moment {
         self.kept(period).into_iter().next().unwrap_or_else(|| {
             let mut moment = Moment::new(self.capacity());
@@ -141,25 +143,25 @@ impl Engine {
         })
     }
 
-    /// Returns the kept ticks for display, in the order in which they were asked for; `period` is a
-    /// tick's, s.
+    /// Returns the kept ticks for display, in the order of the requests. `period`: length of a
+    /// tick, s.
     pub(crate) fn kept(&mut self, period: f64) -> Vec<Moment> {
         self.shots.kept(period)
     }
 
-    /// Bounds the work of each step from now on, so that it fits into the period of a loop at
+    /// From now on, limits the work of each step so that it fits into the period of a loop at
     /// `rate_hz`.
     pub(crate) fn pace(&mut self, rate_hz: f64) {
         self.pacer = self.tools.first().map(|tool| Pacer::of(self.world.tool_settings(tool.id), rate_hz));
     }
 
-    /// Sets the work that the next step may do; see [`World::allow`].
+    /// Sets the work limit of the next step; see [`World::allow`].
     pub(crate) fn allow(&mut self, work: Option<u64>) {
         self.world.allow(work);
     }
 
-    /// Resets the engine after a step that panicked, since its state may be inconsistent. The next
-    /// step then acts as the first one.
+    /// Resets the engine after a step that panicked, because its state may be inconsistent. The
+    /// next step then acts like the first one.
     pub(crate) fn forget(&mut self) {
         self.world.clear();
         // It is unknown whether that step applied other settings.
@@ -173,7 +175,7 @@ impl Engine {
         self.world.set_available(self.tools[which].id, available);
     }
 
-    /// Computes one tick: the wrench for each device from the states of all devices.
+    /// Computes one tick: takes the states of all devices and returns the wrench for each.
     pub(crate) fn step(&mut self, states: &[DeviceState], dt: f64, answers: &mut [Answer]) {
         let before = allocations_of_this_thread();
         self.take_settings();
@@ -186,7 +188,7 @@ impl Engine {
         self.objects.drive(&mut self.world, dt);
         self.world.step(&self.probes, dt, &self.clock);
         self.show(dt);
-        // Whose it is does not matter: it must be none.
+        // The pose is invalid for every tool, so it does not matter which tool is used.
         let allocations = allocations_of_this_thread() - before;
         let mut forget = false;
         for ((tool, state), answer) in self.tools.iter_mut().zip(states).zip(answers) {
@@ -239,7 +241,7 @@ fn fill(moment: &mut Moment, world: &World, tools: &[Tool], objects: &Objects, p
     moment.fill(tick, tick.index as f64 * period, world.tool_settings(first.id).grip_a);
     for (k, tool) in tools.iter().enumerate().skip(1) {
         let body = world.body_of(tool.id);
-        // Contacts with the tools before it are already in the list.
+        // Contacts with earlier tools are already in the list.
         let known = tools[..k].iter().map(|other| world.contacts(body, world.body_of(other.id)).count()).sum();
         moment.join(world.tick(tool.id), known);
     }
@@ -263,8 +265,8 @@ impl Frame {
         wrench.rotated(&self.environment)
     }
 
-    /// Returns the probe's state in the environment's frame, of a device that holds it at `grip_a`
-    /// (m, in the probe's frame).
+    /// Returns the probe's state in the environment's frame, for a device that holds the probe at
+    /// `grip_a` (m, in the probe's frame).
     pub(crate) fn probe(&self, state: &DeviceState, grip_a: DVec3) -> ProbeState {
         if self.environment == Pose::IDENTITY {
             // Skips the multiplication, so that a recorded pose reaches the engine bit for bit.
@@ -275,22 +277,22 @@ impl Frame {
         ProbeState::of_grip(&(self.from_world * state.pose), &twist, grip_a)
     }
 
-    /// Returns the pose in the environment's frame of what stands at `pose` in the world.
+    /// Converts a pose from the world to the environment's frame.
     pub(crate) fn placed(&self, pose: &Pose) -> Pose {
         if self.environment == Pose::IDENTITY { *pose } else { self.from_world * *pose }
     }
 
-    /// Returns the direction in the environment's frame of one in the world.
+    /// Converts a direction from the world to the environment's frame.
     pub(crate) fn directed(&self, vector: DVec3) -> DVec3 {
         self.from_world.vector(vector)
     }
 
-    /// Returns the world direction of one in the environment's frame.
+    /// Converts a direction from the environment's frame to the world.
     pub(crate) fn vector_in_world(&self, vector: DVec3) -> DVec3 {
         self.environment.vector(vector)
     }
 
-    /// Returns the world pose of what stands at `pose` in the environment's frame.
+    /// Converts a pose from the environment's frame to the world.
     pub(crate) fn in_world(&self, pose: &Pose) -> Pose {
         if self.environment == Pose::IDENTITY { *pose } else { self.environment * *pose }
     }

@@ -1,4 +1,4 @@
-//! `palpus export`: a built-in scene as files, to start one's own from.
+//! `palpus export`: writes a built-in scene as files that a user can edit.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -34,9 +34,10 @@ pub(crate) const SCENE_FILE: &str = "scene.toml";
 /// Writes the files of a built-in scene into a folder; returns their names.
 ///
 /// # Errors
-/// If a file cannot be written, or exists.
+///
+/// Fails if a file cannot be written or exists already.
 pub(crate) fn write_scene(scene: &Scene, folder: &Path) -> anyhow::Result<Vec<String>> {
-    let problem = || format!("{} could not be made; name another folder", folder.display());
+    let problem = || format!("{} could not be created; name another folder", folder.display());
     fs::create_dir_all(folder).with_context(problem)?;
     let named = |name: &str, content| (name.to_owned(), content);
     let mut files = vec![
@@ -59,10 +60,10 @@ pub(crate) fn write_scene(scene: &Scene, folder: &Path) -> anyhow::Result<Vec<St
     Ok(files.into_iter().map(|(name, _)| name).collect())
 }
 
-/// Writes a new file; fails if the file exists, so that no edited file is lost.
+/// Writes a new file. Fails if the file exists, so that no edited file is lost.
 fn write_new(file: &Path, content: &str) -> anyhow::Result<()> {
     if file.exists() {
-        bail!("{} is there already; name another folder, or move it away", file.display());
+        bail!("{} exists already; name another folder, or move it away", file.display());
     }
     files::write(file, content)
 }
@@ -84,7 +85,7 @@ fn hand(path: &HandPath) -> String {
     for k in 0..=count {
         let pose = path.pose((k as f64 * POSE_PERIOD).min(path.duration()));
         let ([x, y, z], q) = ((pose.translation * UNITS_PER_METRE).to_array(), pose.rotation);
-        // A string takes everything.
+        // Writing to a string cannot fail.
         let _ = writeln!(text, "{x:?},{y:?},{z:?},{:?},{:?},{:?},{:?}", q.x, q.y, q.z, q.w);
     }
     text
@@ -101,16 +102,16 @@ fn text(scene: &Scene) -> String {
     });
     let second = scene.second.as_ref().map_or(String::new(), |second| {
         format!(
-            "[second]                    # what another hand holds, on a device of its own\nmesh = \"second.obj\"\n{}\n[second.hand]\n\
+            "[second]                    # the tool of another hand, on its own device\nmesh = \"second.obj\"\n{}\n[second.hand]\n\
              preset = \"normal\"\npath = \"second_hand.csv\"\n\n",
             place(&second.start)
         )
     });
     format!(
-        "# {}\nunit = \"mm\"\n\n[probe]                     # what the hand holds, at the origin of its mesh\nmesh = \"tool.obj\"\n{}\n{second}\
-         [environment]               # what it touches\nmesh = \"part.obj\"\n\n\
-         [contact]\ntolerance = {:?}             # mm: contacts are looked for from this distance on\n{friction}shading = {}\n\n\
-         [hand]                      # the simulated hand: leave `path` out and it feels its way from the start to the part\n\
+        "# {}\nunit = \"mm\"\n\n[probe]                     # the tool in the hand, held at the origin of its mesh\nmesh = \"tool.obj\"\n{}\n{second}\
+         [environment]               # the part that it touches\nmesh = \"part.obj\"\n\n\
+         [contact]\ntolerance = {:?}             # mm: contacts exist below this distance\n{friction}shading = {}\n\n\
+         [hand]                      # the simulated hand: without `path` it moves from the start to the part\n\
          preset = \"normal\"           # relaxed, normal, firm, tight, none\npath = \"hand.csv\"\n",
         scene.summary,
         place(&scene.start),
@@ -150,7 +151,7 @@ fn objects(scene: &Scene, shapes: &[Arc<PolygonSoup>]) -> String {
                 )
             }
         };
-        // A string takes everything.
+        // Writing to a string cannot fail.
         let _ = write!(text, "\n[[object]]\nmesh = \"{}\"\n{}{motion}\n", shape_file(shape), place(&object.start));
     }
     text

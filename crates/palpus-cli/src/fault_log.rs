@@ -1,15 +1,14 @@
 //! The fault log: a file with the reasons why the force was removed, whether the run is recorded or
 //! not.
 //!
-//! 1. The servo thread looks at every tick ([`FaultWatch::see`]). It puts an entry into a bounded
-//!    queue when faults come that the tick before did not have, and when force may come back. It
-//!    never waits.
-//! 2. A thread of its own writes each entry as a line of JSON and has the system put it on the disk
-//!    before it takes the next ones.
-//! 3. [`FaultLog::finish`] says where the log is, if anything was written.
+//! 1. The servo thread passes every tick to [`FaultWatch::see`]. It puts an entry into a bounded
+//!    queue when new faults begin and when the force may return. It never waits.
+//! 2. A separate thread writes each entry as a line of JSON and syncs it to the disk before it
+//!    takes the next one.
+//! 3. [`FaultLog::finish`] returns the path of the log, if anything was written.
 //!
-//! The file is only opened at the first fault. One that has become large is put aside
-//! (`faults.jsonl.old`) at the next run, and of each run, the first [`MOST`] lines are kept.
+//! The file is opened only at the first fault. A large log is renamed to `faults.jsonl.old` at the
+//! next run. The log keeps the first [`MOST`] lines of each run.
 
 use std::borrow::Cow;
 use std::fs::{File, OpenOptions};
@@ -26,27 +25,27 @@ use serde::Serialize;
 
 use crate::{files, output, tools, when};
 
-/// Entries that may wait for the writer: faults are rare.
+/// Entries that may wait for the writer; faults are rare.
 const QUEUED: usize = 1 << 10;
-/// Lines of a run at the most.
+/// Largest number of lines of a run.
 const MOST: u64 = 10_000;
-/// Bytes from which on a log is put aside.
+/// Size in bytes above which a log is renamed.
 const LARGE: u64 = 8 << 20;
 
-/// An entry on its way to the file.
+/// An entry in the queue to the writer.
 #[derive(Clone, Copy)]
 struct Entry {
     utc_ns: u64,
-    /// False: the fault is over.
+    /// True when a fault begins, false when it is over.
     fault: bool,
     tick: ServoTick,
     phase_before: Phase,
     wrench_before: Wrench,
-    /// Ticks since the fault came.
+    /// Ticks since the fault began.
     lasted: u64,
 }
 
-/// The servo thread's end.
+/// The servo thread's end of the queue.
 pub(crate) struct FaultWatch {
     queue: Recorder<Entry>,
     faults: Cuts,
@@ -56,7 +55,7 @@ pub(crate) struct FaultWatch {
 }
 
 impl FaultWatch {
-    /// Looks at a tick. Never waits or allocates.
+    /// Examines a tick. Never waits or allocates.
     pub(crate) fn see(&mut self, tick: &ServoTick) {
         let faults = tick.cuts.and(Cuts::FAULTS);
         let is_new = faults.or(self.faults) != self.faults;
@@ -78,7 +77,7 @@ impl FaultWatch {
     }
 }
 
-/// A log under way.
+/// An open log.
 pub(crate) struct FaultLog {
     path: PathBuf,
     thread: Recording,
@@ -86,8 +85,8 @@ pub(crate) struct FaultLog {
 }
 
 impl FaultLog {
-    /// Starts the writer of the log of device `which` at `path`, or where the user's logs are;
-    /// `header` says what is run. `None` if the user has no such place.
+    /// Starts the writer of the log of device `which` at `path`, or at the default place; `header`
+    /// describes the run. `None` if the user has no folder for logs.
     pub(crate) fn start(path: Option<&Path>, header: &RecordingHeader, which: usize) -> Option<(FaultWatch, Self)> {
         let path = path.map(Path::to_owned).or_else(of_user)?;
         let lines = Arc::new(AtomicU64::new(0));
@@ -108,7 +107,7 @@ impl FaultLog {
             ));
         }
         let lost = written.dropped + written.written - lines;
-        let more = if lost > 0 { format!(", {lost} more were not kept") } else { String::new() };
+        let more = if lost > 0 { format!(", {lost} more were not stored") } else { String::new() };
         (lines > 0).then(|| format!("faults: {lines} lines in {path}{more}"))
     }
 }
@@ -120,7 +119,7 @@ fn of_user() -> Option<PathBuf> {
 
 /// Writes the entries.
 struct Pen {
-    /// `None` until the first fault.
+    /// `None` before the first fault.
     file: Option<File>,
     path: PathBuf,
     run: Run,
@@ -172,7 +171,7 @@ impl Sink<Entry> for Pen {
 /// Description of the run: the same in all lines of a run.
 #[derive(Serialize)]
 struct Run {
-    /// Which of the hands.
+    /// Number of the hand.
     hand: Cow<'static, str>,
     palpus: String,
     device: String,
@@ -207,20 +206,20 @@ struct Line<'a> {
     event: &'static str,
     tick: u64,
     time_s: f64,
-    /// The reasons for which the force was removed.
+    /// The reasons why the force was removed.
     faults: Vec<&'static str>,
     phase_before: &'static str,
     phase: &'static str,
     wrench_before: Felt,
-    /// As the engine computed it; `null` where it is not a number.
+    /// The engine's wrench; `null` where a value is not a number.
     computed: Felt,
     wrench: Felt,
-    /// s: how late the tick began, and how long after the last one.
+    /// Lateness of the tick, and time since the previous tick, s.
     lateness_s: f64,
     elapsed_s: f64,
-    /// m: where the grip was, as it was read.
+    /// Position of the grip as read, m.
     position_m: [f64; 3],
-    /// Seconds of ticks since the fault came.
+    /// Time since the fault began, counted in ticks, s.
     lasted_s: f64,
     #[serde(flatten)]
     run: &'a Run,

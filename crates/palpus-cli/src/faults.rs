@@ -6,7 +6,7 @@ use anyhow::{Context, bail};
 use glam::DVec3;
 use palpus_device::{Fault, Script};
 
-/// Names and what they mean.
+/// Names of the faults, and their meanings.
 const FAULTS: [(&str, Fault); 17] = [
     ("non-finite-pose", Fault::NonFinitePose),
     ("non-finite-wrench", Fault::NonFiniteWrench),
@@ -32,11 +32,11 @@ const LATE: Duration = Duration::from_millis(100);
 /// A delay of more than a period at 1 kHz, but below the timeout of every watchdog.
 const SLOW: Duration = Duration::from_millis(3);
 
-/// Out of words such as `pose-jump@1.5`: what happens, and after how many seconds. In simulated
-/// time (`fast`) nothing is late.
+/// Parses texts such as `pose-jump@1.5`: the kind of fault, and its time in seconds. In simulated
+/// time (`fast`) no tick is late.
 pub(crate) fn script(words: &[String], rate_hz: f64, fast: bool) -> anyhow::Result<Script> {
     if let Some(word) = words.iter().find(|word| fast && word.starts_with("late-")) {
-        bail!("in simulated time nothing comes late, and so `{word}` does nothing; leave --fast out");
+        bail!("in simulated time no tick is late, so `{word}` has no effect; leave out --fast");
     }
     let faults: Vec<(u64, Fault)> = words.iter().map(|word| fault(word, rate_hz)).collect::<Result<_, _>>()?;
     Ok(Script::new(&faults, None))
@@ -45,7 +45,7 @@ pub(crate) fn script(words: &[String], rate_hz: f64, fast: bool) -> anyhow::Resu
 fn fault(word: &str, rate_hz: f64) -> anyhow::Result<(u64, Fault)> {
     let (name, seconds) = word
         .split_once('@')
-        .with_context(|| format!("a fault is written as NAME@SECONDS, such as pose-jump@1.5, and not `{word}`"))?;
+        .with_context(|| format!("`{word}` is not a fault; write NAME@SECONDS, such as pose-jump@1.5"))?;
     let Some((_, fault)) = FAULTS.iter().find(|(known, _)| *known == name) else {
         let names: Vec<&str> = FAULTS.iter().map(|(known, _)| *known).collect();
         bail!("there is no fault `{name}`; faults are {}", names.join(", "));
@@ -54,6 +54,6 @@ fn fault(word: &str, rate_hz: f64) -> anyhow::Result<(u64, Fault)> {
         .parse()
         .ok()
         .filter(|seconds| *seconds >= 0.0)
-        .with_context(|| format!("`{seconds}` in `{word}` is no number of seconds"))?;
+        .with_context(|| format!("`{seconds}` in `{word}` is not a number of seconds"))?;
     Ok(((seconds * rate_hz).round() as u64, *fault))
 }

@@ -1,4 +1,4 @@
-//! Files and folders that the program makes: how they are called, and errors that name them.
+//! Names of the files and folders that the program makes, and errors that name them.
 
 use std::fmt::Display;
 use std::fs;
@@ -15,13 +15,13 @@ pub(crate) fn free(base: &Path) -> PathBuf {
     first_free(base, |path| !path.exists())
 }
 
-/// The same with another test of what is free.
+/// Like [`free`], with another test of which names are free.
 pub(crate) fn first_free(base: &Path, is_free: impl Fn(&Path) -> bool) -> PathBuf {
     let numbered = (2u32..).map(|k| beside(base, k));
     std::iter::once(base.to_owned()).chain(numbered).find(|path| is_free(path)).unwrap_or_else(|| base.to_owned())
 }
 
-/// The file beside `base` of the same name but for `-addition` before the ending.
+/// Returns the path with `-addition` before the ending of the file name.
 pub(crate) fn beside(base: &Path, addition: impl Display) -> PathBuf {
     let part = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
     let (stem, extension) = (part(base.file_stem()), part(base.extension()));
@@ -29,9 +29,9 @@ pub(crate) fn beside(base: &Path, addition: impl Display) -> PathBuf {
     base.with_file_name(format!("{stem}-{addition}{dot}{extension}"))
 }
 
-/// The name that means standard input or output in place of a file.
+/// The file name that means standard input or output.
 pub(crate) const STANDARD: &str = "-";
-/// The longest list of poses that is read from standard input, bytes.
+/// Largest size of a list of poses from standard input, bytes.
 const MOST_INPUT: u64 = 1 << 32;
 
 /// Reads a list of poses from a file, or from standard input for `-`.
@@ -54,13 +54,13 @@ pub(crate) fn make_folder_of(file: &Path) -> anyhow::Result<()> {
     file.parent().filter(|folder| !folder.as_os_str().is_empty()).map_or(Ok(()), make_folder)
 }
 
-/// Returns the path of a file that the program keeps for its user; `None` without a home folder.
+/// Returns the path of a file that the program stores for its user; `None` without a home folder.
 pub(crate) fn of_user(name: &str) -> Option<PathBuf> {
     let base = etcetera::choose_base_strategy().ok()?;
     Some(base.state_dir().unwrap_or_else(|| base.data_dir()).join("palpus").join(name))
 }
 
-/// Writes a whole file, over what may be there.
+/// Writes a whole file, and replaces an existing one.
 pub(crate) fn write(file: &Path, content: impl AsRef<[u8]>) -> anyhow::Result<()> {
     fs::write(file, content).with_context(|| format!("{} could not be written", file.display()))
 }

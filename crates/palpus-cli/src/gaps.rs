@@ -1,15 +1,15 @@
-//! Chooses values that a scene file leaves out, to suit its meshes.
+//! Chooses values that a scene file leaves out, from its meshes.
 //!
-//! 1. *Tolerance*: 1 mm, or a hundredth of the smaller body where that is less; on bodies of a
-//!    millimetre, 1 mm would be all of them.
-//! 2. *Places*: where neither body has one and they would stand in each other, the probe begins
-//!    above the environment, clear of it however it is turned. Wherever it begins, it is no farther
-//!    from first touch than a hand goes in a second.
-//! 3. *Grip*, of the probe and of each other tool: the origin of its mesh, or its centre of mass
-//!    where that origin is outside of the mesh's box.
+//! 1. *Tolerance*: 1 mm, or a hundredth of the smaller body if that is less. On bodies of one
+//!    millimetre, 1 mm would be the whole body.
+//! 2. *Start poses*: if neither body has a pose and their boxes would overlap, the probe starts
+//!    above the environment, without overlap in any orientation. Its distance from first touch is
+//!    at most the distance that a hand moves in a second.
+//! 3. *Grip* of the probe and of each other tool: the origin of its mesh, or its centre of mass if
+//!    this origin is outside of the mesh's box.
 //!
-//! Bodies of sizes that no hand feels are a hint that the unit is wrong, and said so. What is
-//! chosen depends on the file and the meshes alone, so that a recording replays.
+//! Bodies of implausible size suggest a wrong unit, so a note is printed. The chosen values depend
+//! only on the file and the meshes, so a recording can be replayed.
 
 use std::sync::Arc;
 
@@ -28,7 +28,7 @@ pub(crate) const TOLERANCE_SHARE: f64 = 0.01;
 /// Start height of the probe above the environment's box, as a multiple of the probe's reach.
 const CLEARANCE: f64 = 0.25;
 
-/// Fills in what `file` leaves out; returns notes about values other than the defaults.
+/// Fills in the values that `file` leaves out. Returns notes about values other than the defaults.
 pub(crate) fn fill(file: &mut SceneFile, probe: &Arc<Body>, environment: &Arc<Body>) -> Vec<String> {
     let mut notes = Vec::new();
     let [smaller, larger] = [probe.size().min(environment.size()), probe.size().max(environment.size())];
@@ -45,7 +45,7 @@ pub(crate) fn fill(file: &mut SceneFile, probe: &Arc<Body>, environment: &Arc<Bo
         file.render.cluster_radius *= least / file.render.contact_tolerance;
         file.render.contact_tolerance = least;
         notes.push(format!(
-            "contacts from {} on, a hundredth of the smaller body; see [contact] tolerance",
+            "contacts exist below {}, a hundredth of the smaller body; see [contact] tolerance",
             length(least)
         ));
     }
@@ -64,27 +64,27 @@ pub(crate) fn fill(file: &mut SceneFile, probe: &Arc<Body>, environment: &Arc<Bo
             let [x, y, z] = (file.probe.pose.translation / file.metres_per_unit).to_array();
             let place = if overlapping { "above" } else { "near" };
             notes.push(format!(
-                "the probe begins {place} the environment, at [{x:.3}, {y:.3}, {z:.3}]; see [probe] position"
+                "the probe starts {place} the environment, at [{x:.3}, {y:.3}, {z:.3}]; see [probe] position"
             ));
         }
     }
     notes
 }
 
-/// Returns where to hold `body`, m, in its mesh's frame: its centre of mass if the origin of the
-/// mesh is outside of the mesh's box, which a note then says of `what` the body is; else `None`.
+/// Returns the grip of `body` in its mesh's frame, m: its centre of mass if the origin of the mesh
+/// is outside of the mesh's box, else `None`. A note names the body as `what`.
 pub(crate) fn grip(body: &Body, what: &str, notes: &mut Vec<String>) -> Option<DVec3> {
     let bounds = body.mesh().bounds();
     if DVec3::ZERO.clamp(bounds.min, bounds.max) == DVec3::ZERO {
         return None;
     }
     notes.push(format!(
-        "the {what} is held at its centre of mass, since the origin of its mesh is outside of the mesh; `grip` says where else"
+        "the {what} is held at its centre of mass, because the origin of its mesh is outside of the mesh; `grip` sets another point"
     ));
     Some(body.mass().center_of_mass)
 }
 
-/// Returns a length (m) in words, in a unit that suits it.
+/// Formats a length (m) in a suitable unit.
 pub(crate) fn length(metres: f64) -> String {
     let (times, unit) = match metres.abs() {
         large if large >= 1.0 => (1.0, "m"),
@@ -108,15 +108,15 @@ fn boxes_overlap(probe: &Body, environment: &Body) -> bool {
     a.min.cmple(b.max).all() && b.min.cmple(a.max).all()
 }
 
-/// Returns the start position of the probe's middle relative to the environment's.
+/// Returns the start position of the probe's middle relative to the environment's middle.
 fn above(probe: &Body, environment: &Body) -> DVec3 {
     let (a, b) = (probe.mesh().bounds(), environment.mesh().bounds());
     let reach = 0.5 * (a.max - a.min).length();
     clear_above([b.min, b.max], reach) - 0.5 * (a.min + a.max)
 }
 
-/// Returns a place at which a body with this reach about a point is clear of the box below it,
-/// however it is turned.
+/// Returns a position at which a body with this reach about a point is above the box in every
+/// orientation.
 pub(crate) fn clear_above([low, high]: [DVec3; 2], reach: f64) -> DVec3 {
     (0.5 * (low + high)).with_z(high.z + reach * (1.0 + CLEARANCE))
 }
@@ -130,16 +130,16 @@ mod tests {
     use crate::stage;
 
     #[test]
-    fn lengths_have_a_unit_that_suits_them() {
+    fn lengths_have_a_suitable_unit() {
         let words = [2.5e-6, 3.464e-4, 0.02, 0.1234, 120.0].map(length);
         assert_eq!(words, ["2.50 µm", "0.35 mm", "20.0 mm", "12.3 cm", "120 m"]);
     }
 
     #[test]
-    fn a_scene_of_two_meshes_and_nothing_else_is_felt() {
+    fn scene_of_two_bare_meshes_makes_contact() {
         crate::bodies::use_cache(false);
         let folder = std::env::temp_dir().join(format!("palpus-gaps-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).expect("a temporary folder");
+        std::fs::create_dir_all(&folder).expect("the folder can be created");
         // A cube of 20 units, away from its origin.
         let mut cube = String::new();
         for k in 0..8u32 {
@@ -147,14 +147,15 @@ mod tests {
             cube += &format!("v {} {} {}\n", side(0), side(1), side(2));
         }
         cube += "f 1 5 7 3\nf 2 4 8 6\nf 1 2 6 5\nf 3 7 8 4\nf 1 3 4 2\nf 5 6 8 7\n";
-        std::fs::write(folder.join("cube.obj"), cube).expect("a file");
+        std::fs::write(folder.join("cube.obj"), cube).expect("the file can be written");
         let scene = folder.join("scene.toml");
         for (unit, tolerance, notes) in
             [("mm", 0.2e-3 * 3f64.sqrt(), 3), ("cm", 1e-3, 2), ("um", 0.2e-6 * 3f64.sqrt(), 4), ("m", 1e-3, 3)]
         {
             let text = format!("unit = \"{unit}\"\n[probe]\nmesh = \"cube.obj\"\n[environment]\nmesh = \"cube.obj\"\n");
-            std::fs::write(&scene, text).expect("a file");
-            let stage = stage::prepare(&scene.display().to_string(), FilePolicy::Inside).expect("a scene");
+            std::fs::write(&scene, text).expect("the file can be written");
+            let stage =
+                stage::prepare(&scene.display().to_string(), FilePolicy::Inside).expect("the scene can be read");
             assert_eq!(stage.notes.len(), notes, "{:?}", stage.notes);
             assert!((stage.settings.contact_tolerance / tolerance - 1.0).abs() < 1e-6, "{:?}", stage.settings);
             assert!((stage.settings.grip_a - stage.probe.mass().center_of_mass).length() < 1e-12);
@@ -165,31 +166,31 @@ mod tests {
                 let mut query = ContactQuery::new(a.clone(), b.clone(), settings);
                 query.nearest(&pose).map_or(f64::INFINITY, |contact| contact.separation)
             };
-            // The simulated hand's target may lie beyond a small body.
+            // The goal of the simulated operator may lie beyond a small body.
             let mut on_its_way = (0..4000).map(|k| felt(0.5 * stage.path.duration() * f64::from(k) / 4000.0));
-            assert!(stage.path.duration() <= 4.0, "{unit}: first touch within two seconds");
-            assert!(felt(0.0) > 0.0 && on_its_way.any(|gap| gap < 0.0), "it begins apart and comes into touch");
+            assert!(stage.path.duration() <= 4.0, "{unit}: the first touch must come within two seconds");
+            assert!(felt(0.0) > 0.0 && on_its_way.any(|gap| gap < 0.0), "the bodies must begin apart and then touch");
         }
         let _ = std::fs::remove_dir_all(&folder);
     }
 
     #[test]
-    fn a_far_mesh_is_brought_near() {
+    fn far_mesh_is_moved_near() {
         crate::bodies::use_cache(false);
         let folder = std::env::temp_dir().join(format!("palpus-gaps-far-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).expect("a temporary folder");
+        std::fs::create_dir_all(&folder).expect("the folder can be created");
         let cube = |name: &str, at: f64| {
             let corner = |k: u32| [0, 1, 2].map(|bit| f64::from(k >> bit & 1) + if bit == 1 { at } else { 0.0 });
             let vertices = (0..8).map(corner).map(|[x, y, z]| format!("v {x} {y} {z}\n")).collect::<String>();
             let faces = "f 1 5 7 3\nf 2 4 8 6\nf 1 2 6 5\nf 3 7 8 4\nf 1 3 4 2\nf 5 6 8 7\n";
-            std::fs::write(folder.join(name), vertices + faces).expect("a file");
+            std::fs::write(folder.join(name), vertices + faces).expect("the file can be written");
         };
         cube("a.obj", 0.0);
         cube("b.obj", 15.0);
         let scene = folder.join("scene.toml");
         let text = "unit = \"m\"\n[probe]\nmesh = \"a.obj\"\n[environment]\nmesh = \"b.obj\"\n";
-        std::fs::write(&scene, text).expect("a file");
-        let stage = stage::prepare(&scene.display().to_string(), FilePolicy::Inside).expect("a scene");
+        std::fs::write(&scene, text).expect("the file can be written");
+        let stage = stage::prepare(&scene.display().to_string(), FilePolicy::Inside).expect("the scene can be read");
         let start = stage.path.pose(0.0).translation.y;
         assert!((13.0..14.0).contains(&start), "{start}");
         assert!(stage.path.duration() <= 4.0);

@@ -1,5 +1,5 @@
-//! The device's pose, torque and twist are all taken at the grip, wherever the probe's mesh has its
-//! origin.
+//! Tests that the device's pose, torque and twist refer to the grip, wherever the origin of the
+//! probe's mesh is.
 
 use std::path::{Path, PathBuf};
 
@@ -11,13 +11,13 @@ use palpus_io::scene::{CouplingMode, FilePolicy};
 use crate::engine::{Detail, Engine};
 use crate::stage::{self, Stage};
 
-/// A folder of its own for one test, gone when the test is over.
+/// A temporary folder for one test, deleted on drop.
 struct Folder(PathBuf);
 
 impl Folder {
     fn new(name: &str) -> Self {
         let path = std::env::temp_dir().join(format!("palpus-grip-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).expect("a temporary folder");
+        std::fs::create_dir_all(&path).expect("the folder can be created");
         Self(path)
     }
 }
@@ -28,7 +28,7 @@ impl Drop for Folder {
     }
 }
 
-/// Writes a box with these corners as OBJ.
+/// Writes a box with these corners as an OBJ file.
 fn write_box(file: &Path, low: DVec3, high: DVec3) {
     let mut text = String::new();
     for k in 0..8u32 {
@@ -36,18 +36,19 @@ fn write_box(file: &Path, low: DVec3, high: DVec3) {
         text += &format!("v {} {} {}\n", corner.x, corner.y, corner.z);
     }
     text += "f 1 5 7 3\nf 2 4 8 6\nf 1 2 6 5\nf 3 7 8 4\nf 1 3 4 2\nf 5 6 8 7\n";
-    std::fs::write(file, text).expect("a file");
+    std::fs::write(file, text).expect("the file can be written");
 }
 
-/// m: the bar's corners in a frame whose origin is in the middle of its tip, and where it is held.
+/// Corners of the bar in a frame with its origin at the centre of its tip, and the grip in this
+/// frame (m).
 const BAR: [DVec3; 2] = [DVec3::new(-0.005, -0.006, 0.0), DVec3::new(0.005, 0.006, 0.06)];
 const HELD: DVec3 = DVec3::new(0.001, 0.002, 0.05);
-/// Pose of the block below it, world.
+/// Pose of the block below the bar, in the world.
 const BLOCK: Pose =
     Pose { rotation: DQuat::from_xyzw(0.0, 0.0, 0.6, 0.8), translation: DVec3::new(0.005, -0.003, 0.002) };
 
-/// A bar over a block, in a file whose mesh of the bar is shifted by `shift` (m); `more` is
-/// appended to the bar's section.
+/// Writes a scene with a bar above a block. The mesh of the bar is shifted by `shift` (m), and
+/// `more` is appended to the probe's section.
 fn bar_over_block(folder: &Folder, name: &str, shift: DVec3, more: &str) -> Stage {
     crate::bodies::use_cache(false);
     write_box(&folder.0.join(format!("{name}.obj")), BAR[0] + shift, BAR[1] + shift);
@@ -60,26 +61,28 @@ fn bar_over_block(folder: &Folder, name: &str, shift: DVec3, more: &str) -> Stag
          [contact]\nfriction = {{ static = 0.4, dynamic = 0.3 }}\n"
     );
     let scene = folder.0.join(format!("{name}.toml"));
-    std::fs::write(&scene, text).expect("a file");
-    stage::prepare(&scene.display().to_string(), FilePolicy::Inside).expect("a scene")
+    std::fs::write(&scene, text).expect("the file can be written");
+    stage::prepare(&scene.display().to_string(), FilePolicy::Inside).expect("the scene can be read")
 }
 
-/// Forces on a hand that presses the bar onto the block by its grip and tilts it, for two seconds.
+/// Returns the wrenches on a hand that presses the bar onto the block by its grip and tilts it, for
+/// two seconds.
 fn pressed(stage: &Stage, mode: CouplingMode) -> Vec<Wrench> {
     let settings = SimulationSettings::default();
-    let mut engine = Engine::new(stage, &[stage.settings_in(mode, &settings.spec, 1000.0)]).expect("an engine");
+    let mut engine =
+        Engine::new(stage, &[stage.settings_in(mode, &settings.spec, 1000.0)]).expect("the settings are valid");
     let intent = |time: f64| {
         let turn = std::f64::consts::PI * time;
         let height = 0.055 - 0.005 * (1.0 - turn.cos());
         let tilt = DQuat::from_rotation_y(0.2 * turn.sin()) * DQuat::from_rotation_x(0.1 * (2.0 * turn).sin());
         Pose { rotation: tilt, translation: HELD.with_z(height) }
     };
-    let mut device = SimulatedDevice::new(settings, intent).expect("a device");
+    let mut device = SimulatedDevice::new(settings, intent).expect("the settings are valid");
     (0..2000)
         .map(|_| {
-            let [answer] = stepped(&mut engine, [device.read().expect("a state")]);
+            let [answer] = stepped(&mut engine, [device.read().expect("the device returns a state")]);
             let wrench = answer.wrench;
-            device.write(&wrench).expect("it takes it");
+            device.write(&wrench).expect("the wrench is accepted");
             wrench
         })
         .collect()
@@ -98,31 +101,32 @@ fn wrench_does_not_depend_on_mesh_origin() {
         let largest = |of: &dyn Fn(usize) -> f64| (0..tip.len()).map(of).fold(0.0, f64::max);
         let force = largest(&|k| tip[k].force.length());
         let torque = largest(&|k| tip[k].torque.length());
-        assert!(force > 0.5 && torque > 1e-3, "{mode:?}: it touches, {force} N, {torque} N·m");
+        assert!(force > 0.5 && torque > 1e-3, "{mode:?}: there must be contact: {force} N, {torque} N·m");
         let off = largest(&|k| tip[k].force.distance(far[k].force));
         let off_torque = largest(&|k| tip[k].torque.distance(far[k].torque));
         assert!(off < 1e-9 && off_torque < 1e-9, "{mode:?}: {off} N, {off_torque} N·m");
     }
 }
 
-/// Answers of the engine to all devices.
+/// Returns the engine's results for all devices.
 fn stepped<const N: usize>(engine: &mut Engine, states: [DeviceState; N]) -> [StepOutcome<Detail>; N] {
     let mut answers = [const { None }; N];
     engine.step(&states, 1e-3, &mut answers);
-    answers.map(|answer| answer.expect("an answer"))
+    answers.map(|answer| answer.expect("each device gets a wrench"))
 }
 
-/// A state of a device at rest.
+/// Returns the state of a device at rest.
 fn still(pose: Pose) -> DeviceState {
     DeviceState { pose, twist: Twist::default(), buttons: 0, time: 0.0, withheld: false }
 }
 
-/// A wrist's turn about a device's own origin: 10°, about an axis that shows the lever.
+/// Returns the pose after a rotation of the wrist by 10° about the device's own origin. The axis is
+/// chosen so that a lever arm would be visible.
 fn turned(pose: Pose) -> Pose {
     Pose { rotation: DQuat::from_rotation_z(10f64.to_radians()) * pose.rotation, ..pose }
 }
 
-/// m: 240 mm from a part to the origin of its assembly.
+/// 240 mm from a part to the origin of its assembly, m.
 const ASSEMBLY: DVec3 = DVec3::new(0.24, 0.0, 0.0);
 
 #[test]
@@ -131,7 +135,7 @@ fn wrist_turn_leaves_far_automatic_grip_in_place() {
     let stage = bar_over_block(&folder, "part", ASSEMBLY, "");
     let grip_a = stage.settings.grip_a;
     assert!(grip_a.distance(stage.probe.mass().center_of_mass) < 1e-12, "{grip_a}");
-    let mut engine = Engine::new(&stage, &[stage.settings]).expect("an engine");
+    let mut engine = Engine::new(&stage, &[stage.settings]).expect("the settings are valid");
     let start = stage.intent()(0.0);
     assert_eq!(start, stage.grip(stage.path.pose(0.0)));
     let [before] = stepped(&mut engine, [still(start)]).map(|answer| answer.detail.tool);
@@ -140,21 +144,21 @@ fn wrist_turn_leaves_far_automatic_grip_in_place() {
     let moved = before.point(grip_a).distance(after.point(grip_a));
     assert!(moved < 1e-12, "the grip moved by {moved} m");
     let origin = before.translation.distance(after.translation);
-    assert!((origin - 0.0418).abs() < 1e-3, "the mesh's origin swings by {origin} m");
+    assert!((origin - 0.0418).abs() < 1e-3, "the mesh's origin moves by {origin} m");
 }
 
 #[test]
-fn both_tools_are_held_at_their_grips() {
+fn both_tools_rotate_about_their_grips() {
     let folder = Folder::new("both");
     write_box(&folder.0.join("other.obj"), BAR[0] - ASSEMBLY, BAR[1] - ASSEMBLY);
     let second = "[second]\nmesh = \"other.obj\"\nposition = [0.3, 0, 0.05]";
     let stage = bar_over_block(&folder, "part", ASSEMBLY, second);
-    let other = stage.of_others().next().expect("a second tool");
+    let other = stage.of_others().next().expect("the scene has a second tool");
     let stages = [&stage, &other];
     for stage in stages {
         assert!(stage.settings.grip_a.distance(stage.probe.mass().center_of_mass) < 1e-12);
     }
-    let mut engine = Engine::new(&stage, &stages.map(|stage| stage.settings)).expect("an engine");
+    let mut engine = Engine::new(&stage, &stages.map(|stage| stage.settings)).expect("the settings are valid");
     let starts = stages.map(|stage| stage.intent()(0.0));
     let before = stepped(&mut engine, starts.map(still)).map(|answer| answer.detail.tool);
     let after = stepped(&mut engine, starts.map(turned).map(still)).map(|answer| answer.detail.tool);

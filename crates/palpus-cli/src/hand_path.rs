@@ -1,4 +1,4 @@
-//! Files that a hand follows: poses half a second apart, or a recorded hand at its own pace.
+//! Files that a hand follows: poses half a second apart, or a recorded hand with times.
 
 use std::path::Path;
 
@@ -9,10 +9,10 @@ use palpus_scenes::{HandPath, Key, Placement};
 
 use crate::output;
 
-/// Seconds from one pose of a file without times to the next.
+/// Seconds between two poses of a file without times.
 pub(crate) const POSE_PERIOD: f64 = 0.5;
-/// A note warns if the hand moves farther than this from its start, in sizes of the probe: it will
-/// hardly touch anything.
+/// A note warns if the hand moves farther than this from its start, in sizes of the probe, because
+/// it will hardly touch anything.
 const FAR_SIZES: f64 = 20.0;
 
 /// Options for following a file.
@@ -24,13 +24,13 @@ pub(crate) struct Following {
     pub(crate) metres_per_unit: f64,
     /// Factor of the translations of a recorded hand.
     pub(crate) scale: f64,
-    /// Times as fast.
+    /// Speed, as a factor.
     pub(crate) speed: f64,
     /// Size of the probe, m.
     pub(crate) size: f64,
 }
 
-/// The path through the file.
+/// Returns the path through the poses of the file.
 pub(crate) fn follow(file: &Path, how: &Following) -> anyhow::Result<HandPath> {
     match read_hand(file)? {
         HandFile::Poses(poses) => through(&poses, file, how),
@@ -40,7 +40,7 @@ pub(crate) fn follow(file: &Path, how: &Following) -> anyhow::Result<HandPath> {
 
 fn through(poses: &[Pose], file: &Path, how: &Following) -> anyhow::Result<HandPath> {
     if poses.len() < 2 {
-        bail!("{} has {} poses; a hand's path needs two or more", file.display(), poses.len());
+        bail!("{} has {} poses; a hand's path needs at least two", file.display(), poses.len());
     }
     let last = poses.len() - 1;
     let keys: Vec<Key> = poses
@@ -62,7 +62,7 @@ fn recorded(hand: &RecordedHand, file: &Path, how: &Following) -> anyhow::Result
     let reach = hand.reach() * scale;
     if reach > FAR_SIZES * how.size {
         output::note(format!(
-            "note: the hand of {} goes {:.0} cm from where it begins, the probe is {:.1} cm; scale it to stay near (--hand-scale, or path_scale under [hand])",
+            "note: the hand of {} moves {:.0} cm from its start, but the probe has only {:.1} cm; scale the path to keep the probe near (--hand-scale, or path_scale under [hand])",
             file.display(),
             reach * 100.0,
             how.size * 100.0

@@ -1,4 +1,4 @@
-//! `palpus inspect`: health, mass properties and pieces of a model, in words or as JSON.
+//! `palpus inspect`: prints health, mass properties and pieces of a model, as text or as JSON.
 
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -33,7 +33,7 @@ struct Report {
     notices: Vec<String>,
     mass: Mass,
     pieces: Pieces,
-    /// Only if asked for, and of closed models.
+    /// Only if requested, and only for closed models.
     sweeps: Option<Sweeps>,
     seconds: f64,
     cached: bool,
@@ -43,7 +43,7 @@ struct Report {
 struct Mass {
     volume: f64,
     center_of_mass: [f64; 3],
-    /// About the centre of mass, for density 1, row by row.
+    /// Inertia about the centre of mass, for density 1, row by row.
     inertia: [[f64; 3]; 3],
     principal_moments: [f64; 3],
     source: String,
@@ -151,9 +151,9 @@ fn tell(report: &Report) {
     let components =
         if report.components == 1 { "1 component".into() } else { format!("{} components", report.components) };
     let crossing = match report.self_intersecting {
-        Some(true) => format!("it crosses itself ({} triangles)", report.self_intersecting_triangles.unwrap_or(0)),
+        Some(true) => format!("it intersects itself ({} triangles)", report.self_intersecting_triangles.unwrap_or(0)),
         Some(false) => "it does not cross itself".to_owned(),
-        None => "not checked for crossing itself".to_owned(),
+        None => "not checked for self-intersections".to_owned(),
     };
     let [x, y, z] = std::array::from_fn(|k| report.bounds_max[k] - report.bounds_min[k]);
     let (mass, pieces) = (&report.mass, &report.pieces);

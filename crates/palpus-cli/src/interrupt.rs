@@ -3,13 +3,13 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A flag that is set from now on by Ctrl-C (SIGINT), SIGTERM and SIGHUP, which closing a terminal
-/// sends.
+/// Returns a flag that Ctrl-C (SIGINT), SIGTERM and SIGHUP set from now on. Closing a terminal
+/// sends SIGHUP.
 pub(crate) fn stop_at_signal() -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
     let asked = Arc::clone(&stop);
-    // When there is a handler already, the signal simply ends the process; that is no reason not to
-    // run.
+    // If another handler exists already, the signal simply ends the process. The run can go on
+    // without this handler.
     let _ = ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed));
     stop
 }

@@ -1,17 +1,16 @@
-//! A device that leads its grip out of the part, where the probe begins inside and a person asked
-//! for it.
+//! Leads the device's grip out of the part if the probe starts inside and the user requested it.
 //!
-//! 1. A goal moves along the way out that was computed before the run, at [`SPEED`], and never
-//!    farther ahead of the grip than the spring's largest force, so that a person who holds on is
-//!    not dragged.
+//! 1. A goal moves along the way out, which was computed before the run, at [`SPEED`]. Its distance
+//!    ahead of the grip is limited by the spring's largest force, so a hand that holds on is not
+//!    dragged.
 //! 2. A spring and a damper pull the grip to the goal, with at most [`SHARE`] of the force at which
-//!    the safety chain engages. The chain sees this wrench in place of the contacts', so that ramp,
-//!    limits, engagement and faults are those of any other force.
-//! 3. The spring's work comes from the goal and not from contacts, so it is reported to the chain's
-//!    energy account: at most force times speed, a few hundredths of a watt.
-//! 4. Past the end of the way the engine forgets what it knew inside, and gives the contacts'
-//!    wrench again once the probe is free. If the grip was turned on the way, it may not be: then
-//!    the spring holds the grip at the end until it is.
+//!    the safety chain engages. The chain gets this wrench in place of the contact wrench, so ramp,
+//!    limits, engagement and faults apply as to any other force.
+//! 3. The spring's work comes from the goal and not from contacts. It is reported to the chain's
+//!    energy account. It is at most force times speed, a few hundredths of a watt.
+//! 4. At the end of the way the engine clears its cached contacts. Once the probe is free, the
+//!    contacts give the wrench again. If the grip was turned on the way, the probe may still
+//!    overlap. The spring then holds the grip at the end of the way until the probe is free.
 
 use glam::DVec3;
 use palpus::algebra::Wrench;
@@ -20,13 +19,14 @@ use toml::{Table, Value};
 
 use crate::way_out::InsideStart;
 
-/// m/s.
+/// Speed of the goal, m/s.
 const SPEED: f64 = 0.02;
 /// Share of the force at which the chain engages.
 const SHARE: f64 = 0.9;
-/// N/m: soft for a hand, and stable on any device at a loop of 500 Hz and more.
+/// Stiffness of the spring, N/m: soft for a hand, and stable on any device at a loop of at least
+/// 500 Hz.
 const STIFFNESS: f64 = 300.0;
-/// m: how far beyond the end the goal goes, so that the end is passed.
+/// Distance of the goal beyond the end of the way, so that the grip passes the end, m.
 const BEYOND: f64 = 2e-3;
 
 /// Name of the section in a recording's header.
@@ -35,53 +35,53 @@ const SECTION: &str = "lead_out";
 /// Leads one device's grip; see the module's outline.
 #[derive(Clone, Debug)]
 pub(crate) struct LeadOut {
-    /// The grip at the start, world, m.
+    /// Position of the grip at the start, world, m.
     from: DVec3,
-    /// World, m.
+    /// The way out, world, m.
     way: DVec3,
-    /// N.
+    /// Largest force, N.
     most: f64,
-    /// N·s/m.
+    /// Damping, N·s/m.
     damping: f64,
     phase: Phase,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Phase {
-    /// No tick yet.
+    /// Before the first tick.
     Before,
-    /// On the way.
+    /// The grip is on its way.
     Leading {
-        /// m along the way: the goal.
+        /// Position of the goal along the way, m.
         goal: f64,
-        /// World, m: the grip in the last tick.
+        /// Position of the grip in the last tick, world, m.
         last: DVec3,
         /// The goal has passed the end of the way.
         passed: bool,
     },
-    /// Finished: the device gets the contacts' wrench.
+    /// Finished: the device gets the contact wrench.
     Over,
 }
 
 /// Action of a tick.
 pub(crate) struct Led {
-    /// On the device, world.
+    /// Wrench on the device, world.
     pub(crate) wrench: Wrench,
     /// Energy that the goal gave to the grip since the last tick, J; negative if it took energy.
     pub(crate) work: f64,
-    /// The engine is to forget what it knew inside of the part.
+    /// True if the engine has to clear its cached contacts.
     pub(crate) forget: bool,
 }
 
 impl LeadOut {
-    /// Leads out a probe that begins `inside`, with a safety chain of these `limits`.
+    /// Leads out a probe that starts `inside`, with a safety chain with these `limits`.
     pub(crate) fn new(inside: &InsideStart, limits: &SafetyLimits) -> Self {
         let (from, way) = inside.way();
         Self { from, way, most: SHARE * limits.engage_force, damping: limits.damping, phase: Phase::Before }
     }
 
-    /// Leads the device in `state` for a tick of `dt` (s); `free`: the engine found the probe
-    /// outside. `None` where the contacts have the device.
+    /// Computes one tick of `dt` (s) for the device in `state`. `free`: the engine found the probe
+    /// outside. `None` if the device gets the contact wrench.
     pub(crate) fn tick(&mut self, state: &DeviceState, dt: f64, free: bool) -> Option<Led> {
         let (along, length) = (self.way.normalize_or_zero(), self.way.length());
         let grip = state.pose.translation;
@@ -94,7 +94,7 @@ impl LeadOut {
                 return None;
             }
         };
-        // In the tick in which it is reset, the engine has not searched for contacts again yet.
+        // In the tick of the reset, the engine has not searched for contacts yet.
         if passed && free {
             self.phase = Phase::Over;
             return None;
@@ -120,7 +120,7 @@ impl LeadOut {
         into.insert(SECTION.into(), Value::Table(table));
     }
 
-    /// Reads it from a recording's header; `None` if the run had none.
+    /// Reads the description from a recording's header; `None` if the run had none.
     pub(crate) fn of_recording(more: &Table) -> Option<Self> {
         let table = more.get(SECTION)?.as_table()?;
         let number = |name: &str| table.get(name)?.as_float().filter(|value| value.is_finite() && *value >= 0.0);
@@ -157,37 +157,37 @@ mod tests {
     }
 
     #[test]
-    fn a_held_grip_is_pulled_softly_and_gets_no_energy() {
+    fn held_grip_is_pulled_softly_without_energy() {
         let mut lead = lead();
         for _ in 0..5000 {
-            let led = lead.tick(&at(0.0), DT, false).expect("it leads");
+            let led = lead.tick(&at(0.0), DT, false).expect("the device leads the grip");
             assert!(led.wrench.force.length() <= 0.7 + 1e-12 && led.work == 0.0 && !led.forget);
         }
     }
 
     #[test]
-    fn past_the_end_it_stops_once_the_probe_is_free() {
+    fn lead_out_stops_past_the_end_when_probe_is_free() {
         let mut lead = lead();
-        assert!(lead.tick(&at(0.0), DT, true).is_some(), "the engine sees no contact deep inside");
-        assert!(lead.tick(&at(0.0101), DT, true).expect("it leads").forget);
-        assert!(!lead.tick(&at(0.0101), DT, false).expect("the probe was turned").forget);
+        assert!(lead.tick(&at(0.0), DT, true).is_some(), "deep inside, where no contact is found, it must lead");
+        assert!(lead.tick(&at(0.0101), DT, true).expect("the device leads the grip").forget);
+        assert!(!lead.tick(&at(0.0101), DT, false).expect("the probe was rotated").forget);
         assert!(lead.tick(&at(0.0101), DT, true).is_none());
-        assert!(lead.tick(&at(0.0), DT, false).is_none(), "once over, it does not begin again");
+        assert!(lead.tick(&at(0.0), DT, false).is_none(), "the lead-out must not start again");
     }
 
     #[test]
-    fn a_device_that_begins_elsewhere_is_not_led() {
+    fn device_that_starts_elsewhere_is_not_led() {
         let mut lead = lead();
         assert!(lead.tick(&at(0.005), DT, false).is_none() && lead.tick(&at(0.0), DT, false).is_none());
     }
 
     #[test]
-    fn a_header_keeps_it_to_the_bit() {
+    fn header_stores_the_lead_out_exactly() {
         let lead = LeadOut { way: DVec3::new(0.1, 1.0 / 3.0, -1e-9), ..lead() };
         let mut more = Table::new();
         lead.record(&mut more);
-        let read = toml::from_str(&toml::to_string(&more).expect("it is TOML")).expect("it is TOML");
-        let again = LeadOut::of_recording(&read).expect("it is there");
+        let read = toml::from_str(&toml::to_string(&more).expect("the TOML is valid")).expect("the TOML is valid");
+        let again = LeadOut::of_recording(&read).expect("the header has a lead-out");
         assert!((again.from, again.way) == (lead.from, lead.way) && again.most == lead.most);
         assert!(LeadOut::of_recording(&Table::new()).is_none());
     }

@@ -1,10 +1,10 @@
-//! The palpus program: what was typed → what it means → one call.
+//! The palpus program: parses the arguments, resolves them, and makes one call.
 //!
-//! Exit status: 0 done, 1 it failed (one error line on standard error says what, where and what to
-//! do), 2 wrong use.
+//! Exit status: 0 if the program succeeded, 1 if it failed (an error line on standard error names
+//! the cause, the place and a remedy), 2 if it was used incorrectly.
 //!
-//! A library for the program itself and for the Python package, which has the program too, and
-//! devices by the program's names.
+//! This is a library for the program and for the Python package, which contains the program and
+//! opens devices by the program's names.
 
 mod approach;
 mod args;

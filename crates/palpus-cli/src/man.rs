@@ -1,4 +1,4 @@
-//! `palpus man`: the help of all commands as man pages, or as the page docs/command-line.md.
+//! `palpus man`: prints the help of all commands as man pages, or as the page docs/command-line.md.
 
 use std::fmt::Write as _;
 use std::process::ExitCode;
@@ -9,7 +9,7 @@ use clap::Command;
 use crate::args::{ManArguments, command_tree};
 use crate::{files, output};
 
-/// Columns of the help texts on the page.
+/// Width of the help texts on the page, in columns.
 const WIDTH: usize = 100;
 
 pub(crate) fn man(arguments: &ManArguments) -> anyhow::Result<ExitCode> {
@@ -25,18 +25,19 @@ pub(crate) fn man(arguments: &ManArguments) -> anyhow::Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     }
     let mut text = Vec::new();
-    clap_mangen::Man::new(tree).render(&mut text).context("the man page could not be made")?;
+    clap_mangen::Man::new(tree).render(&mut text).context("the man page could not be generated")?;
     output::line(String::from_utf8_lossy(&text).trim_end());
     Ok(ExitCode::SUCCESS)
 }
 
-/// The help of every command, as Markdown.
+/// Returns the help of every command, as Markdown.
 fn page() -> String {
     let mut page = String::from(
-        "# Command line\n\nThis page is what `palpus man --markdown` prints; a test compares the two. `palpus COMMAND --help` prints one \
-         part of it, `palpus man` a man page.\n\nExit status: 0 done, 1 failed (one line on standard error says what, where and what to do), \
-         2 wrong use. Answers go to standard output, everything else to standard error. Where a command takes a file of poses, `-` is standard \
-         input; where it writes a table, `-` is standard output.\n",
+        "# Command line\n\n`palpus man --markdown` prints this page; a test compares the two. `palpus COMMAND \
+        --help` prints one section, and `palpus man` prints a man page.\n\nExit status: 0 if the command \
+        succeeded, 1 if it failed (one line on standard error names the error, its place and a remedy), 2 if it \
+        was used incorrectly. Results go to standard output, everything else goes to standard error. For a file \
+        of poses, `-` means standard input. For a table of results, `-` means standard output.\n",
     );
     let tree = command_tree().term_width(WIDTH);
     add(&mut page, tree, 2);

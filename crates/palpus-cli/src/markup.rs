@@ -1,7 +1,7 @@
-//! Text in documents of tags: HTML and SVG.
+//! Text in markup documents: HTML and SVG.
 
-/// Text as it may stand in XML, between tags and in attributes; control characters, which may not,
-/// become a mark.
+/// Escapes text for XML, between tags and in attributes. Control characters are not allowed there
+/// and are replaced by a mark.
 pub(crate) fn escaped(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for c in text.chars() {
@@ -13,8 +13,7 @@ pub(crate) fn escaped(text: &str) -> String {
             '\'' => safe.push_str("&#39;"),
             '\n' | '\t' => safe.push(c),
             c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => safe.push('\u{fffd}'),
-            // Characters that change the direction of writing could make a name look like another
-            // one.
+            // Characters that change the direction of writing can make one name look like another.
             '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => safe.push('\u{fffd}'),
             c => safe.push(c),
         }

@@ -1,6 +1,6 @@
 //! Formats numbers for people.
 
-/// Formats with so many significant digits, separated thousands, and no trailing zeros.
+/// Formats a number with this many significant digits, separated thousands, and no trailing zeros.
 pub(crate) fn said(value: f64, digits: usize) -> String {
     if value.is_nan() {
         return "unknown".to_owned();
@@ -26,18 +26,18 @@ pub(crate) fn said(value: f64, digits: usize) -> String {
 const SMALL: i32 = -5;
 const LARGE: i32 = 8;
 
-/// A count.
+/// Formats a count.
 pub(crate) fn counted(count: u64) -> String {
     grouped(&count.to_string())
 }
 
-/// A count with its noun: `1 contact`, `2 contacts`.
+/// Formats a count with its noun: `1 contact`, `2 contacts`.
 pub(crate) fn number_of(count: u64, one: &str) -> String {
     format!("{} {one}{}", counted(count), if count == 1 { "" } else { "s" })
 }
 
-/// Uses a true minus sign, never writes −0, and puts thin spaces at the thousands from five digits
-/// on.
+/// Writes a true minus sign, never writes −0, and separates thousands by thin spaces from five
+/// digits on.
 pub(crate) fn grouped(text: &str) -> String {
     let (sign, digits) = text.strip_prefix('-').map_or(("", text), |rest| ("−", rest));
     if digits.chars().all(|c| matches!(c, '0' | '.')) {
@@ -62,7 +62,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn digits_that_matter_are_said() {
+    fn significant_digits_are_printed() {
         for (value, digits, text) in [
             (0.0, 3, "0"),
             (1234.5, 3, "1234"),

@@ -1,4 +1,4 @@
-//! The objects of a stage in the engine's world, and the host that moves the driven ones.
+//! The objects of a stage in the engine's world, and a simulated host that moves the driven ones.
 
 use palpus::algebra::{Pose, Twist};
 use palpus::render::{BodyId, SettingsError, World};
@@ -7,20 +7,20 @@ use palpus_io::scene::ObjectMotion;
 use crate::engine::Frame;
 use crate::stage::Stage;
 
-/// s: between two updates of the host, as a robot's controller or a game would have it.
+/// Time between two updates of the host, s: that of a robot's controller or a game.
 const HOST_PERIOD: f64 = 1.0 / 60.0;
 
 /// See the module's description.
 pub(crate) struct Objects {
     ids: Vec<BodyId>,
     driven: Vec<Driven>,
-    /// s since the run began.
+    /// Time since the run began, s.
     time: f64,
     /// Time of the host's next update, s.
     next: f64,
 }
 
-/// In the engine's frame.
+/// A driven object; its start pose is in the engine's frame.
 struct Driven {
     body: BodyId,
     start: Pose,
@@ -29,7 +29,7 @@ struct Driven {
 }
 
 impl Objects {
-    /// Adds the objects of `stage` to a world whose frame is `frame`'s.
+    /// Adds the objects of `stage` to a world with the frame `frame`.
     pub(crate) fn add(stage: &Stage, world: &mut World, frame: &Frame) -> Result<Self, SettingsError> {
         let mut objects = Self { ids: Vec::new(), driven: Vec::new(), time: 0.0, next: 0.0 };
         world.set_gravity(frame.directed(stage.gravity));
@@ -45,7 +45,7 @@ impl Objects {
         Ok(objects)
     }
 
-    /// Advances the host by `dt` s; at its own interval it sets the poses of driven objects.
+    /// Advances the host by `dt` (s). At its own interval it sets the poses of driven objects.
     pub(crate) fn drive(&mut self, world: &mut World, dt: f64) {
         if !self.driven.is_empty() && self.time >= self.next {
             self.next += HOST_PERIOD;

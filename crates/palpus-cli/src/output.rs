@@ -1,11 +1,11 @@
-//! Output: answers go to standard output, everything else to standard error.
+//! Output: results go to standard output, everything else goes to standard error.
 
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::sync::atomic::{AtomicU8, Ordering};
 
 use serde::Serialize;
 
-/// Verbosity of messages beside answers and errors: one of the three constants below.
+/// Verbosity of messages other than results and errors: one of the three constants below.
 static LEVEL: AtomicU8 = AtomicU8::new(USUAL);
 const QUIET: u8 = 0;
 const USUAL: u8 = 1;
@@ -30,7 +30,7 @@ pub(crate) fn error(error: &anyhow::Error) {
     }
 }
 
-/// Prints a line that is not the answer, unless the program is quiet.
+/// Prints a line that is not a result, unless the program is quiet.
 pub(crate) fn note(text: impl std::fmt::Display) {
     if !is_quiet() {
         to_user(text);
@@ -44,23 +44,24 @@ pub(crate) fn detail(text: impl std::fmt::Display) {
     }
 }
 
-/// Prints a line to standard error. Ignores write errors: a run goes on if its terminal is closed.
+/// Prints a line to standard error. Ignores write errors, because a run goes on if its terminal is
+/// closed.
 fn to_user(text: impl std::fmt::Display) {
-    // Moves past a live line, if there is one.
+    // Ends a live line, if there is one.
     let begin = if watched() { "\r\x1b[2K" } else { "" };
     let _ = writeln!(std::io::stderr(), "{begin}{text}");
 }
 
-/// Prints a line of the answer. The program ends with success if the reader has closed the pipe
-/// (`| head`).
+/// Prints a line of the result. If the reader has closed the pipe (`| head`), the program ends with
+/// success.
 pub(crate) fn line(text: impl std::fmt::Display) {
     if let Err(error) = writeln!(std::io::stdout(), "{text}") {
         unprinted(&error);
     }
 }
 
-/// Standard output as a writer for tables. The program ends with success if the reader has closed
-/// the pipe.
+/// Returns standard output as a writer for tables. If the reader has closed the pipe, the program
+/// ends with success.
 pub(crate) struct Answer(std::io::Stdout);
 
 impl Answer {
@@ -79,18 +80,18 @@ impl Write for Answer {
     }
 }
 
-/// Ends the program, since its answer cannot be printed.
+/// Ends the program, because its result cannot be printed.
 fn unprinted(error: &std::io::Error) {
     match error.kind() {
         ErrorKind::Interrupted => return,
         ErrorKind::BrokenPipe => std::process::exit(0),
         _ => {}
     }
-    to_user(format_args!("error: the answer could not be printed: {error}"));
+    to_user(format_args!("error: the result could not be printed: {error}"));
     std::process::exit(1);
 }
 
-/// The answer as one JSON document.
+/// Prints the result as one JSON document.
 pub(crate) fn json(document: &impl Serialize) -> anyhow::Result<()> {
     line(serde_json::to_string_pretty(document)?);
     Ok(())

@@ -1,5 +1,4 @@
-//! Pictures of runs and models, for those who have no display or want a file: what was asked for →
-//! a scene → PNG.
+//! Pictures of runs and models without a display: from the arguments to a scene and a PNG file.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -18,7 +17,8 @@ use crate::seen::{Seen, force_scale};
 use crate::stage::Stage;
 use crate::{files, output};
 
-/// A model's picture. `spread`: its pieces apart by so much of their distance from the middle.
+/// Draws a model. `spread`: the pieces are moved apart by this share of their distance from the
+/// middle.
 pub(crate) fn write_model(
     model: &Path,
     body: &Body,
@@ -57,7 +57,7 @@ pub(crate) fn write_gauss(
     asked: &PictureArguments,
 ) -> anyhow::Result<()> {
     let [width, height] = asked.size.0;
-    // Seen from where it can be touched, unless a side is named.
+    // Seen from the side on which it can be touched, unless a side is given.
     let from = match asked.from {
         Direction::Oblique => before_own_faces(body, piece),
         side => Camera::framing([DVec3::ZERO].into_iter(), side.into(), 1.0),
@@ -66,7 +66,7 @@ pub(crate) fn write_gauss(
     keep(&paint_gauss(&shown, &from, &style(asked), width, height), file)
 }
 
-/// How deep a model is felt on a plane.
+/// Draws the felt depth of a model on a plane.
 pub(crate) fn write_section(
     model: &Path,
     body: &Body,
@@ -79,7 +79,7 @@ pub(crate) fn write_section(
     keep(&paint_section(&shown, &style(asked), width, height), file)
 }
 
-/// A run's picture: the bodies in the world, and what went on between them at `moment`.
+/// Draws a run: the bodies in the world, and contacts and forces at `moment`.
 pub(crate) fn write_run(
     name: &str,
     stage: &Stage,
@@ -118,7 +118,7 @@ fn style(asked: &PictureArguments) -> Style {
 
 fn write(scene: &Scene, asked: &PictureArguments, style: &Style, file: &Path) -> anyhow::Result<()> {
     if !(asked.zoom > 0.0 && asked.zoom.is_finite()) {
-        bail!("--zoom {} is no factor; 2 comes twice as near", asked.zoom);
+        bail!("--zoom {} is not a valid factor; 2 shows everything twice as large", asked.zoom);
     }
     let [width, height] = asked.size.0;
     let mut camera = Camera::framing(scene.corners(), asked.from.into(), width as f64 / height as f64);
@@ -126,7 +126,7 @@ fn write(scene: &Scene, asked: &PictureArguments, style: &Style, file: &Path) ->
     keep(&paint(scene, &camera, style, width, height), file)
 }
 
-/// Writes a picture, in a folder that is made if need be, and says where it is.
+/// Writes a picture, creates its folder if necessary, and prints its path.
 fn keep(picture: &Picture, file: &Path) -> anyhow::Result<()> {
     files::make_folder_of(file)?;
     picture.write_png(file).with_context(|| format!("{} could not be written; name another file", file.display()))?;

@@ -1,4 +1,4 @@
-//! `palpus prepare`: convex pieces and hierarchy of models.
+//! `palpus prepare`: makes convex pieces and hierarchies of models.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -22,13 +22,13 @@ struct Report {
     pieces_per_triangle: f64,
     nodes: usize,
     seconds: f64,
-    /// Read from the cache of an earlier preparation.
+    /// True if the body came from the cache.
     cached: bool,
 }
 
 pub(crate) fn prepare(arguments: &PrepareArguments) -> anyhow::Result<ExitCode> {
     if arguments.pieces.is_some() && arguments.models.len() > 1 {
-        bail!("--pieces writes one file, but {} models are named; prepare them one by one", arguments.models.len());
+        bail!("--pieces writes one file, but {} models are given; prepare them one by one", arguments.models.len());
     }
     let mut reports = Vec::new();
     for model in &arguments.models {
@@ -84,7 +84,7 @@ fn write_pieces(body: &Body, path: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The faces of a piece; the rims of a plate have no width and are left out.
+/// Returns the faces of a piece, without the rims of a flat piece, which have no width.
 fn soup_of(piece: &Polytope) -> PolygonSoup {
     let mut soup = PolygonSoup { vertices: piece.vertices().to_vec(), ..PolygonSoup::new() };
     for face in (0..piece.face_count() as u32).filter(|&face| !piece.is_rim(face)) {

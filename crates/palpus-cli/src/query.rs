@@ -1,4 +1,4 @@
-//! `palpus query`: contacts of two models for a list of poses, on all cores.
+//! `palpus query`: computes contacts of two models for a list of poses, on all cores.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -21,7 +21,7 @@ use crate::{bodies, files, output};
 
 /// Default tolerance, as a share of the smaller model's diagonal.
 const DEFAULT_TOLERANCE: f64 = 0.01;
-/// Leaf contacts that one pose can have.
+/// Largest number of leaf contacts at one pose.
 const CAPACITY: usize = 1 << 16;
 /// Number of poses whose results are kept in memory before they are written.
 const BLOCK: usize = 32 * ContactBatch::RUN;
@@ -32,7 +32,7 @@ pub(crate) fn query(arguments: &QueryArguments) -> anyhow::Result<ExitCode> {
     let a = bodies::prepare_file(&arguments.a, &settings)?.body;
     let b = bodies::prepare_file(&arguments.b, &settings)?.body;
     let tolerance = tolerance_of(arguments.tolerance, &a, &b)?;
-    // The table goes to standard output unless a file, or a document instead, is asked for.
+    // The table goes to standard output, unless a file or a document is requested.
     let to_stdout = (!arguments.json).then_some(Path::new(files::STANDARD));
     let mut rows = match arguments.out.as_deref().or(to_stdout) {
         Some(path) => Some(QueryWriter::new(create(path)?)?),
@@ -57,7 +57,7 @@ pub(crate) fn query(arguments: &QueryArguments) -> anyhow::Result<ExitCode> {
         let frames = begin..poses.len().min(begin + BLOCK);
         let answers = batch.run(frames.clone(), &Threads::all(), &mut |_| (), of_run);
         for (frame, answer) in frames.zip(answers.into_iter().flatten()) {
-            let row = answer.row.with_context(|| format!("frame {frame} has no answer: a model has no pieces"))?;
+            let row = answer.row.with_context(|| format!("frame {frame} has no result: a model has no pieces"))?;
             if let Some(rows) = &mut rows {
                 rows.write(&row)?;
             }
@@ -94,7 +94,7 @@ struct Document {
     results: Vec<QueryRow>,
 }
 
-/// The tolerance that was typed, or the default for these two models.
+/// The requested tolerance, or the default for these two models.
 pub(crate) fn tolerance_of(typed: Option<f64>, a: &Body, b: &Body) -> anyhow::Result<f64> {
     match typed {
         Some(t) if t.is_finite() && t >= 0.0 => Ok(t),
@@ -117,9 +117,9 @@ pub(crate) fn create(path: &Path) -> anyhow::Result<BufWriter<Box<dyn Write>>> {
 struct Answer {
     /// `None` if a model has no pieces.
     row: Option<QueryRow>,
-    /// Empty unless they are kept.
+    /// Empty unless contacts are requested.
     contacts: Vec<Contact>,
-    /// Contacts over the capacity.
+    /// Number of contacts beyond the capacity.
     dropped: u64,
 }
 
@@ -141,8 +141,8 @@ fn answer(
         point_a: nearest.point_a,
         point_b: nearest.point_b,
         contacts: contacts.len() as u32,
-        // The planes through closest points prove a distance. Depths are proven, or counted as
-        // unproven.
+        // The planes through the closest points prove a distance. Depths are either proven or
+        // counted as unproven.
         certified: counters.unproven == 0,
         query_us,
         contained: containment.run(pose_ba),

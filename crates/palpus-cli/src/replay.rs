@@ -1,4 +1,4 @@
-//! `palpus replay`: a recording once more, every wrench compared bit for bit.
+//! `palpus replay`: computes a recording again and compares every wrench bit for bit.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -50,7 +50,8 @@ pub(crate) fn replay(arguments: &ReplayArguments) -> anyhow::Result<ExitCode> {
     Ok(if identical { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// Document of `--json`: of the named recording, and of those of the other tools by their names.
+/// Document of `--json`: the results of the named recording, and of the recordings of the other
+/// tools by their names.
 #[derive(Serialize)]
 struct Reports<'a> {
     #[serde(flatten)]

@@ -12,7 +12,7 @@ use crate::plots::seconds;
 use crate::rerun::Rerun;
 use crate::rerun::places::Places;
 
-/// Makes a picture of a tick: of the one at `--at`, else of the last.
+/// Draws a tick: the tick at `--at`, or the last one.
 pub(crate) fn write_tick(
     recording: &Recording,
     places: &Places<'_>,
@@ -54,7 +54,7 @@ fn name(recording: &Recording) -> String {
 #[cfg(feature = "window")]
 const INSTEAD: &str = "--screenshot FILE --at S makes a picture without one";
 
-/// Without windows there is only the line that says so.
+/// Without windows, only the line with the alternatives is printed.
 #[cfg(not(feature = "window"))]
 pub(crate) fn show(_: &Recording, _: &Places<'_>, _: &ReplayArguments) -> anyhow::Result<()> {
     crate::view_window::expect_one("--screenshot FILE --at S makes a picture without one")
@@ -78,11 +78,11 @@ mod here {
     use crate::stage::Stage;
     use crate::view_window;
 
-    /// Memory limit of the ticks that a run shows: ten minutes with thirty contacts fit; of longer
-    /// runs every second tick is kept.
+    /// Memory limit of the shown ticks: ten minutes with thirty contacts fit. Of longer runs, every
+    /// second tick is kept.
     const MOST_BYTES: usize = 1 << 30;
 
-    /// Shows a recording in a window while it is run again behind it.
+    /// Shows a recording in a window while a thread replays it.
     pub(crate) fn show(recording: &Recording, places: &Places<'_>, arguments: &ReplayArguments) -> anyhow::Result<()> {
         view_window::expect_one(INSTEAD)?;
         let (stage, again) = Rerun::new(recording, places)?;
@@ -126,14 +126,14 @@ mod here {
         })
     }
 
-    /// `first` is the recording of what is drawn as the probe.
+    /// `first` is the recording whose tool is drawn as the probe.
     fn scene(recording: &Recording, first: &Recording, stage: &Stage) -> Scene {
         let look = Look { xray: true, ..Look::default() };
         let limits = recording.header.scene.render.limits;
         let largest =
             recording.rows.iter().map(|row| row.wrench.force.length()).filter(|f| f.is_finite()).fold(0.0, f64::max);
         Scene {
-            // The largest force of the run is the longest arrow.
+            // The largest force of the run has the longest arrow.
             force_scale: if largest > 0.0 { largest } else { limits.force },
             torque_scale: limits.torque,
             title: name(recording),

@@ -46,7 +46,7 @@ pub(crate) fn cuts_in_words(cuts: &serde_json::Map<String, serde_json::Value>) -
     if cuts.is_empty() {
         return "no interventions".to_owned();
     }
-    // Leaves out the engagement's ramp, with which every run begins.
+    // Without the engagement's ramp, with which every run begins.
     let start_up = Cut::Engagement.name();
     let each = cuts.iter().map(|(name, ticks)| match name.as_str() {
         name if name == start_up => format!("start-up ramp: {ticks} ticks (normal)"),
@@ -55,7 +55,7 @@ pub(crate) fn cuts_in_words(cuts: &serde_json::Map<String, serde_json::Value>) -
     each.collect::<Vec<_>>().join(", ")
 }
 
-/// Prints the thresholds for a device, one a line.
+/// Prints the thresholds for a device, one for each line.
 pub(crate) fn print(spec: &DeviceSpec, limits: &SafetyLimits, json: bool) -> anyhow::Result<()> {
     if json {
         let values: serde_json::Map<_, serde_json::Value> =
@@ -69,7 +69,7 @@ pub(crate) fn print(spec: &DeviceSpec, limits: &SafetyLimits, json: bool) -> any
     Ok(())
 }
 
-/// Says what the operating system did not grant, a line each, with what mends it.
+/// Prints what the operating system did not grant, one line for each, with a remedy.
 pub(crate) fn tell_claims(claims: &RealTimeClaims) {
     let granted: Vec<String> = claims
         .lines()
@@ -110,7 +110,7 @@ pub(crate) fn recorded(limits: &SafetyLimits, engagement: Engagement, options: &
     into.insert(SECTION.into(), Value::Table(table));
 }
 
-/// The chain of a recording; `None` for one that was made without.
+/// Reads the chain of a recording; `None` for a recording without a chain.
 pub(crate) fn of_recording(more: &Table, period: f64) -> anyhow::Result<Option<SafetyChain>> {
     let Some(table) = more.get(SECTION).and_then(Value::as_table) else { return Ok(None) };
     let problem = || anyhow::anyhow!("the recording's header does not say enough of its safety chain");
@@ -129,7 +129,7 @@ pub(crate) fn of_recording(more: &Table, period: f64) -> anyhow::Result<Option<S
         loosened: false,
         after_fault: if is_set("stop_after_fault")? { AfterFault::Stop } else { AfterFault::Reengage },
         after_panic: if is_set("stop_after_panic")? { AfterPanic::Stop } else { AfterPanic::AsFault },
-        // Recordings made before there was a latch do not say.
+        // Recordings from before the latch have no such value.
         rearm: match table.get("latch").and_then(Value::as_bool) {
             Some(true) => Rearm::ByPerson,
             _ => Rearm::Automatic,

@@ -10,11 +10,10 @@ use palpus_window::{BodyPart, Look, Moment, Scene, ShownBody, Solid, Theme, Unit
 
 use crate::stage::Stage;
 
-/// Smallest force with the full length of an arrow, N; else the largest force of the picture has
-/// it.
+/// Force with the longest arrow, N, unless the largest force of the picture is larger.
 pub(crate) const LEAST_FORCE_SCALE: f64 = 0.1;
 
-/// The bodies of a stage, made ready once for as many scenes as are wanted.
+/// The bodies of a stage, prepared once for any number of scenes.
 pub(crate) struct Seen<'a> {
     stage: &'a Stage,
     probe: Arc<Solid>,
@@ -30,7 +29,7 @@ impl<'a> Seen<'a> {
         let tools = tools.map(|(k, (body, pose))| (BodyPart::OtherProbe(k + 1), solid(body), pose));
         let mut shapes: Vec<(*const Body, Arc<Solid>)> = Vec::new();
         let objects = stage.objects.iter().enumerate().map(|(k, object)| {
-            // Objects that are alike are drawn from one shape.
+            // Objects with the same mesh are drawn from one shape.
             let known =
                 shapes.iter().find(|(body, _)| *body == Arc::as_ptr(&object.body)).map(|(_, solid)| solid.clone());
             let shape = known.unwrap_or_else(|| {
@@ -49,8 +48,8 @@ impl<'a> Seen<'a> {
         Self { stage, probe: solid(&stage.probe), environment: solid(&stage.environment), others }
     }
 
-    /// The bodies, with the probe at `probe` (world). If something is seen through, as `look` says,
-    /// it is the environment: what happens is mostly behind it.
+    /// Returns the bodies, with the probe at `probe` (world). If `look` makes a body transparent,
+    /// it is the environment, because it hides most contacts.
     pub(crate) fn scene(&self, probe: Pose, theme: Theme, look: Look) -> Scene {
         let Self { stage, .. } = *self;
         let shown = |part: BodyPart, solid: &Arc<Solid>, pose, look| ShownBody {
@@ -66,14 +65,14 @@ impl<'a> Seen<'a> {
             shown(BodyPart::Environment, &self.environment, stage.environment_pose, look),
         ];
         bodies.extend(self.others.iter().map(|(part, solid, pose)| {
-            // The first tool may be in another one.
+            // The first tool may use the mesh of another one.
             let look = if matches!(part, BodyPart::Object(_)) { opaque } else { look };
             shown(*part, solid, *pose, look)
         }));
         Scene { bodies, moment_pose: stage.environment_pose, unit: Unit::Metre, ..Scene::default() }
     }
 
-    /// The bodies where they are at `moment`, and what went on between them.
+    /// Returns the bodies at their poses at `moment`, with its contacts and forces.
     pub(crate) fn scene_at(&self, moment: Moment, theme: Theme, look: Look) -> Scene {
         let mut scene = self.scene(self.stage.environment_pose * moment.tool, theme, look);
         for (body, pose) in scene.bodies.iter_mut().skip(2).zip(&moment.others) {
@@ -83,8 +82,8 @@ impl<'a> Seen<'a> {
     }
 }
 
-/// N: for which force an arrow of `moment` is as long as arrows may be: the largest that a cluster
-/// pushes with, or `hand` where that is larger.
+/// Returns the force (N) with the longest arrow of `moment`: the largest force of a cluster, or
+/// `hand` if that is larger.
 pub(crate) fn force_scale(moment: &Moment, hand: f64) -> f64 {
     let largest = moment.clusters.iter().map(|cluster| cluster.force.length()).fold(0.0, f64::max);
     largest.max(hand).max(LEAST_FORCE_SCALE)

@@ -2,7 +2,7 @@
 
 use palpus_window::Moment;
 
-/// The kept ticks of a run, in the order in which they were asked for.
+/// The kept ticks of a run, in the order of the requests.
 #[derive(Default)]
 pub(crate) struct Shots(Vec<Shot>);
 
@@ -13,12 +13,12 @@ struct Shot {
 }
 
 impl Shots {
-    /// Keeps tick number `tick` in `moment`, which has the capacity for it.
+    /// Keeps tick number `tick` in `moment`, which has the necessary capacity.
     pub(crate) fn keep(&mut self, tick: u64, moment: Moment) {
         self.0.push(Shot { tick, taken: false, moment });
     }
 
-    /// Calls `fill` if tick `index`, the current one, is wanted. Allocates no memory.
+    /// Calls `fill` if tick `index`, the current one, is requested. Allocates no memory.
     pub(crate) fn take(&mut self, index: u64, fill: impl Fn(&mut Moment)) {
         for shot in self.0.iter_mut().filter(|shot| shot.tick == index) {
             fill(&mut shot.moment);
@@ -26,7 +26,7 @@ impl Shots {
         }
     }
 
-    /// Returns the ticks that were kept; `period` is a tick's, s.
+    /// Returns the kept ticks. `period`: length of a tick, s.
     pub(crate) fn kept(&mut self, period: f64) -> Vec<Moment> {
         let timed = |shot: Shot| Moment { time: shot.tick as f64 * period, ..shot.moment };
         self.0.drain(..).filter(|shot| shot.taken).map(timed).collect()

@@ -25,14 +25,14 @@ pub(crate) struct Count {
     max: u32,
 }
 
-/// Time that the loop needed, as a share of the period.
+/// Time of the loop's work, as a share of the period.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(crate) struct Load {
     p50: f64,
     p99: f64,
     p999: f64,
-    /// Share of the ticks in which the work of a step was bounded, so that some contacts were
-    /// carried from the tick before.
+    /// Share of the ticks that reached the work limit, so that some contacts were extrapolated from
+    /// the previous tick.
     bounded_ticks: f64,
     /// Share of all contacts that were extrapolated.
     carried_contacts: f64,
@@ -47,21 +47,21 @@ pub(crate) struct Summary {
     overruns: u64,
     /// Ticks that began more than half a millisecond after they were due.
     late_ticks: u64,
-    /// In real time: from tick to tick.
+    /// Time from tick to tick, only in real time.
     period_us: Option<Micros>,
-    /// In real time: from a tick's deadline to its beginning.
+    /// Time from a tick's deadline to its beginning, only in real time.
     lateness_us: Option<Micros>,
     step_us: Micros,
-    /// In real time: the step as a share of the period.
+    /// Load: the step as a share of the period, only in real time.
     load: Option<Load>,
     query_us: Micros,
     force_us: Micros,
     contacts: Count,
     clusters: Count,
     depth_max_m: f64,
-    /// How far the tool's grip was from the hand, at most.
+    /// Largest distance of the tool's grip from the hand.
     tool_away_max_m: f64,
-    /// By which angle the tool was turned against the hand, at most.
+    /// Largest angle between the tool and the hand.
     tool_turned_max_rad: f64,
     force_max_n: f64,
     torque_max_nm: f64,
@@ -72,7 +72,7 @@ pub(crate) struct Summary {
     energy_generated_j: f64,
     pub(crate) allocations: u64,
     safety: SafetyReport,
-    /// Counts of the device itself, by name.
+    /// Counters of the device itself, by name.
     device: serde_json::Map<String, serde_json::Value>,
     trouble: Trouble,
     end: String,
@@ -80,36 +80,37 @@ pub(crate) struct Summary {
     pub(crate) no_contact: Option<String>,
 }
 
-/// Numerical trouble inside ticks, counted; none of it stops a run.
+/// Counters of numerical trouble inside ticks; it never stops a run.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub(crate) struct Trouble {
     /// Distance marches answered by the fallback.
     march_fallbacks: u64,
-    /// Depth walks that ended for another reason than having converged.
+    /// Depth walks that ended without convergence.
     walk_stops: u64,
     /// Depths along an admissible normal because the unconstrained direction is not admissible on
     /// both meshes.
     moved_depths: u64,
-    /// Moved depths that the solids' own surfaces deny, left out.
+    /// Moved depths that were left out because they contradict the surfaces of the solids.
     disbelieved_depths: u64,
-    /// Closest points whose direction the surfaces do not have there, left out.
+    /// Closest points that were left out because their direction is not a surface normal there.
     virtual_closest: u64,
     /// Clusters whose normals cancelled.
     cancelled_normals: u64,
-    /// Contacts for which there was no room.
+    /// Contacts that exceeded the capacity.
     dropped_contacts: u64,
     /// Ticks with an invalid probe pose.
     bad_states: u64,
-    /// Ticks in which the tool's step still changed which contacts press and slide when it ended.
+    /// Ticks in which the set of pressing and sliding contacts still changed when the tool's step
+    /// ended.
     tool_unsettled: u64,
-    /// Ticks in which the tool's step had no solution, and it was put to where the device is.
+    /// Ticks in which the tool's step had no solution, and the tool was moved to the device's pose.
     tool_resets: u64,
 }
 
 /// Collects statistics that the loop itself does not count, on the servo thread, in preallocated
 /// memory.
 pub(crate) struct Gatherer {
-    /// In the probe's frame, m.
+    /// Grip in the probe's frame, m.
     grip_a: DVec3,
     query_ns: Histogram<u64>,
     force_ns: Histogram<u64>,
@@ -119,16 +120,16 @@ pub(crate) struct Gatherer {
     bounded: u64,
     clusters: (u64, u32),
     depth_max: f64,
-    /// m and rad.
+    /// Distance (m) and angle (rad).
     tool_away: (f64, f64),
     allocations: u64,
     trouble: Trouble,
 }
 
-/// Durations to 10 s, to three digits.
+/// Durations up to 10 s, to three digits.
 const LONGEST_NS: u64 = 10_000_000_000;
 
-/// Share of the rate below which a loop did not hold it.
+/// Below this share of the requested rate, the loop did not hold its rate.
 const HELD: f64 = 0.98;
 
 impl Summary {
@@ -144,7 +145,7 @@ impl Summary {
             return Some(format!("{} faults", self.faults));
         }
         let slow = self.lateness_us.is_some() && self.ticks > 0 && self.rate_hz < HELD * rate_hz;
-        slow.then(|| format!("the loop made {:.0} of {rate_hz:.0} ticks a second", self.rate_hz))
+        slow.then(|| format!("the loop made {:.0} of {rate_hz:.0} ticks per second", self.rate_hz))
     }
 }
 
@@ -261,14 +262,14 @@ fn of_loop(times: &Percentiles) -> Micros {
     Micros { p50: times.p50, p99: times.p99, p999: times.p999, max: times.max }
 }
 
-/// Why a run ended, in words.
+/// Describes why a run ended.
 pub fn end(end: &RunEnd) -> String {
     match end {
         RunEnd::Duration => "ended after the set duration".to_owned(),
         RunEnd::Stopped => "it was stopped".to_owned(),
         RunEnd::DeviceEnded => "the recording ended".to_owned(),
         RunEnd::DeviceFailed(error) => format!("the device failed: {error}"),
-        RunEnd::Panicked(message) => format!("a step failed inside: {message}"),
+        RunEnd::Panicked(message) => format!("a step panicked: {message}"),
         RunEnd::Faulted(cuts) => {
             let names: Vec<String> = cuts.iter().map(|cut| cut.name().replace('_', " ")).collect();
             format!("a fault: {}", names.join(", "))
@@ -276,7 +277,7 @@ pub fn end(end: &RunEnd) -> String {
     }
 }
 
-/// How well the clock was kept.
+/// Describes the lateness of the loop.
 fn pace(summary: &Summary) -> String {
     let Some(lateness) = &summary.lateness_us else { return "simulated time".to_owned() };
     let Micros { p50, p99, max, .. } = lateness;
@@ -287,7 +288,7 @@ fn pace(summary: &Summary) -> String {
     )
 }
 
-/// Describes the step as a share of the period, and the work that was put off.
+/// Describes the step as a share of the period, and the extrapolated contacts.
 fn load(load: &Load) -> String {
     let percent = |x: f64| format!("{:.0} %", 100.0 * x);
     let Load { p50, p99, p999, bounded_ticks, carried_contacts } = load;
@@ -303,7 +304,7 @@ fn load(load: &Load) -> String {
     words
 }
 
-/// Prints the summary in words.
+/// Prints the summary as text.
 pub(crate) fn print(summary: &Summary) {
     let micros = |m: &Micros| format!("p50 {:.1}  p99 {:.1}  p99.9 {:.1}  max {:.1} µs", m.p50, m.p99, m.p999, m.max);
     let rows = [

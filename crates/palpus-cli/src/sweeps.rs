@@ -1,4 +1,4 @@
-//! The two sweeps of `palpus inspect --sweeps`, in words with histograms or as JSON.
+//! The two sweeps of `palpus inspect --sweeps`, as text with histograms or as JSON.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::output;
 
-/// The same samples on every call.
+/// Every call uses the same samples.
 const SEED: u64 = 0x2002_0809;
 /// Characters of a histogram's longest bar.
 const BAR: usize = 40;
@@ -23,12 +23,12 @@ pub(crate) struct Sweeps {
 #[derive(Serialize)]
 struct Pushes {
     samples: usize,
-    /// Probes are pushed this share of the way to the opposite wall.
+    /// Share of the distance to the opposite wall up to which probes are pushed.
     pushed_share: f64,
     held: f64,
     grew: f64,
-    /// Histogram of the pushes by the share of the way at which they lost contact, in equal bins;
-    /// the last entry counts pushes that did not lose it.
+    /// Histogram of the pushes over the share of the distance at which they lost contact, in equal
+    /// bins. The last entry counts pushes that did not lose contact.
     lost_in: Vec<usize>,
 }
 
@@ -67,12 +67,12 @@ impl Sweeps {
         Self { pop_through, honesty }
     }
 
-    /// Prints both.
+    /// Prints both sweeps.
     pub(crate) fn tell(&self) {
         let Self { pop_through: pushes, honesty: depths } = self;
         let percent = |share: f64| format!("{:.1} %", 100.0 * share);
         output::line(format!(
-            "{:>15}  {} pushes to {} of the way to the opposite wall: contact persists in {}, deepens as it should in {}",
+            "{:>15}  {} pushes to {} of the way to the opposite wall: contact persists in {}, the depth grows correctly in {}",
             "pop-through",
             pushes.samples,
             percent(pushes.pushed_share),
@@ -89,7 +89,7 @@ impl Sweeps {
         };
         histogram(&pushes.lost_in, lost_at);
         output::line(format!(
-            "{:>15}  {} points inside: depth off by {} (median), {} (p90); direction by {:.2}° and {:.2}°; without contact {}; \
+            "{:>15}  {} points inside: error of the depth {} (median), {} (p90); of the direction {:.2}° and {:.2}°; without contact {}; \
              above {HONEST} times the true distance {}, at most {:.2}",
             "honesty",
             depths.samples,

@@ -1,5 +1,5 @@
-//! The tools of a scene: their names, the options typed for each, and how their recordings refer to
-//! each other.
+//! The tools of a scene: their names, the arguments for each, and the references between their
+//! recordings.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -13,8 +13,8 @@ use crate::files;
 
 const NAMES: [&str; 8] = ["first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth"];
 
-/// Name of tool number `which` (from 0 on), and of its hand; the same in files, pages and
-/// documents.
+/// Name of tool number `which` (from 0 on) and of its hand. Files, pages and documents use the same
+/// name.
 pub(crate) fn name(which: usize) -> Cow<'static, str> {
     NAMES.get(which).map_or_else(|| format!("{}th", which + 1).into(), |name| (*name).into())
 }
@@ -44,7 +44,7 @@ impl<'a> ToolArguments<'a> {
             if device.is_some_and(|device| device != "sim" && devices[..k].contains(&Some(device))) {
                 let device = device.unwrap_or_default();
                 bail!(
-                    "two hands cannot hold the device `{device}`; name another one with --second-device or a further --device"
+                    "two tools cannot use the device `{device}`; name another one with --second-device or a further --device"
                 );
             }
         }
@@ -57,7 +57,7 @@ impl<'a> ToolArguments<'a> {
     }
 }
 
-/// Returns the typed value for each tool: from the repeated option, in the order of the tools, or
+/// Returns the user's value for each tool: from the repeated option, in the order of the tools, or
 /// from the option of the second tool.
 fn each<'a>(
     option: &str,
@@ -67,16 +67,16 @@ fn each<'a>(
     tools: usize,
 ) -> anyhow::Result<Vec<Option<&'a str>>> {
     if typed.len() > tools {
-        bail!("{option} is there {} times, and {scene} has only {tools} tools; leave some out", typed.len());
+        bail!("{option} is given {} times, but {scene} has only {tools} tools; leave some out", typed.len());
     }
     if typed.len() > 1 && of_second.is_some() {
-        bail!("the second {option} and --second{} say the same; leave one out", &option[1..]);
+        bail!("the second {option} and --second{} set the same value; leave out one", &option[1..]);
     }
     let second = |which: usize| of_second.filter(|_| which == 1);
     Ok((0..tools).map(|which| typed.get(which).or(second(which)).map(String::as_str)).collect())
 }
 
-/// The recording files of so many tools; the first tool's is `file`.
+/// The recording files of this many tools; the first tool's is `file`.
 pub(crate) fn recordings(file: PathBuf, tools: usize) -> Vec<PathBuf> {
     let others: Vec<PathBuf> = (1..tools).map(|which| files::beside(&file, name(which))).collect();
     std::iter::once(file).chain(others).collect()
@@ -87,8 +87,8 @@ const SECTION: &str = "tools";
 /// The header key that older versions used for recordings of two tools.
 const SECTION_OF_TWO: &str = "other_tool";
 
-/// For the header of tool `which`: file names of the recordings of all tools, without folders,
-/// since they lie beside each other.
+/// Returns the header entry of tool `which`: the file names of the recordings of all tools, without
+/// folders, because they are in the same folder.
 pub(crate) fn name_recordings(which: usize, all: &[PathBuf], into: &mut Table) {
     let file = |path: &PathBuf| Value::from(file_name(path));
     let table = Table::from_iter([
@@ -125,22 +125,22 @@ mod tests {
 
     use super::*;
 
-    /// A recording without rows whose header has this entry about other tools.
+    /// Returns a recording without rows, with this entry about other tools in its header.
     fn with(more: Table) -> Recording {
         crate::bodies::use_cache(false);
-        let stage = crate::stage::prepare("pen-sphere", FilePolicy::Inside).expect("a built-in scene");
+        let stage = crate::stage::prepare("pen-sphere", FilePolicy::Inside).expect("the scene is built in");
         let mut header = stage.header(stage.settings, "sim", 1000.0);
         header.scene.more = more;
         Recording { header, rows: Vec::new(), changes: Vec::new(), notice: None }
     }
 
     #[test]
-    fn recordings_name_each_other_as_now_and_as_before() {
+    fn recordings_name_each_other_in_both_formats() {
         let mut table = Table::new();
         let files = recordings(PathBuf::from("out/run.csv"), 3);
         name_recordings(1, &files, &mut table);
         assert_eq!(named_by(&with(table)), Some((1, vec!["run.csv", "", "run-third.csv"])));
-        let told = |text: &str| with(toml::from_str(text).expect("TOML"));
+        let told = |text: &str| with(toml::from_str(text).expect("the TOML is valid"));
         let before = told("other_tool = { this_is = \"second\", recording = \"run.csv\" }");
         assert_eq!(named_by(&before), Some((1, vec!["run.csv", ""])));
         for damaged in ["this = 0, recordings = []", "this = 4, recordings = [\"a\"]", "this = -1", "recordings = 3"] {

@@ -1,4 +1,4 @@
-//! Why a run had no contact: how near the hand's path comes to the environment.
+//! Finds out why a run had no contact: how near the hand's path comes to the environment.
 
 use std::sync::Arc;
 
@@ -10,16 +10,16 @@ use palpus_scenes::HandPath;
 use crate::gaps::length;
 use crate::stage::Stage;
 
-/// Poses of the path that are looked at.
+/// Number of examined poses of the path.
 const LOOKS: u32 = 120;
 
-/// A probe on its path past an environment.
+/// A probe on its path near an environment.
 pub(crate) struct Untouched {
     probe: Arc<Body>,
     environment: Arc<Body>,
     environment_pose: Pose,
     path: HandPath,
-    /// m.
+    /// Contact tolerance, m.
     tolerance: f64,
     /// Other bodies may be the target of the hand.
     has_objects: bool,
@@ -37,7 +37,7 @@ impl Untouched {
         }
     }
 
-    /// Returns why `seconds` of a run had no contact, and what to do. `scripted`: a simulated hand
+    /// Returns why `seconds` of a run had no contact, and a remedy. `scripted`: a simulated hand
     /// followed the path.
     pub(crate) fn reason(&self, scripted: bool, seconds: f64) -> String {
         if !scripted {
@@ -54,8 +54,8 @@ impl Untouched {
                  set `position` under [probe] nearer to the part, or change the hand's path"
             ),
             Some(time) if time > seconds => format!(
-                "no contact: the hand's path reaches the part after {time:.1} s, and the run had {seconds:.1} s; \
-                 run longer, or begin nearer with `position` under [probe]"
+                "no contact: the hand's path reaches the part after {time:.1} s, but the run took only \
+                {seconds:.1} s; run longer, or set `position` under [probe] nearer to the part"
             ),
             Some(time) => format!(
                 "no contact: the hand's path reaches the part after {time:.1} s, but the probe did not follow it; \
@@ -64,8 +64,8 @@ impl Untouched {
         }
     }
 
-    /// Returns the least distance along the path (m), and the first time (s) at which it is within
-    /// the tolerance, if it is.
+    /// Returns the smallest distance along the path (m), and the first time (s) at which it is
+    /// within the tolerance, if there is one.
     fn nearest(&self) -> (f64, Option<f64>) {
         let settings = QuerySettings { tolerance: 0.0, ..QuerySettings::default() };
         let mut query = ContactQuery::new(self.probe.clone(), self.environment.clone(), settings);
@@ -92,9 +92,9 @@ mod tests {
     use crate::stage;
 
     #[test]
-    fn a_missed_part_is_explained() {
+    fn missed_part_is_explained() {
         crate::bodies::use_cache(false);
-        let stage = stage::prepare("box-table", FilePolicy::Inside).expect("a built-in scene");
+        let stage = stage::prepare("box-table", FilePolicy::Inside).expect("the scene is built in");
         let of = |away: f64| Untouched {
             environment_pose: Pose::from_translation(DVec3::Z * -away),
             ..Untouched::of(&stage)

@@ -58,18 +58,18 @@ fn in_window(_: &ViewArguments) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The requested piece, or the one with most faces.
+/// Returns the requested piece, or the piece with most faces.
 fn chosen_piece(body: &Body, asked: Option<u32>) -> anyhow::Result<u32> {
     let count = body.polytopes().len();
     match (asked, richest_piece(body)) {
         (Some(piece), _) if (piece as usize) < count => Ok(piece),
-        (Some(piece), Some(_)) => bail!("--gauss {piece}: there is no such piece; this model has 0 to {}", count - 1),
+        (Some(piece), Some(_)) => bail!("--gauss {piece}: there is no such piece; the pieces are 0 to {}", count - 1),
         (None, Some(richest)) => Ok(richest),
         (_, None) => bail!("this model has no pieces"),
     }
 }
 
-/// The requested plane, or one through the middle.
+/// Returns the requested plane, or a plane through the middle.
 fn chosen_plane(body: &Body, arguments: &ViewArguments) -> anyhow::Result<SectionPlane> {
     let axis = arguments.axis.into();
     let [low, middle, high] = [0.0, 0.5, 1.0].map(|part| SectionPlane::through(body, axis, part));

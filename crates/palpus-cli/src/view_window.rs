@@ -1,10 +1,10 @@
 //! Windows that show a model or a recording, if there is a display and the program was built with
-//! windows.
+//! its window.
 
 use anyhow::bail;
 
-/// Ends the command with the reason why there is no window, and with the alternatives; does nothing
-/// if there is one.
+/// Ends the command with the reason why there is no window, and with alternatives. Does nothing if
+/// there is a window.
 pub(crate) fn expect_one(instead: &str) -> anyhow::Result<()> {
     match here::reason_for_none() {
         Some(reason) => bail!("there is no window here ({reason}); {instead}"),
@@ -42,6 +42,6 @@ mod here {
 #[cfg(not(feature = "window"))]
 mod here {
     pub(super) fn reason_for_none() -> Option<&'static str> {
-        Some("built without: --no-default-features leaves windows out")
+        Some("it was built without windows (--no-default-features)")
     }
 }

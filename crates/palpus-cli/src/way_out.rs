@@ -1,9 +1,9 @@
-//! Motion that takes a probe out of the part: there is no force until it is nearly out.
+//! The motion that takes a probe out of the part. There is no force until the probe is nearly out.
 //!
-//! Before a run begins, the penetration depth of the whole bodies is computed at the start pose,
-//! and its translation is the way out. If the probe overlaps several parts (the environment and
-//! objects), or the way out of one leads into another, legs are added until it is free of all. In
-//! the loop, the deepest contact gives the way.
+//! Before a run begins, the penetration depth of the whole bodies is computed at the start pose.
+//! Its translation is the way out. If the probe overlaps several parts (the environment and
+//! objects), or the way out of one part leads into another, further translations are added until
+//! the probe overlaps no part. In the loop, the deepest contact gives the way out.
 
 use std::sync::Arc;
 
@@ -19,29 +19,28 @@ use palpus_io::Threads;
 use crate::engine::Frame;
 use crate::stage::Stage;
 
-/// Evaluations for the way out of a start: a fraction of a second.
+/// Largest number of evaluations for the way out at the start; they take a fraction of a second.
 const BUDGET: u64 = 30_000;
 
-/// Legs of a way out; a way with more is not shown.
+/// Largest number of translations of a way out. A longer way is not shown.
 const MOST_LEGS: usize = 8;
 
-/// m: a device that begins within this of the expected start is there.
+/// A device that starts within this distance of the expected start counts as being there, m.
 const AT_START: f64 = 1e-3;
 
-/// An overlap, and the way out of it.
+/// An overlap and the way out of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct WayOut {
-    /// m: how deep the deepest contact is; 0 where the tool has left the part already and the
-    /// device has not.
+    /// Depth of the deepest contact, m; 0 if the tool has left the part and the device has not.
     pub(crate) depth: f64,
-    /// World, m.
+    /// The translation out of the part, world, m.
     pub(crate) way: DVec3,
 }
 
 impl WayOut {
     /// Returns the way out for the probe that a device in `state` holds, after the engine's tick;
-    /// `None` if it is outside. With a coupling the tool leaves the part first; the way shows the
-    /// device's target.
+    /// `None` if the probe is outside. With a coupling, the tool leaves the part first, and the way
+    /// leads the device.
     pub(crate) fn of(tick: &Tick, settings: &Settings, frame: &Frame, state: &DeviceState) -> Option<Self> {
         let deepest = tick.contacts.iter().min_by(|a, b| a.separation.total_cmp(&b.separation))?;
         if deepest.separation < 0.0 {
@@ -53,28 +52,29 @@ impl WayOut {
         (settings.coupling.is_some() && way.length() > settings.skin()).then_some(Self { depth: 0.0, way })
     }
 
-    /// Text: how far to move the probe, and in which direction.
+    /// Describes how far to move the probe, and in which direction.
     pub(crate) fn words(&self) -> String {
         let along = self.way.normalize_or_zero();
         format!("move it {:.1} mm along ({:.2}, {:.2}, {:.2})", self.way.length() * 1e3, along.x, along.y, along.z)
     }
 }
 
-/// A probe that stands inside the part where the run begins.
+/// A probe that is inside the part at the start of the run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct InsideStart {
-    /// The grip, world, m.
+    /// Position of the grip, world, m.
     from: DVec3,
-    /// Way out of the whole bodies; its depth is verified.
+    /// Way out of the whole bodies, with a proven depth.
     pub(crate) out: WayOut,
-    /// One body lies inside the other with the surfaces apart, so that no contact tells.
+    /// True if one body lies inside the other and the surfaces do not touch, so that there is no
+    /// contact.
     pub(crate) contained: bool,
 }
 
 impl InsideStart {
-    /// Returns the way out for the probe at the start of the stage's hand path; `None` if it is
-    /// outside of the environment, of all objects and of the `tools` (each where it starts, world),
-    /// or if no way out of all of them was found.
+    /// Returns the way out for the probe at the start of the stage's hand path. `None` if the probe
+    /// overlaps neither the environment nor an object nor one of the `tools` (at their start poses,
+    /// world), or if no way out of all of them was found.
     pub(crate) fn of(stage: &Stage, tools: &[(Arc<Body>, Pose)]) -> Option<Self> {
         let start = stage.path.pose(0.0);
         let objects = stage.objects.iter().map(|object| Part::new(&object.body, object.pose));
@@ -96,22 +96,22 @@ impl InsideStart {
         None
     }
 
-    /// True if a device at `grip` (world, m) stands where this was computed.
+    /// True if a device at `grip` (world, m) is at the start for which this was computed.
     pub(crate) fn is_at(&self, grip: DVec3) -> bool {
         Self::is_near(self.from, grip)
     }
 
-    /// True if a device at `grip` stands where a start `from` there (world, m) was computed.
+    /// True if a device at `grip` is at the start `from` (world, m).
     pub(crate) fn is_near(from: DVec3, grip: DVec3) -> bool {
         grip.distance(from) <= AT_START
     }
 
-    /// World: the plane that the grip has passed at the end of the way, a point (m) and the normal.
+    /// The plane that the grip has passed at the end of the way: a point (m) and the normal, world.
     pub(crate) fn end(&self) -> [DVec3; 2] {
         [self.from + self.out.way, self.out.way.normalize_or_zero()]
     }
 
-    /// World, m: the grip, and the whole way.
+    /// The position of the grip and the whole way, world, m.
     pub(crate) fn way(&self) -> (DVec3, DVec3) {
         (self.from, self.out.way)
     }
@@ -123,21 +123,21 @@ impl InsideStart {
     }
 }
 
-/// The environment, or an object or another tool where it begins.
+/// The environment, or an object or another tool at its start pose.
 struct Part<'a> {
     body: &'a Arc<Body>,
-    /// World.
+    /// Pose, world.
     pose: Pose,
     interior: Option<Interior>,
 }
 
 /// A translation out of one part.
 struct Leg {
-    /// m.
+    /// Depth, m.
     depth: f64,
-    /// World, m.
+    /// Translation, world, m.
     way: DVec3,
-    /// One body lies inside the other with the surfaces apart.
+    /// True if one body lies inside the other and the surfaces do not touch.
     contained: bool,
 }
 
@@ -146,8 +146,8 @@ impl<'a> Part<'a> {
         Self { body, pose, interior: None }
     }
 
-    /// The way out for a `probe` at `at` (world), whose `interior` is computed when it is needed;
-    /// `None` if it is outside.
+    /// Computes the way out for a `probe` at `at` (world). Its `interior` is computed when it is
+    /// needed. `None` if the probe is outside.
     fn leg(&mut self, probe: &Arc<Body>, at: &Pose, interior: &mut Option<Interior>) -> Option<Leg> {
         let pose_ba = self.pose.inverse() * *at;
         let contained = ContainmentQuery::new(probe, self.body).run(&pose_ba) != Containment::Neither;

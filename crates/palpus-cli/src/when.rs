@@ -2,17 +2,17 @@
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Returns the time since 1970-01-01 UTC, ns; 0 before that. Reads a clock and does nothing else.
+/// Returns the time since 1970-01-01 UTC, ns; 0 for earlier times. It only reads a clock.
 pub(crate) fn utc_ns() -> u64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_nanos() as u64)
 }
 
-/// Now, as `2026-11-21 10:30 UTC`.
+/// Formats the present time, such as `2026-11-21 10:30 UTC`.
 pub(crate) fn now() -> String {
     said(utc_ns() / SECOND)
 }
 
-/// Returns so many nanoseconds after 1970-01-01 UTC as RFC 3339 has it:
+/// Formats this many nanoseconds after 1970-01-01 UTC in the format of RFC 3339:
 /// `2026-11-21T10:30:00.123456Z`.
 pub(crate) fn rfc_3339(utc_ns: u64) -> String {
     let seconds = utc_ns / SECOND;
@@ -30,8 +30,8 @@ fn said(seconds: u64) -> String {
     format!("{year}-{month:02}-{day:02} {:02}:{:02} UTC", minutes / 60 % 24, minutes % 60)
 }
 
-/// The Gregorian date so many days after 1970-01-01. Years begin in March, so that the leap day is
-/// a year's last.
+/// Returns the Gregorian date this many days after 1970-01-01. Years begin in March, so that the
+/// leap day is the last day of a year.
 fn date(days: u64) -> (u64, u64, u64) {
     let days = days + DAYS_TO_1970;
     let era = days / DAYS_OF_400_YEARS;
@@ -44,7 +44,7 @@ fn date(days: u64) -> (u64, u64, u64) {
     (era * 400 + year_of_era + u64::from(month <= 2), month, day)
 }
 
-/// From 1 March of the year 0.
+/// Days from 1 March of the year 0.
 const DAYS_TO_1970: u64 = 719_468;
 const DAYS_OF_400_YEARS: u64 = 146_097;
 
@@ -53,7 +53,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn dates_are_the_calendars() {
+    fn dates_are_correct() {
         for (seconds, text) in [
             (0, "1970-01-01 00:00 UTC"),
             (951_782_400, "2000-02-29 00:00 UTC"),

@@ -1,4 +1,5 @@
-//! The command line as a whole: its page, man pages, standard input and output, quiet and verbose.
+//! Tests of the command line: its documentation, man pages, standard input and output, quiet and
+//! verbose.
 
 mod program_run;
 
@@ -14,14 +15,14 @@ const CUBE: &str = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -
 const POSES: &str = "tx,ty,tz,qx,qy,qz,qw\n2.5,0,0,0,0,0,1\n1.5,0,0,0,0,0,1\n";
 
 #[test]
-fn the_page_is_what_the_program_says() {
+fn command_line_page_is_current() {
     let folder = Folder::new("page");
     let output = palpus(&folder.0, &["man", "--markdown"]);
     assert_success(&output);
     let page = include_str!("../../../docs/command-line.md");
     let said = text(&output.stdout);
     let differs = said.lines().zip(page.lines()).find(|(said, stands)| said != stands);
-    assert_eq!(differs, None, "write the page anew: palpus man --markdown > docs/command-line.md");
+    assert_eq!(differs, None, "the page is out of date: run palpus man --markdown > docs/command-line.md");
     assert_eq!(said.lines().count(), page.lines().count());
 }
 
@@ -42,10 +43,19 @@ fn poses_come_from_standard_input() {
     let piped = |more: &[&str]| {
         let line = [&["query", "cube.obj", "cube.obj", "--poses", "-"], more].concat();
         let mut child = command(&folder.0, &line);
-        let mut child =
-            child.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("starts");
-        child.stdin.take().expect("a pipe").write_all(POSES.as_bytes()).expect("poses are taken");
-        let output = child.wait_with_output().expect("it ends");
+        let mut child = child
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program starts");
+        child
+            .stdin
+            .take()
+            .expect("standard input is a pipe")
+            .write_all(POSES.as_bytes())
+            .expect("the program reads the poses");
+        let output = child.wait_with_output().expect("the program ends");
         assert_success(&output);
         output
     };
@@ -54,16 +64,20 @@ fn poses_come_from_standard_input() {
         assert!(table.starts_with("frame,separation,") && table.lines().count() == 3, "{table}");
     }
     let document = json(&piped(&["--json", "--tolerance", "1"]));
-    let separations: Vec<f64> =
-        document["results"].as_array().expect("results").iter().filter_map(|row| row["separation"].as_f64()).collect();
+    let separations: Vec<f64> = document["results"]
+        .as_array()
+        .expect("the results are a list")
+        .iter()
+        .filter_map(|row| row["separation"].as_f64())
+        .collect();
     assert_eq!(separations, [0.5, -0.5]);
     assert_eq!(document["tolerance"].as_f64(), Some(1.0));
 }
 
 #[test]
-fn quiet_and_verbose_set_how_much_is_said() {
+fn quiet_and_verbose_set_the_amount_of_output() {
     let folder = Folder::new("levels");
-    // OBJ content under another name is worth a note.
+    // An OBJ file named as STL causes a note.
     folder.file("cube.stl", CUBE);
     let said = |more: &[&str]| {
         let output = palpus(&folder.0, &[&["prepare", "cube.stl"], more].concat());
@@ -79,7 +93,7 @@ fn quiet_and_verbose_set_how_much_is_said() {
 }
 
 #[test]
-fn a_mistyped_scene_has_a_suggestion() {
+fn mistyped_scene_gets_a_suggestion() {
     let folder = Folder::new("mistyped");
     for line in [&["run", "spon-cup", "--headless"][..], &["export", "spon-cup", "mine"]] {
         let output = palpus(&folder.0, line);
@@ -89,7 +103,7 @@ fn a_mistyped_scene_has_a_suggestion() {
 }
 
 #[test]
-fn the_version_names_the_program() {
+fn version_names_the_program() {
     let folder = Folder::new("version");
     let version = text(&palpus(&folder.0, &["--version"]).stdout);
     assert_eq!(version.trim(), concat!("palpus ", env!("CARGO_PKG_VERSION")));

@@ -1,5 +1,4 @@
-//! Recordings as a user meets them: every format is replayed bit for bit, also after the program
-//! was killed.
+//! Tests of recordings: every format is replayed bit for bit, even after the program was killed.
 
 mod program_run;
 
@@ -12,10 +11,10 @@ use program_run::{Folder, command, document, palpus, text};
 
 const FORMATS: [&str; 3] = ["csv", "parquet", "mcap"];
 
-/// Without the header's name of the device, the columns of times and what the loop knew, which
-/// differ from run to run.
+/// Returns the rows without the header and without the columns that differ from run to run, such as
+/// times.
 fn rows(file: &Path) -> Vec<String> {
-    let recording = fs::read_to_string(file).expect("a recording");
+    let recording = fs::read_to_string(file).expect("the recording can be read");
     let row = |line: &str| {
         let cells: Vec<&str> = line.split(',').collect();
         [&cells[..26], &cells[30..39]].concat().join(",")
@@ -24,7 +23,7 @@ fn rows(file: &Path) -> Vec<String> {
 }
 
 #[test]
-fn every_format_is_replayed_converted_and_felt_again_bit_for_bit() {
+fn every_format_is_replayed_and_converted_bit_for_bit() {
     let folder = Folder::new("formats");
     for format in FORMATS {
         let file = format!("run.{format}");
@@ -45,7 +44,7 @@ fn every_format_is_replayed_converted_and_felt_again_bit_for_bit() {
         assert_eq!(document(&palpus(&folder.0, &run))["ticks"], 2000);
         let recorded = rows(&folder.0.join(format!("from-{format}.csv")));
         assert_eq!(recorded.len(), 2001);
-        assert!(recorded == rows(&folder.0.join("felt.csv")), "the hand of {file} feels another run");
+        assert!(recorded == rows(&folder.0.join("felt.csv")), "a run with the device replay:{file} must be identical");
     }
     let refused = palpus(&folder.0, &["convert", "run.csv", "run.csv"]);
     assert_eq!(refused.status.code(), Some(1));
@@ -54,17 +53,18 @@ fn every_format_is_replayed_converted_and_felt_again_bit_for_bit() {
 }
 
 #[test]
-fn a_killed_run_leaves_a_recording_that_opens_and_is_replayed() {
+fn killed_run_leaves_a_replayable_recording() {
     let folder = Folder::new("killed");
     assert!(palpus(&folder.0, &["run", "box-table", "--fast", "--duration", "0.1", "--no-record"]).status.success());
     for format in FORMATS {
         let file = format!("run.{format}");
         let path = folder.0.join(&file);
         let run = ["run", "box-table", "--duration", "600", "--no-realtime", "--headless", "--record", &file, "--json"];
-        let mut run = command(&folder.0, &run).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("it starts");
+        let mut run =
+            command(&folder.0, &run).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("the program starts");
         let length = || fs::metadata(&path).map_or(0, |file| file.len());
         let begun = Instant::now();
-        // Two pieces and a part of the third.
+        // Waits for two pieces and a part of the third.
         let mut pieces = Vec::new();
         while pieces.len() < 4 && begun.elapsed() < Duration::from_secs(60) {
             std::thread::sleep(Duration::from_millis(20));
@@ -72,15 +72,16 @@ fn a_killed_run_leaves_a_recording_that_opens_and_is_replayed() {
                 pieces.push(length());
             }
         }
-        // SIGKILL: the program has no say in it.
-        run.kill().and_then(|()| run.wait()).expect("it can be killed");
+        // SIGKILL, which the program cannot handle.
+        run.kill().and_then(|()| run.wait()).expect("the program can be killed");
         let replay = document(&palpus(&folder.0, &["replay", &file, "--json"]));
         assert!(replay["ticks"].as_u64() > Some(0), "{format}: {replay}");
         assert_eq!(replay["identical"], replay["ticks"], "{format}");
     }
 }
 
-/// A cube held 240 mm from its mesh's origin over another one, in direct rendering.
+/// Writes a scene with a cube, held 240 mm from its mesh's origin above another cube, with direct
+/// rendering.
 fn far_cube(folder: &Folder, grip: &str) {
     let cube = |low: [f64; 3]| {
         let corner = |k: u32| [0, 1, 2].map(|axis| low[axis] + 0.02 * f64::from(k >> axis & 1));
@@ -99,18 +100,18 @@ fn far_cube(folder: &Folder, grip: &str) {
 }
 
 #[test]
-fn recorded_tool_pose_is_the_device_pose_less_the_grip() {
+fn recorded_tool_pose_is_device_pose_minus_grip() {
     let folder = Folder::new("tool-pose");
     far_cube(&folder, "[0.25, 0.01, 0.015]");
     for format in FORMATS {
         let file = format!("run.{format}");
         let run = ["run", "scene.toml", "--fast", "--duration", "3", "--record", &file, "--json"];
         assert_eq!(document(&palpus(&folder.0, &run))["ticks"], 3000);
-        let recording = palpus_io::read_recording(&folder.0.join(&file)).expect("a recording");
+        let recording = palpus_io::read_recording(&folder.0.join(&file)).expect("the recording can be read");
         let grip_a = recording.header.scene.render.grip_a;
-        assert!(recording.rows.iter().any(|row| row.contacts > 0), "it touches");
+        assert!(recording.rows.iter().any(|row| row.contacts > 0), "there must be contact");
         for row in &recording.rows {
-            let tool = row.tool.expect("a pose of the tool");
+            let tool = row.tool.expect("the row has a tool pose");
             let off = tool.point(grip_a).distance(row.pose.translation);
             let turned = tool.rotation.dot(row.pose.rotation).abs();
             assert!(off < 1e-12 && turned > 1.0 - 1e-12, "{format}, tick {}: {off} m", row.tick);
@@ -119,8 +120,8 @@ fn recorded_tool_pose_is_the_device_pose_less_the_grip() {
     }
 }
 
-/// The same recording in an older format: 1 has no pose of the tool, and 2 nothing that only the
-/// loop knew.
+/// Converts a recording to an older format. Format 1 has no tool pose; format 2 has no data of the
+/// servo loop.
 fn as_format(version: usize, text: &str) -> String {
     let columns = [32, 39][version - 1];
     let old = |line: &str| match line.strip_prefix('#') {
@@ -129,9 +130,9 @@ fn as_format(version: usize, text: &str) -> String {
     };
     let lines = text.lines().filter(|line| !line.starts_with("# start_utc = "));
     let all: String = lines.map(|line| old(line) + "\n").collect();
-    // The text of the scene's file.
-    let begin = all.find("# text = \"\"\"").expect("a scene's text");
-    let end = begin + all[begin..].find("\n# \"\"\"\n").expect("its end") + "\n# \"\"\"\n".len();
+    // Removes the text of the scene file.
+    let begin = all.find("# text = \"\"\"").expect("the header has a scene text");
+    let end = begin + all[begin..].find("\n# \"\"\"\n").expect("the scene text ends") + "\n# \"\"\"\n".len();
     all[..begin].to_owned() + &all[end..]
 }
 
@@ -141,9 +142,9 @@ fn format_2_is_read_converted_and_replayed() {
     far_cube(&folder, "[0.25, 0.01, 0.015]");
     let run = ["run", "scene.toml", "--fast", "--duration", "1", "--record", "run.csv", "--json"];
     assert_eq!(document(&palpus(&folder.0, &run))["ticks"], 1000);
-    let text = fs::read_to_string(folder.0.join("run.csv")).expect("a recording");
+    let text = fs::read_to_string(folder.0.join("run.csv")).expect("the recording can be read");
     let old = folder.file("old.csv", &as_format(2, &text));
-    let read = palpus_io::read_recording(&old).expect("a recording");
+    let read = palpus_io::read_recording(&old).expect("the recording can be read");
     assert!(read.header.format == 2 && read.rows.iter().all(|row| row.servo.is_none()));
     assert!(palpus(&folder.0, &["convert", "old.csv", "old.parquet"]).status.success());
     for file in ["old.csv", "old.parquet"] {
@@ -152,13 +153,13 @@ fn format_2_is_read_converted_and_replayed() {
 }
 
 #[test]
-fn format_1_is_replayed_where_grip_and_origin_are_one() {
+fn format_1_is_replayed_if_grip_equals_origin() {
     let folder = Folder::new("format-1");
     for (grip, replays) in [("[0, 0, 0]", true), ("[0.25, 0.01, 0.015]", false)] {
         far_cube(&folder, grip);
         let run = ["run", "scene.toml", "--fast", "--duration", "1", "--record", "run.csv", "--force", "--json"];
         assert_eq!(document(&palpus(&folder.0, &run))["ticks"], 1000);
-        let text = fs::read_to_string(folder.0.join("run.csv")).expect("a recording");
+        let text = fs::read_to_string(folder.0.join("run.csv")).expect("the recording can be read");
         folder.file("old.csv", &as_format(1, &text));
         assert!(palpus(&folder.0, &["convert", "old.csv", "old.mcap", "--force"]).status.success());
         for file in ["old.csv", "old.mcap"] {

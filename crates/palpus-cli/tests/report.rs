@@ -1,5 +1,5 @@
-//! Pages: what must be in them, that a browser can read them, that they load nothing, and that a
-//! stranger's text stays text.
+//! Tests of HTML pages: their content and syntax, that they load nothing, and that foreign text is
+//! escaped.
 
 mod program_run;
 
@@ -13,28 +13,28 @@ fn recorded(folder: &Path, name: &str, seconds: &str) {
 }
 
 fn page(folder: &Path, name: &str) -> String {
-    fs::read_to_string(folder.join(name)).expect("a page")
+    fs::read_to_string(folder.join(name)).expect("the page can be read")
 }
 
-/// A name and a value.
+/// Name and value of an attribute.
 type Attribute = (String, String);
 
-/// Elements that have no end.
+/// Elements without an end tag.
 const VOID: [&str; 6] = ["meta", "link", "img", "source", "br", "hr"];
 
-/// Reads the page as strictly as XML would, but for void elements, and hands every tag with its
+/// Parses the page as strictly as XML, except for void elements, and passes every tag with its
 /// attributes to `each`.
 fn read(page: &str, each: &mut dyn FnMut(&str, &[Attribute])) {
-    let mut rest = page.strip_prefix("<!doctype html>").expect("it begins as HTML does");
+    let mut rest = page.strip_prefix("<!doctype html>").expect("the page begins with a doctype");
     let mut open: Vec<String> = Vec::new();
     while let Some(at) = rest.find('<') {
         text_is_fine(&rest[..at]);
         rest = &rest[at + 1..];
-        // No attribute holds a bare `>`: all is escaped.
-        let (tag, after) = rest.split_once('>').expect("a tag ends");
+        // No attribute contains a bare `>`, since all text is escaped.
+        let (tag, after) = rest.split_once('>').expect("the tag ends");
         rest = after;
         if let Some(name) = tag.strip_prefix('/') {
-            assert_eq!(open.pop().as_deref(), Some(name), "closed in another order");
+            assert_eq!(open.pop().as_deref(), Some(name), "tags must be closed in order");
             continue;
         }
         let (tag, is_empty) = tag.strip_suffix('/').map_or((tag, false), |tag| (tag, true));
@@ -42,15 +42,15 @@ fn read(page: &str, each: &mut dyn FnMut(&str, &[Attribute])) {
         assert!(!name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric()), "a tag called {name:?}");
         each(name, &attributes_of(attributes));
         if name == "style" {
-            let (css, after) = rest.split_once("</style>").expect("a style ends");
-            assert!(!css.contains("url(") && !css.contains("@import"), "a style loads something");
+            let (css, after) = rest.split_once("</style>").expect("the style ends");
+            assert!(!css.contains("url(") && !css.contains("@import"), "a style must not load anything");
             rest = after;
         } else if !is_empty && !VOID.contains(&name) {
             open.push(name.to_owned());
         }
     }
     text_is_fine(rest);
-    assert!(open.is_empty(), "{open:?} stay open");
+    assert!(open.is_empty(), "tags without an end: {open:?}");
 }
 
 fn text_is_fine(text: &str) {
@@ -64,7 +64,7 @@ fn text_is_fine(text: &str) {
 fn attributes_of(mut text: &str) -> Vec<Attribute> {
     let mut attributes = Vec::new();
     while let Some((name, after)) = text.split_once("=\"") {
-        let (value, after) = after.split_once('"').expect("a value ends");
+        let (value, after) = after.split_once('"').expect("the value ends");
         assert!(!name.trim().contains(char::is_whitespace) && !value.contains('<'), "{name}={value}");
         text_is_fine(value);
         attributes.push((name.trim().to_owned(), value.to_owned()));
@@ -74,13 +74,16 @@ fn attributes_of(mut text: &str) -> Vec<Attribute> {
     attributes
 }
 
-/// Nothing is loaded, nothing is run.
+/// Checks that the page loads nothing and runs nothing.
 fn is_self_contained(page: &str) {
     let mut pictures = 0;
     read(page, &mut |tag, attributes| {
-        assert!(!["script", "iframe", "object", "embed", "form", "base"].contains(&tag), "a {tag}");
+        assert!(
+            !["script", "iframe", "object", "embed", "form", "base"].contains(&tag),
+            "the page must not have a {tag}"
+        );
         for (name, value) in attributes {
-            assert!(!name.starts_with("on"), "{name} would run something");
+            assert!(!name.starts_with("on"), "{name} would run a script");
             match name.as_str() {
                 "src" | "srcset" => assert!(value.starts_with("data:image/"), "{tag} loads {value}"),
                 "href" if tag == "a" => {
@@ -97,7 +100,7 @@ fn is_self_contained(page: &str) {
 }
 
 #[test]
-fn a_run_becomes_a_page_that_needs_nothing_else() {
+fn page_of_a_run_is_self_contained() {
     let folder = Folder::new("report-run");
     recorded(&folder.0, "run.csv", "1.8");
     assert_success(&palpus(&folder.0, &["report", "run.csv"]));
@@ -121,21 +124,21 @@ fn a_run_becomes_a_page_that_needs_nothing_else() {
         "prefers-color-scheme",
         "width=device-width",
     ] {
-        assert!(page.contains(part), "{part} is not in the page");
+        assert!(page.contains(part), "the page must contain {part}");
     }
 }
 
 #[test]
-fn a_strangers_text_stays_text() {
+fn foreign_text_is_escaped() {
     let folder = Folder::new("report-hostile");
     recorded(&folder.0, "run.csv", "0.05");
-    let recording = fs::read_to_string(folder.0.join("run.csv")).expect("a recording");
+    let recording = fs::read_to_string(folder.0.join("run.csv")).expect("the recording can be read");
     let hostile = r#"</h1><script>alert(1)</script><img src=x onerror='y'>&\"`"#;
     let recording = recording
         .replace("device = \"sim\"", &format!("device = \"{hostile}\""))
         .replace("built_in = \"spoon-cup\"", &format!("file = \"{hostile}.toml\""))
         .replace("mesh = \"spoon-cup/probe\"", &format!("mesh = \"{hostile}\""));
-    fs::write(folder.0.join("b.csv"), recording).expect("a recording");
+    fs::write(folder.0.join("b.csv"), recording).expect("the recording can be read");
     assert_success(&palpus(&folder.0, &["report", "b.csv", "--out", "pages/b.html"]));
     let page = page(&folder.0, "pages/b.html");
     is_self_contained(&page);
@@ -143,15 +146,15 @@ fn a_strangers_text_stays_text() {
 }
 
 #[test]
-fn a_folder_becomes_a_page_for_each_recording() {
+fn folder_gives_one_page_per_recording() {
     let folder = Folder::new("report-folder");
     let empty = palpus(&folder.0, &["report", "."]);
     assert_eq!(empty.status.code(), Some(1));
-    assert!(text(&empty.stderr).contains("holds no recording"));
+    assert!(text(&empty.stderr).contains("contains no recording"));
     for name in ["a.csv", "b.csv"] {
         recorded(&folder.0, name, "0.05");
     }
-    fs::write(folder.0.join("poses.csv"), "tx,ty,tz\n").expect("another table");
+    fs::write(folder.0.join("poses.csv"), "tx,ty,tz\n").expect("the file can be written");
     assert_success(&palpus(&folder.0, &["report", "."]));
     for name in ["a.html", "b.html"] {
         is_self_contained(&page(&folder.0, name));
@@ -160,7 +163,7 @@ fn a_folder_becomes_a_page_for_each_recording() {
 }
 
 #[test]
-fn a_reproduction_says_what_was_measured_and_what_was_not() {
+fn reproduction_lists_measured_and_missing_steps() {
     let folder = Folder::new("report-reproduce");
     let wrong = palpus(&folder.0, &["report", "out", "--reproduce", "--only", "nothing"]);
     assert_eq!(wrong.status.code(), Some(1));
@@ -186,18 +189,18 @@ fn a_reproduction_says_what_was_measured_and_what_was_not() {
         "compiler",
         "Seeds",
     ] {
-        assert!(first.contains(part), "{part} is not in the page");
+        assert!(first.contains(part), "the page must contain {part}");
     }
-    // A page must not tell where it was made.
+    // The page must not contain the path of the folder.
     assert!(!first.contains(&*folder.0.to_string_lossy()));
-    // Once more from the files alone: the same.
-    fs::remove_file(folder.0.join("out/report.html")).expect("it was there");
+    // A page made again from the files alone must be identical.
+    fs::remove_file(folder.0.join("out/report.html")).expect("the page exists");
     assert_success(&palpus(&folder.0, &["report", "out"]));
     assert!(page(&folder.0, "out/report.html") == first);
 }
 
 #[test]
-fn the_command_explains_itself() {
+fn report_help_has_an_example() {
     let folder = Folder::new("report-help");
     let output = palpus(&folder.0, &["report", "--help"]);
     assert_success(&output);

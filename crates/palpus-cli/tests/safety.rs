@@ -1,12 +1,12 @@
-//! The safety chain as a user sees it: no interventions in an undisturbed run, and every fault by
-//! its name.
+//! Tests of the safety chain in the program: no cuts in undisturbed runs, and every fault with its
+//! name.
 
 mod program_run;
 
 use program_run::{Folder, document, palpus, text};
 
 #[test]
-fn nothing_is_cut_in_the_undisturbed_built_in_scenes() {
+fn undisturbed_built_in_scenes_have_no_cuts() {
     let folder = Folder::new("undisturbed");
     let list = palpus(&folder.0, &["run", "--list"]);
     let list = text(&list.stdout);
@@ -15,18 +15,18 @@ fn nothing_is_cut_in_the_undisturbed_built_in_scenes() {
     for scene in scenes {
         let summary =
             document(&palpus(&folder.0, &["run", scene, "--fast", "--duration", "4", "--no-record", "--json"]));
-        let cuts = summary["safety"]["cuts"].as_object().expect("counts by name");
-        // The first quarter of a second is the ramp.
+        let cuts = summary["safety"]["cuts"].as_object().expect("the cuts are an object");
+        // In the first quarter of a second the force ramps up.
         let after = cuts.iter().filter(|(name, _)| *name != "engagement").collect::<Vec<_>>();
         assert!(after.is_empty(), "{scene}: {after:?}");
         assert!(cuts.get("engagement").is_none_or(|ticks| ticks.as_u64() <= Some(250)), "{scene}: {cuts:?}");
         assert_eq!(summary["faults"], 0, "{scene}");
-        assert!(summary["force_max_n"].as_f64().is_some_and(|force| force > 0.05), "{scene}: nothing was felt");
+        assert!(summary["force_max_n"].as_f64().is_some_and(|force| force > 0.05), "{scene}: there must be a force");
     }
 }
 
 #[test]
-fn every_fault_is_named_in_the_summary_and_replayed_bit_for_bit() {
+fn every_fault_is_named_and_replayed_bit_for_bit() {
     let folder = Folder::new("faults");
     for (fault, cut, faults) in [
         ("non-finite-pose", "non_finite_state", 1),
@@ -51,19 +51,19 @@ fn every_fault_is_named_in_the_summary_and_replayed_bit_for_bit() {
         assert_eq!(output.status.success(), !["panic", "dropped"].contains(&fault), "{fault}");
         let summary = document(&output);
         assert_eq!(summary["faults"], faults, "{fault}: {}", summary["safety"]["cuts"]);
-        // A wrench beyond the peak may be reduced by the slew limit during its single tick.
+        // A wrench beyond the peak may be reduced by the slew limit in its single tick.
         let cuts = &summary["safety"]["cuts"];
         let is_named = cuts[cut].as_u64().is_some_and(|ticks| ticks > 0) || faults == 0 && cuts["slew"].is_u64();
         assert!(is_named, "{fault}: {cuts}");
         let replay = document(&palpus(&folder.0, &["replay", "f.csv", "--json"]));
-        // A replay has no way to know that the step's answer was replaced.
+        // A replay cannot know that the wrench of the step was replaced.
         let replaced = fault.starts_with("large");
         assert_eq!(replay["identical"] == replay["ticks"], !replaced, "{fault}: {replay}");
     }
 }
 
 #[test]
-fn a_loop_that_stalls_in_real_time_is_a_fault_of_the_watchdog() {
+fn stalled_loop_trips_the_watchdog() {
     let folder = Folder::new("stall");
     let arguments =
         ["run", "box-table", "--duration", "1.2", "--no-realtime", "--fault", "late-step@0.5", "--no-record", "--json"];
@@ -74,7 +74,7 @@ fn a_loop_that_stalls_in_real_time_is_a_fault_of_the_watchdog() {
 }
 
 #[test]
-fn thresholds_are_printed_with_their_reasons() {
+fn thresholds_are_printed_with_reasons() {
     let folder = Folder::new("limits");
     let limits = text(&palpus(&folder.0, &["run", "box-table", "--limits"]).stdout);
     assert!(limits.contains("force_slew") && limits.contains("peak in 2 ms"), "{limits}");

@@ -1,4 +1,4 @@
-//! Several hands in one scene, from the outside.
+//! Tests of scenes with several tools.
 
 mod program_run;
 
@@ -7,15 +7,15 @@ use std::fs;
 use program_run::{Folder, assert_success, document, json, palpus, text};
 
 #[test]
-fn both_hands_are_felt_summed_up_recorded_and_replayed_bit_for_bit() {
+fn both_tools_are_summarised_recorded_and_replayed() {
     let folder = Folder::new("two-hands-run");
     let run = ["run", "two-hands", "--fast", "--duration", "8", "--second-hand", "firm", "--record", "run.csv"];
     let summary = json(&palpus(&folder.0, &[&run[..], &["--json"]].concat()));
     for hand in [&summary, &summary["second"]] {
         assert_eq!(hand["ticks"], 8000);
         assert_eq!((&hand["faults"], &hand["allocations"]), (&0.into(), &0.into()));
-        assert!(hand["force_max_n"].as_f64().expect("a force") > 0.2, "{hand}");
-        assert!(hand["contacts"]["max"].as_u64().expect("a count") > 0);
+        assert!(hand["force_max_n"].as_f64().expect("the summary has a force") > 0.2, "{hand}");
+        assert!(hand["contacts"]["max"].as_u64().expect("the summary has a count") > 0);
     }
     for file in ["run.csv", "run-second.csv"] {
         let report = json(&palpus(&folder.0, &["replay", file, "--json"]));
@@ -24,18 +24,18 @@ fn both_hands_are_felt_summed_up_recorded_and_replayed_bit_for_bit() {
             assert_eq!((&tool["ticks"], &tool["identical"]), (&8000.into(), &8000.into()), "{file}: {tool}");
         }
     }
-    // Looked at, either shows both.
+    // A picture and a page of either recording show both tools.
     for file in ["run.csv", "run-second.csv"] {
         assert_success(&palpus(&folder.0, &["replay", file, "--screenshot", "tick.png", "--at", "4"]));
         assert_success(&palpus(&folder.0, &["report", file]));
-        let page = fs::read_to_string(folder.0.join(file).with_extension("html")).expect("a page");
+        let page = fs::read_to_string(folder.0.join(file).with_extension("html")).expect("the page can be read");
         assert!(page.contains("replays bit for bit"), "{file}");
     }
-    // The same run gives the same bits.
+    // A second run must be identical.
     let again = ["run", "two-hands", "--fast", "--duration", "8", "--second-hand", "firm", "--record", "again.csv"];
     json(&palpus(&folder.0, &[&again[..], &["--json"]].concat()));
     let forces = |name: &str| -> Vec<String> {
-        let recording = fs::read_to_string(folder.0.join(name)).expect("a recording");
+        let recording = fs::read_to_string(folder.0.join(name)).expect("the recording can be read");
         let rows = recording.lines().filter(|line| !line.starts_with('#')).skip(1);
         rows.map(|row| row.split(',').skip(17).take(6).collect::<Vec<_>>().join(",")).collect()
     };
@@ -43,14 +43,14 @@ fn both_hands_are_felt_summed_up_recorded_and_replayed_bit_for_bit() {
         let other = name.replace("run", "again");
         assert!(forces(&format!("{name}.csv")) == forces(&format!("{other}.csv")), "{name}");
     }
-    // Each recording needs the other one to be replayed.
-    fs::remove_file(folder.0.join("run-second.csv")).expect("it is there");
+    // A replay needs the recordings of both tools.
+    fs::remove_file(folder.0.join("run-second.csv")).expect("the recording exists");
     let alone = palpus(&folder.0, &["replay", "run.csv"]);
     assert!(!alone.status.success() && text(&alone.stderr).contains("run-second.csv"), "{}", text(&alone.stderr));
 }
 
 #[test]
-fn a_fault_of_one_device_is_no_fault_of_the_other() {
+fn fault_of_one_device_does_not_affect_the_other() {
     let folder = Folder::new("two-hands-fault");
     let run =
         ["run", "two-hands", "--fast", "--duration", "4", "--fault", "pose-jump@2", "--record", "run.csv", "--json"];
@@ -61,7 +61,7 @@ fn a_fault_of_one_device_is_no_fault_of_the_other() {
     for tool in [&report, &report["first"]] {
         assert_eq!(tool["identical"], 4000, "{tool}");
     }
-    // A device that is lost leaves its tool where it is.
+    // A lost device leaves its tool at its last pose.
     let lost =
         ["run", "two-hands", "--fast", "--duration", "4", "--fault", "dropped@2", "--record", "lost.csv", "--json"];
     let output = palpus(&folder.0, &lost);
@@ -72,7 +72,7 @@ fn a_fault_of_one_device_is_no_fault_of_the_other() {
     assert_eq!((&report["identical"], &report["first"]["identical"]), (&4000.into(), &2001.into()));
 }
 
-/// Writes a brick and a floor for it, in mm about their middles.
+/// Writes a brick and a floor as meshes, in mm about their centres.
 fn bricks(folder: &Folder) {
     let brick = |name: &str, half: [f64; 3]| {
         let corner = |k: usize| [0, 1, 2].map(|axis| if k >> axis & 1 == 1 { half[axis] } else { -half[axis] });
@@ -85,9 +85,9 @@ fn bricks(folder: &Folder) {
 }
 
 #[test]
-fn a_scene_file_has_a_second_tool_and_a_picture_shows_it() {
+fn scene_file_with_a_second_tool_runs_and_is_pictured() {
     let folder = Folder::new("two-hands-file");
-    // Two bricks over a third: the second hand's is to the right of the first one's.
+    // Two bricks above the floor; the second tool is to the right of the first one.
     bricks(&folder);
     let scene = |second: &str| {
         let text = format!(
@@ -99,7 +99,7 @@ fn a_scene_file_has_a_second_tool_and_a_picture_shows_it() {
     scene("[second]\nmesh = \"brick.obj\"\nposition = [30, 0, 40]\n[second.hand]\npreset = \"firm\"\n");
     let run = ["run", "scene.toml", "--fast", "--duration", "1", "--no-record", "--screenshot", "both.png", "--json"];
     let summary = json(&palpus(&folder.0, &run));
-    assert!(summary["second"]["contacts"]["max"].as_u64().expect("a count") > 0, "{summary}");
+    assert!(summary["second"]["contacts"]["max"].as_u64().expect("the summary has a count") > 0, "{summary}");
     assert!(fs::metadata(folder.0.join("both.png")).is_ok_and(|file| file.len() > 1000));
     for (second, word) in [
         ("[second]\nmesh = \"brick.obj\"\npositon = [0, 0, 0]\n", "position"),
@@ -114,8 +114,8 @@ fn a_scene_file_has_a_second_tool_and_a_picture_shows_it() {
     }
 }
 
-/// Writes a scene of so many bricks in a row over a floor, each a tool; the second has a
-/// coupling and a device of its own.
+/// Writes a scene with `count` bricks in a row above a floor, each a tool. The coupling and the
+/// device limits of the second brick differ from the first brick's.
 fn row_of_tools(folder: &Folder, count: usize, more: &str) {
     bricks(folder);
     let tool = |k: usize| {
@@ -131,21 +131,24 @@ fn row_of_tools(folder: &Folder, count: usize, more: &str) {
 }
 
 #[test]
-fn three_tools_run_and_are_recorded_and_replayed_bit_for_bit() {
+fn three_tools_are_recorded_and_replayed_bit_for_bit() {
     let folder = Folder::new("three-tools");
     row_of_tools(&folder, 3, "");
     let run = ["run", "scene.toml", "--fast", "--duration", "3", "--hand", "firm", "--record", "run.csv", "--json"];
     let summary = json(&palpus(&folder.0, &[&run[..], &["--screenshot", "three.png"]].concat()));
     for hand in [&summary, &summary["second"], &summary["third"]] {
         assert_eq!((&hand["ticks"], &hand["faults"], &hand["allocations"]), (&3000.into(), &0.into(), &0.into()));
-        assert!(hand["force_max_n"].as_f64().expect("a force") > 0.1, "{hand}");
+        assert!(hand["force_max_n"].as_f64().expect("the summary has a force") > 0.1, "{hand}");
     }
-    assert!(summary["second"]["force_max_n"].as_f64().expect("a force") <= 2.0, "its own device's limit");
+    assert!(
+        summary["second"]["force_max_n"].as_f64().expect("the summary has a force") <= 2.0,
+        "the second tool must keep its own limit"
+    );
     let files = ["run.csv", "run-second.csv", "run-third.csv"];
     assert_eq!(summary["recordings"], serde_json::json!(files));
     assert!(fs::metadata(folder.0.join("three.png")).is_ok_and(|file| file.len() > 1000));
-    // From any of the three, without the scene's file.
-    fs::remove_file(folder.0.join("scene.toml")).expect("it is there");
+    // A replay works from any of the three recordings, without the scene file.
+    fs::remove_file(folder.0.join("scene.toml")).expect("the scene file exists");
     for (k, file) in files.iter().enumerate() {
         let report = json(&palpus(&folder.0, &["replay", file, "--json"]));
         let others = ["first", "second", "third"].into_iter().enumerate().filter(|(other, _)| *other != k);
@@ -155,13 +158,13 @@ fn three_tools_run_and_are_recorded_and_replayed_bit_for_bit() {
     }
     assert_success(&palpus(&folder.0, &["replay", "run-third.csv", "--screenshot", "tick.png", "--at", "2"]));
     assert_success(&palpus(&folder.0, &["report", "run-second.csv"]));
-    fs::remove_file(folder.0.join("run-third.csv")).expect("it is there");
+    fs::remove_file(folder.0.join("run-third.csv")).expect("the recording exists");
     let alone = palpus(&folder.0, &["replay", "run.csv"]);
     assert!(!alone.status.success() && text(&alone.stderr).contains("run-third.csv"), "{}", text(&alone.stderr));
 }
 
 #[test]
-fn a_lost_device_of_three_leaves_the_others_their_force() {
+fn loss_of_one_device_of_three_leaves_the_others_running() {
     let folder = Folder::new("three-tools-lost");
     row_of_tools(&folder, 3, "");
     let run =
@@ -182,14 +185,18 @@ fn a_lost_device_of_three_leaves_the_others_their_force() {
 }
 
 #[test]
-fn the_doctor_takes_scenes_with_several_tools() {
+fn doctor_accepts_scenes_with_several_tools() {
     let folder = Folder::new("two-hands-doctor");
     let output = palpus(&folder.0, &["doctor", "--scene", "two-hands", "--duration", "0.5", "--json"]);
-    assert!(document(&output)["scene"]["ticks"].as_u64().expect("a count") > 0, "{}", text(&output.stderr));
+    assert!(
+        document(&output)["scene"]["ticks"].as_u64().expect("the summary has a count") > 0,
+        "{}",
+        text(&output.stderr)
+    );
 }
 
 #[test]
-fn mixtures_that_mean_nothing_are_errors() {
+fn contradicting_tool_settings_are_errors() {
     let folder = Folder::new("three-tools-errors");
     for (more, word) in [
         ("[probe]\nmesh = \"brick.obj\"\n", "[probe] and [[tool]]"),
@@ -216,7 +223,7 @@ fn mixtures_that_mean_nothing_are_errors() {
 }
 
 #[test]
-fn what_is_for_a_second_hand_needs_a_second_tool() {
+fn options_for_a_second_hand_need_a_second_tool() {
     let folder = Folder::new("two-hands-errors");
     for (arguments, word) in [
         (&["run", "pen-sphere", "--second-hand", "firm", "--no-record"][..], "two-hands"),
@@ -226,7 +233,7 @@ fn what_is_for_a_second_hand_needs_a_second_tool() {
         let output = palpus(&folder.0, arguments);
         let error = text(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{arguments:?}: {error}");
-        assert!(error.contains(word), "{arguments:?} does not say `{word}`: {error}");
+        assert!(error.contains(word), "{arguments:?} does not mention `{word}`: {error}");
     }
     assert!(text(&palpus(&folder.0, &["run", "--list"]).stdout).contains("two-hands"));
 }

@@ -1,43 +1,43 @@
-//! Which of the written wrenches acted between two ticks.
+//! Which of the written wrenches acted on the device between two ticks.
 
 use glam::DVec3;
 use palpus::algebra::Wrench;
 
-/// More ticks of delay than any servo loop has.
+/// Largest delay, in ticks. It is more than the delay of any real servo loop.
 pub(crate) const DELAY_MAX: usize = 8;
-/// Shares of a tick below this are rounding.
+/// A smaller fraction of a tick than this is rounding.
 const SLIVER: f64 = 1e-9;
 
-/// The last written wrenches, and how late they act.
+/// The last written wrenches, and their delay.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Acting {
-    /// The newest first.
+    /// The written wrenches, newest first.
     written: [Wrench; DELAY_MAX + 1],
-    /// From each write to the next one, s; the newest first. For the newest it is the time until
+    /// Time from each write to the next one, s, newest first. For the newest write, the time until
     /// the last tick.
     held: [f64; DELAY_MAX + 1],
-    /// s.
+    /// Time from a write until the wrench acts, s.
     delay: f64,
 }
 
 impl Acting {
-    /// For wrenches that act `delay` seconds after they were written, rounded to ticks of `period`
-    /// seconds, at most [`DELAY_MAX`].
+    /// Takes a delay of `delay` seconds between a write and its action, rounded to ticks of
+    /// `period` seconds, at most [`DELAY_MAX`] ticks.
     pub(crate) fn new(delay: f64, period: f64) -> Self {
         let ticks = (delay / period).round().clamp(0.0, DELAY_MAX as f64);
         let held = [period; DELAY_MAX + 1];
         Self { written: [Wrench::ZERO; DELAY_MAX + 1], held, delay: ticks * period }
     }
 
-    /// Once a tick.
+    /// Stores the wrench written in this tick.
     pub(crate) fn write(&mut self, wrench: &Wrench) {
         self.written.copy_within(0..DELAY_MAX, 1);
         self.held.copy_within(0..DELAY_MAX, 1);
         self.written[0] = *wrench;
     }
 
-    /// Returns the wrench that acted on the device in the `elapsed` seconds since the last write:
-    /// the mean, if there were several.
+    /// Returns the wrench that acted on the device in the `elapsed` seconds since the last write.
+    /// If several wrenches acted, returns their mean, weighted by time.
     pub(crate) fn over(&mut self, elapsed: f64) -> Wrench {
         self.held[0] = elapsed;
         let sliver = elapsed * SLIVER;
@@ -47,7 +47,7 @@ impl Acting {
         for (k, (wrench, held)) in self.written.iter().zip(self.held).enumerate() {
             let skipped = held.min(ahead);
             ahead -= skipped;
-            // The oldest stands for all before it.
+            // The oldest stored wrench also stands for all earlier ones.
             let acted = if k == DELAY_MAX { left } else { (held - skipped).min(left) };
             if ahead <= sliver && acted >= elapsed - sliver {
                 return *wrench;
@@ -64,8 +64,8 @@ impl Acting {
         Wrench { torque, force }
     }
 
-    /// Nothing was written.
-    pub(crate) fn forget(&mut self) {
+    /// Discards the stored wrenches, as if only zero had been written.
+    pub(crate) fn clear(&mut self) {
         self.written = [Wrench::ZERO; DELAY_MAX + 1];
     }
 }
@@ -79,13 +79,13 @@ mod tests {
     }
 
     #[test]
-    fn a_late_wrench_acts_in_a_long_tick_for_its_share() {
+    fn delayed_wrench_acts_for_its_share_of_long_tick() {
         let mut acting = Acting::new(1e-3, 1e-3);
         acting.write(&pull(1.0));
         assert_eq!(acting.over(1e-3), Wrench::ZERO);
         acting.write(&pull(2.0));
-        assert_eq!(acting.over(1e-3), pull(1.0), "a tick late, to the bit");
-        // Ten periods: the last wrench acts in nine of them.
+        assert_eq!(acting.over(1e-3), pull(1.0), "exactly the wrench of one tick earlier");
+        // This tick is ten periods long: the last wrench acts in nine of them.
         acting.write(&pull(12.0));
         assert!((acting.over(1e-2).force.x - (0.1 * 2.0 + 0.9 * 12.0)).abs() < 1e-12);
         acting.write(&pull(5.0));

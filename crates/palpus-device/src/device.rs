@@ -1,4 +1,5 @@
-//! The seam to a haptic device, and what is known of devices that do not say it themselves.
+//! The interface to a haptic device, and the data sheets of devices that do not report their
+//! limits.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -10,76 +11,78 @@ use palpus::algebra::{Pose, Twist, Wrench};
 
 use crate::safety::DEVICE_BUTTONS;
 
-/// A device that is held: read where it is, tell it what to push with.
+/// A haptic device: it reports the pose of its grip and applies a commanded wrench.
 ///
-/// Poses are of the grip in the device's frame (right-handed); a wrench is about the grip's origin,
-/// in the axes of the device's frame. Everything is in SI units. Both calls are made from the servo
-/// thread once per tick and must not allocate or wait longer than a tick.
+/// Poses are of the grip in the device's frame (right-handed). A wrench is about the grip's origin,
+/// in the axes of the device's frame. All units are SI. The servo thread calls `read` and `write`
+/// once per tick; neither may allocate, nor wait longer than a tick.
 pub trait HapticDevice {
     /// Description of the device.
     fn spec(&self) -> &DeviceSpec;
 
-    /// The newest state.
+    /// Returns the newest state.
     ///
     /// # Errors
-    /// [`DeviceError::Ended`] when there is nothing more to come; anything else ends the loop as a
-    /// fault.
+    /// Fails with [`DeviceError::Ended`] if no more states will come. Any other error ends the loop
+    /// as a fault.
     fn read(&mut self) -> Result<DeviceState, DeviceError>;
 
-    /// Pushes with `wrench` until the next write.
+    /// Applies `wrench` until the next write.
     ///
     /// # Errors
-    /// When the device did not take it; the loop then ends as a fault.
+    /// Fails if the device did not accept the wrench. The loop then ends as a fault.
     fn write(&mut self, wrench: &Wrench) -> Result<(), DeviceError>;
 
-    /// True if the device's time advances by reads alone: between reads nothing moves, and the
-    /// wrench that it holds does nothing. A run with it can be paused.
+    /// Returns true if the device's time advances only when it is read: between two reads nothing
+    /// moves and the commanded wrench has no effect. A run with such a device can be paused.
     fn stands_unread(&self) -> bool {
         false
     }
 
-    /// Counters of the device itself since it was opened, by name: saturated motors, lost answers.
-    /// Read after a run; may obtain memory.
+    /// Returns the device's own counters since it was opened, by name, such as saturated motors or
+    /// lost answers. The loop's caller reads them after a run; this function may allocate.
     fn counts(&self) -> Vec<(&'static str, u64)> {
         Vec::new()
     }
 
-    /// A handle by which another thread takes the force away when the loop does not answer any
-    /// more; `None` when the device has no such way. It stays the same as long as the device is
-    /// there.
+    /// Returns a handle with which another thread can remove the force when the loop stops
+    /// responding; `None` if the device has no such handle. The handle stays valid as long as the
+    /// device exists.
     fn brake(&self) -> Option<Arc<dyn Brake>> {
         None
     }
 
-    /// Action of the device's own watchdog, in the device or beside it, since the last write;
-    /// `None` if it has none that can be queried. For the [self test](crate::self_test()).
+    /// Returns the state of the device's own watchdog since the last write; `None` if the device
+    /// has no watchdog that can be queried. The watchdog may run in the device or in its driver.
+    /// The [self test](crate::self_test()) calls this function.
     fn own_watchdog(&mut self) -> Option<OwnWatchdog> {
         None
     }
 }
 
-/// A watchdog of the device's own, which takes the force when nothing is written.
+/// State of a device's own watchdog, which removes the force when no wrench is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OwnWatchdog {
-    /// The time without a write after which it bites.
+    /// The watchdog trips when no wrench was written for this time.
     pub after: Duration,
-    /// It has taken the force since the last write.
+    /// True if the watchdog has removed the force since the last write.
     pub has_bitten: bool,
 }
 
-/// Takes the force from a device, from any thread and at any time, without waiting.
+/// Removes the force of a device, from any thread and at any time, without waiting.
 pub trait Brake: Send + Sync {
-    /// From now on the device gives no force but damping, whatever was or will be commanded.
+    /// Applies the brake: until it is released, the device gives no force but damping, whatever
+    /// wrench is commanded.
     fn apply(&self);
 
-    /// Enables forces again after a brake. Called from the servo thread only.
+    /// Releases the brake: the device gives force again. Only the servo thread calls this.
     fn release(&self);
 
-    /// True between the two.
+    /// Returns true while the brake is applied.
     fn is_applied(&self) -> bool;
 }
 
-/// A brake for a device that looks at a flag whenever it is about to push.
+/// A brake for a device that checks this flag whenever it is about to give force.
 #[derive(Debug, Default)]
 pub struct BrakeFlag(AtomicBool);
 
@@ -127,27 +130,27 @@ impl<D: HapticDevice + ?Sized> HapticDevice for Box<D> {
     }
 }
 
-/// State of a device at an instant.
+/// State of a device at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DeviceState {
-    /// The grip in the device's frame.
+    /// Pose of the grip in the device's frame.
     pub pose: Pose,
-    /// Velocity of the grip about its origin, in the device's frame.
+    /// Velocity of the grip (m/s at its origin, and rad/s), in the device's frame.
     pub twist: Twist,
-    /// Bit k is set while button k is pressed. The two highest bits are keys of the program, which
-    /// the loop adds.
+    /// Bit k is set while button k is pressed. The two highest bits are keys of the program; the
+    /// loop sets them.
     pub buttons: u32,
-    /// Seconds since the device was opened at which this state was sampled: a state that is handed
-    /// out again keeps its time, so that one can see that there is no newer one.
+    /// Time at which this state was sampled, s since the device was opened. A state that `read`
+    /// returns again keeps its time, so a repeated time shows that there is no newer state.
     pub time: f64,
-    /// The device gives no force now, whatever the command: it is not ready, has no power supply,
-    /// was switched off by the person who holds it, or lost an answer.
-    /// [`Cut::Withheld`](crate::Cut) follows.
+    /// True if the device gives no force now, whatever wrench is commanded: it is not ready, has no
+    /// power supply, lost an answer, or the user switched its force off. The safety chain then
+    /// applies [`Cut::Withheld`](crate::Cut).
     pub withheld: bool,
 }
 
 impl DeviceState {
-    /// State of a device that has not reported one yet: its pose is NaN.
+    /// State of a device that has not reported a state yet: its pose is NaN.
     pub(crate) const UNKNOWN: Self = Self {
         pose: Pose { rotation: DQuat::IDENTITY, translation: DVec3::NAN },
         twist: Twist { angular: DVec3::ZERO, linear: DVec3::ZERO },
@@ -156,19 +159,19 @@ impl DeviceState {
         withheld: false,
     };
 
-    /// Returns the state with the program's `keys` beside the device's own buttons.
+    /// Returns the state with the program's `keys` added to the device's own buttons.
     pub(crate) fn with_keys(self, keys: u32) -> Self {
         Self { buttons: self.buttons & DEVICE_BUTTONS | keys, ..self }
     }
 }
 
-/// Why a device did not answer.
+/// The reason why a device did not answer.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DeviceError {
     /// A recording has been played to its end.
     #[error("there are no more recorded states")]
     Ended,
-    /// The connection is gone.
+    /// The connection to the device is lost.
     #[error("the device is lost: {0}")]
     Lost(Cow<'static, str>),
     /// The device refused the wrench.
@@ -176,14 +179,14 @@ pub enum DeviceError {
     Refused(Cow<'static, str>),
 }
 
-/// How many axes of each kind a device has.
+/// Number of axes of each kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Axes {
-    /// 0 to 3.
+    /// Translational axes, 0 to 3.
     pub translation: u8,
-    /// 0 to 3.
+    /// Rotational axes, 0 to 3.
     pub rotation: u8,
-    /// 0 or 1; palpus does not drive it.
+    /// Grippers, 0 or 1. Palpus does not drive them.
     pub gripper: u8,
 }
 
@@ -197,34 +200,37 @@ impl Axes {
 /// Capabilities and limits of a device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DeviceSpec {
-    /// As its maker writes it.
+    /// The name, as the maker writes it.
     pub name: Cow<'static, str>,
-    /// Largest force, N; infinite when unlimited.
+    /// Largest force, N; infinite if unlimited.
     pub force_max: f64,
-    /// Largest torque, N·m; 0 when it has none.
+    /// Largest torque, N·m; 0 if the device gives no torque.
     pub torque_max: f64,
-    /// Force that its motors bear continuously, N, if the maker states it.
+    /// Force that the motors can hold continuously, N, if the maker states it.
     pub force_continuous: Option<f64>,
-    /// Torque that its motors bear continuously, N·m, if the maker states it.
+    /// Torque that the motors can hold continuously, N·m, if the maker states it.
     pub torque_continuous: Option<f64>,
     /// Axes with motors.
     pub actuated: Axes,
     /// Axes with sensors.
     pub sensed: Axes,
-    /// Buttons that the loop sees, 0 when none or not known: with buttons, forces are asked for by
-    /// holding one.
+    /// Number of buttons that the loop sees; 0 without buttons or if the number is unknown. If a
+    /// device has buttons, the user enables forces by holding one of them.
     pub buttons: u8,
-    /// Sides of the box that the grip can reach, m, when the maker states it.
+    /// Sides of the box that the grip can reach, m, if the maker states them.
     pub workspace: Option<DVec3>,
-    /// From a write until it acts, beyond being held for a tick, s; 0 when not known.
+    /// Time from a write until the wrench acts, s, not counting the one tick for which a wrench is
+    /// held; 0 if unknown.
     pub delay: f64,
-    /// Smallest change of a sensed position, m; 0 when there is none or it is not known.
+    /// Smallest change of a sensed position, m; 0 if the sensor has no steps or the step is
+    /// unknown.
     pub position_step: f64,
-    /// Smallest change of a sensed orientation, rad, likewise.
+    /// Smallest change of a sensed orientation, rad; 0 if the sensor has no steps or the step is
+    /// unknown.
     pub angle_step: f64,
 }
 
-/// N, as the makers' data sheets state them.
+/// Continuous forces, N, from the makers' data sheets.
 const CONTINUOUS_FORCES: [(&str, f64); 6] = [
     ("Phantom Premium 1.5/6DOF", 1.4),
     ("Phantom Premium 3.0/6DOF", 3.0),
@@ -234,9 +240,9 @@ const CONTINUOUS_FORCES: [(&str, f64); 6] = [
     ("omega.7", 12.0),
 ];
 
-/// Conservative limits for devices that do not report their own: force and torque as seen in
-/// shipped drivers, continuous force and workspace as stated by the makers. Buttons are left to the
-/// back ends, which see them.
+/// Returns conservative limits for devices that do not report their own. Force and torque are the
+/// limits in shipped drivers; continuous force and workspace come from the makers' data sheets. The
+/// number of buttons is 0, since the back ends read it from the device.
 pub fn known_devices() -> [DeviceSpec; 10] {
     let gripper = |rotation| Axes { translation: 3, rotation, gripper: 1 };
     let spec =

@@ -1,8 +1,8 @@
-//! Faults on purpose: a device, a step and clocks that go wrong when a script says so.
+//! Fault injection: a device, a step and clocks that fail as a script says.
 //!
-//! A [`Script`] is a list of faults by tick, written by hand or drawn from a seed. Wrapped around a
-//! device ([`FaultyDevice`]) and a step ([`Script::step`]) it makes a run go through them: what the
-//! safety chain has to survive.
+//! A [`Script`] is a list of faults by tick, written by hand or drawn from a seed. It is applied to
+//! a device ([`FaultyDevice`]) and to a step ([`Script::step`]), to test that the safety chain
+//! handles the faults.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -16,59 +16,59 @@ use crate::device::{Brake, DeviceError, DeviceSpec, DeviceState, HapticDevice};
 use crate::safety::Cut;
 use crate::servo::{StepOutcome, VirtualTime};
 
-/// A fault in a tick.
+/// A fault that starts in one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
-    /// A coordinate of the pose is not a number.
+    /// A coordinate of the pose is NaN.
     NonFinitePose,
     /// A velocity is infinite.
     NonFiniteTwist,
-    /// The rotation is no unit quaternion.
+    /// The rotation is not a unit quaternion.
     NoRotation,
-    /// From now on the pose is this far from where it was, m.
+    /// From now on the pose is shifted by this vector, m.
     PoseJump(DVec3),
-    /// From now on it is turned by this, rad.
+    /// From now on the pose is rotated by this rotation vector, rad.
     TurnJump(DVec3),
-    /// The stated velocity has this added, m/s.
+    /// The reported velocity is increased by this along x in this tick, m/s.
     Speed(f64),
-    /// For so many ticks the stated velocity has this added, m/s.
+    /// The reported velocity is increased by this vector for this number of ticks, m/s.
     Velocity(DVec3, u32),
-    /// For so many ticks the device gives no force, whatever the command, and says so.
+    /// The device withholds its force for this number of ticks, and reports it.
     Withheld(u32),
-    /// For so many ticks the same state is read again and again, with its time.
+    /// The device returns the same state with the same time for this number of ticks.
     Frozen(u32),
-    /// For so many ticks the same state is read again and again, with a time that goes on.
+    /// The device returns the same state with new times for this number of ticks.
     Stuck(u32),
-    /// The device's clock jumps by so many s.
+    /// The device's clock jumps by this time, s.
     DeviceClock(f64),
-    /// The loop's clock jumps by so many ns; needs virtual time.
+    /// The loop's clock jumps by this time, ns; needs virtual time.
     LoopClock(i64),
-    /// The read takes so long.
+    /// The read takes this time.
     LateRead(Duration),
-    /// The step takes so long.
+    /// The step takes this time.
     LateStep(Duration),
-    /// For so many ticks every step takes so long.
+    /// Every step takes this time for this number of ticks.
     SlowSteps(u32, Duration),
-    /// The machine is suspended for so long; needs virtual time.
+    /// The machine is suspended for this time; needs virtual time.
     Suspended(Duration),
-    /// From now on the step goes by other settings, which answer so many times the wrench.
+    /// From now on the step uses other settings, which scale its wrench by this factor.
     Settings(f64),
-    /// The write takes so long.
+    /// The write takes this time.
     LateWrite(Duration),
-    /// The connection is gone in the middle of a command: the wrench may or may not have arrived,
-    /// nothing else does.
+    /// The connection is lost during a write. The wrench of this write may have arrived; no later
+    /// read or write succeeds.
     Dropped,
-    /// The step answers a wrench that is not a number.
+    /// The step returns a wrench that is NaN.
     NonFiniteWrench,
-    /// The step answers this force and torque, N and N·m, along odd directions.
+    /// The step returns a wrench with this force (N) and torque (N·m), in fixed oblique directions.
     Wrench(f64, f64),
     /// The step panics.
     Panic,
 }
 
 impl Fault {
-    /// The cut by which the chain is bound to show it, when it happens alone and the grip hardly
-    /// moves; `None` where it depends on the run.
+    /// Returns the cut with which the chain must report this fault, if the fault occurs alone and
+    /// the grip hardly moves; `None` if this depends on the run.
     pub fn shown_as(&self) -> Option<Cut> {
         Some(match self {
             Self::NonFinitePose | Self::NonFiniteTwist | Self::NoRotation => Cut::NonFiniteState,
@@ -90,27 +90,28 @@ impl Fault {
     }
 }
 
-/// Faults by tick, shared by a device and a step.
+/// Faults by tick. A device and a step share the script.
 #[derive(Clone, Debug)]
 pub struct Script {
     faults: Arc<[(u64, Fault)]>,
-    /// Reads so far.
+    /// Number of reads so far.
     reads: Arc<AtomicU64>,
     time: Option<VirtualTime>,
 }
 
 impl Script {
-    /// These faults at these ticks (0 is the first read), in virtual time or on the wall's.
+    /// Returns a script with these faults at these ticks (tick 0 is the first read), in virtual
+    /// time or by the wall clock.
     pub fn new(faults: &[(u64, Fault)], time: Option<&VirtualTime>) -> Self {
         Self { faults: faults.into(), reads: Arc::default(), time: time.cloned() }
     }
 
-    /// The faults.
+    /// Returns the faults.
     pub fn faults(&self) -> &[(u64, Fault)] {
         &self.faults
     }
 
-    /// `step`, with the faults that happen in it.
+    /// Wraps `step` so that the faults of the script act in it.
     pub fn step<T>(
         &self,
         mut step: impl FnMut(&DeviceState, f64) -> StepOutcome<T>,
@@ -123,12 +124,12 @@ impl Script {
         }
     }
 
-    /// The faults that happen in a step.
+    /// Returns the faults that act in a step.
     pub fn in_step(&self) -> StepFaults {
         StepFaults { script: self.clone(), slow: 0, long: Duration::ZERO, gain: 1.0 }
     }
 
-    /// Faults of the tick that was read last.
+    /// Returns the faults of the tick that was read last.
     fn now(&self) -> impl Iterator<Item = Fault> + '_ {
         let tick = self.reads.load(Ordering::Relaxed).wrapping_sub(1);
         self.faults.iter().filter(move |(at, _)| *at == tick).map(|(_, fault)| *fault)
@@ -142,17 +143,18 @@ impl Script {
     }
 }
 
-/// Faults of a [`Script`] that happen in a step and to its outcome.
+/// Faults of a [`Script`] that act in a step and on its outcome.
 pub struct StepFaults {
     script: Script,
-    /// Steps that are still to be slow, and how slow.
+    /// Number of further slow steps.
     slow: u32,
+    /// Time that each slow step takes.
     long: Duration,
     gain: f64,
 }
 
 impl StepFaults {
-    /// Applies the script's fault of this tick to the `outcome` of its step.
+    /// Applies the faults of this tick to the `outcome` of its step.
     pub fn act<T>(&mut self, outcome: &mut StepOutcome<T>) {
         let Self { script, slow, long, gain } = self;
         for fault in script.now() {
@@ -173,7 +175,7 @@ impl StepFaults {
                     let along = DVec3::new(0.6, -0.64, 0.48);
                     outcome.wrench = Wrench { force: along * force, torque: -along * torque };
                 }
-                Fault::Panic => std::panic::resume_unwind(Box::new("a panic on purpose")),
+                Fault::Panic => std::panic::resume_unwind(Box::new("an injected panic")),
                 _ => {}
             }
         }
@@ -186,30 +188,35 @@ impl StepFaults {
     }
 }
 
-/// A device that goes wrong as its script says.
+/// A device that fails as its script says.
 #[derive(Debug)]
 pub struct FaultyDevice<D> {
     device: D,
     script: Script,
     spec: DeviceSpec,
-    /// Added to every pose and time from now on.
+    /// Shift of every pose from now on, m.
     moved: DVec3,
+    /// Rotation of every pose from now on.
     turned: DQuat,
+    /// Offset of the device's clock, s.
     clock: f64,
+    /// The last state that was returned.
     last: Option<DeviceState>,
+    /// Number of ticks for which the last state is still repeated.
     held: u32,
+    /// True if the repeated states have new times.
     ticking: bool,
-    /// m/s, and for how many ticks.
+    /// Added velocity (m/s), and the number of ticks for which it is still added.
     velocity: (DVec3, u32),
-    /// Ticks.
+    /// Number of ticks for which the force is still withheld.
     withheld: u32,
-    /// In this tick.
+    /// True if the force is withheld in this tick.
     withholds: bool,
     dropped: bool,
 }
 
 impl<D: HapticDevice> FaultyDevice<D> {
-    /// `device`, with the faults of `script`.
+    /// Wraps `device` with the faults of `script`.
     pub fn new(device: D, script: &Script) -> Self {
         let spec = device.spec().clone();
         Self {
@@ -229,23 +236,23 @@ impl<D: HapticDevice> FaultyDevice<D> {
         }
     }
 
-    /// A device that says this of itself, true or not.
+    /// Replaces the description that the device reports, to test wrong descriptions.
     #[must_use]
     pub fn claiming(mut self, spec: DeviceSpec) -> Self {
         self.spec = spec;
         self
     }
 
-    /// The wrapped device.
+    /// Returns the wrapped device.
     pub fn device(&self) -> &D {
         &self.device
     }
 
     fn lost() -> DeviceError {
-        DeviceError::Lost(Cow::Borrowed("unplugged on purpose"))
+        DeviceError::Lost(Cow::Borrowed("unplugged by an injected fault"))
     }
 
-    /// Changes `state` as the fault requires.
+    /// Applies a fault that acts on `state` in this tick only.
     fn disturb(&mut self, state: &mut DeviceState, fault: Fault) {
         match fault {
             Fault::NonFinitePose => state.pose.translation.z = f64::NAN,
@@ -262,7 +269,7 @@ impl<D: HapticDevice> FaultyDevice<D> {
         }
     }
 
-    /// Starts the faults that last from this tick on.
+    /// Starts a fault that lasts for several ticks.
     fn begin(&mut self, fault: Fault) {
         match fault {
             Fault::PoseJump(by) => self.moved += by,
@@ -308,8 +315,7 @@ impl<D: HapticDevice> HapticDevice for FaultyDevice<D> {
             *ticks -= 1;
             state.twist.linear += *velocity;
         }
-        // The newest state says whether the device withholds its force, however old the rest of it
-        // is.
+        // `withheld` is always current, even if the other fields repeat an old state.
         state.withheld = self.withheld > 0;
         self.withheld = self.withheld.saturating_sub(1);
         self.withholds = state.withheld;

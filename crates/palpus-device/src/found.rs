@@ -1,51 +1,51 @@
 //! The devices found on this machine, and the requirements of the others.
 //!
-//! Every back end answers for itself with a function `look() -> Vec<Finding>`: one finding for each
-//! device. If it sees no device, one finding names the missing part, the places searched, the
-//! reason and a remedy of one line. A search never moves a device, never gives it a force, and
-//! takes at most a second.
+//! Each back end has a function `look() -> Vec<Finding>` that returns one finding per device. If it
+//! finds no device, it returns one finding that names the missing part, the places searched, the
+//! reason and a remedy of one line. A search never moves a device, never gives a force, and takes
+//! at most a second.
 
 use crate::device::{DeviceSpec, known_devices};
 use crate::simulated::SimulationSettings;
 
-/// Finding of a back end about one device.
+/// Result of a back end's search for one device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
-    /// The back end's name, as people know it.
+    /// Common name of the back end.
     pub backend: &'static str,
-    /// The device's name, or what devices this back end is for.
+    /// Name of the device; if none was found, the devices that this back end supports.
     pub name: String,
-    /// There or not.
+    /// Result of the search.
     pub state: FindingState,
 }
 
-/// Result of the search for a device.
+/// Result of the search for a device: its description, or the reason why it cannot be used.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FindingState {
-    /// It can be used.
+    /// The device can be used.
     Found {
         /// Value for `--device`.
         device: String,
-        /// Its description.
+        /// Description of the device.
         spec: DeviceSpec,
-        /// At which it likes to be driven, Hz.
+        /// Recommended rate of the servo loop, Hz.
         rate_hz: f64,
-        /// Whatever else is worth knowing; may be empty.
+        /// Other remarks for the user; may be empty.
         note: String,
     },
-    /// It cannot.
+    /// The device cannot be used.
     Missing {
         /// The searched items and places.
         looked_for: String,
         /// The missing item: a library, a service, a permission, a device.
         why: String,
-        /// One line that mends it: a command, or what to install from where.
+        /// One line that says how to fix it: a command, or what to install and from where.
         mend: String,
     },
 }
 
 impl Finding {
-    /// A device that can be used.
+    /// Returns a finding for a device that can be used.
     pub fn found(
         backend: &'static str,
         device: impl Into<String>,
@@ -57,7 +57,7 @@ impl Finding {
         Self { backend, name, state: FindingState::Found { device: device.into(), spec, rate_hz, note: note.into() } }
     }
 
-    /// Devices that cannot be used, and why.
+    /// Returns a finding for devices that cannot be used, with the reason.
     pub fn missing(
         backend: &'static str,
         name: impl Into<String>,
@@ -69,13 +69,13 @@ impl Finding {
         Self { backend, name: name.into(), state }
     }
 
-    /// True when it can be used.
+    /// Returns true if the device can be used.
     pub fn is_found(&self) -> bool {
         matches!(self.state, FindingState::Found { .. })
     }
 }
 
-/// Findings of the back ends of this crate.
+/// Returns the findings of all back ends of this crate.
 pub fn look() -> Vec<Finding> {
     let mut findings = vec![simulated()];
     findings.extend(crate::haply::look());
@@ -84,15 +84,21 @@ pub fn look() -> Vec<Finding> {
     findings
 }
 
-/// Returns the known properties of the device of this name, as a start for a spec that the device
-/// itself completes.
+/// Returns the known limits of the device called `name`; `None` if the name is unknown. A back end
+/// starts from them and adds what the device itself reports.
 pub fn known_device(name: &str) -> Option<DeviceSpec> {
     known_devices().into_iter().find(|known| known.name == name)
 }
 
 fn simulated() -> Finding {
     let settings = SimulationSettings::default();
-    Finding::found("simulated", "sim", settings.spec, settings.rate_hz, "a device in a simulated hand; always there")
+    Finding::found(
+        "simulated",
+        "sim",
+        settings.spec,
+        settings.rate_hz,
+        "a device held by a simulated operator; always available",
+    )
 }
 
 #[cfg(test)]
@@ -100,7 +106,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn there_is_always_a_device() {
+    fn simulated_device_is_always_found() {
         assert!(look().iter().any(Finding::is_found));
     }
 }

@@ -1,57 +1,57 @@
-//! The newest value, for readers slower than the loop.
+//! Passes the newest value from the servo loop to slower readers.
 //!
-//! Three slots and one exchange of an index: neither side ever waits, locks or allocates; the
-//! reader gets a whole value, the newest that was published, and misses those between. A value with
-//! memory of its own (a list of contacts) is written into a slot that is there already
-//! ([`Publisher::publish_with`]).
+//! The exchange is a triple buffer: three slots and one atomic swap of an index. Neither side
+//! waits, locks or allocates. The reader gets the newest complete value and misses the values
+//! between two reads. A value that owns memory, such as a list of contacts, is overwritten in
+//! place, so that its memory is reused ([`Publisher::publish_with`]).
 
 use std::sync::Arc;
 
-/// The servo thread's end.
+/// The end of the servo thread, which writes values.
 pub struct Publisher<T: Send>(triple_buffer::Input<Slot<T>>);
 
 impl<T: Send> Publisher<T> {
-    /// From now on this is the newest value. The one that stood in its slot is dropped here.
+    /// Makes `value` the newest value. Drops the old value of the slot.
     pub fn publish(&mut self, value: T) {
         self.publish_with(|slot| *slot = value);
     }
 
-    /// Has `fill` overwrite an older value, which is the newest from then on.
+    /// Lets `fill` overwrite an old value in place, and makes the result the newest value.
     pub fn publish_with(&mut self, fill: impl FnOnce(&mut T)) {
         fill(&mut self.0.input_buffer_mut().value);
         self.0.publish();
     }
 }
 
-/// The other end: a window, a live line.
+/// The end of the reader, such as a window or a live status line.
 pub struct Newest<T: Send>(triple_buffer::Output<Slot<T>>);
 
 impl<T: Send> Newest<T> {
-    /// The newest value.
+    /// Returns the newest value.
     pub fn get(&mut self) -> &T {
         &self.0.read().value
     }
 
-    /// The newest value, if it has not been got yet.
+    /// Returns the newest value if it was not read before.
     pub fn take(&mut self) -> Option<&T> {
         self.0.update().then(|| &self.0.output_buffer().value)
     }
 }
 
-/// Two ends of an exchange that begins with `initial`.
+/// Returns both ends of an exchange whose first value is `initial`.
 pub fn latest<T: Copy + Send + Sync + 'static>(initial: T) -> (Publisher<T>, Newest<T>) {
     latest_of(move || initial)
 }
 
-/// Two ends of an exchange whose three slots are made by `make`, each with all the memory that it
-/// will need.
+/// Returns both ends of an exchange whose three slots are made by `make`. Each slot must be made
+/// with all the memory that it will need.
 pub fn latest_of<T: Send>(make: impl Fn() -> T + Send + Sync + 'static) -> (Publisher<T>, Newest<T>) {
     let first = Slot { value: make(), make: Arc::new(make) };
     let (input, output) = triple_buffer::triple_buffer(&first);
     (Publisher(input), Newest(output))
 }
 
-/// A value that is made anew where it would be copied: a copied list has no room to spare.
+/// A slot whose clone is made by `make`, since a cloned list would lose its spare capacity.
 struct Slot<T> {
     value: T,
     make: Arc<dyn Fn() -> T + Send + Sync>,
@@ -68,7 +68,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_reader_gets_whole_values_and_never_an_older_one() {
+    fn reader_gets_complete_values_in_order() {
         let (mut publisher, mut newest) = latest([0u64; 16]);
         assert_eq!(newest.take(), None);
         assert_eq!(*newest.get(), [0; 16]);
@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn a_list_is_written_into_room_that_is_there() {
+    fn list_reuses_the_memory_of_its_slot() {
         let (mut publisher, mut newest) = latest_of(|| Vec::<u32>::with_capacity(100));
         for k in 0..10 {
             publisher.publish_with(|list| {

@@ -1,26 +1,26 @@
-//! Haptic devices, the simulated hand, the servo loop and its safety chain.
+//! Haptic devices, the simulated operator, the servo loop and its safety chain.
 //!
 //! * [`HapticDevice`] is the interface to a device: read a state, write a wrench.
-//!   [`SimulatedDevice`] (a device held by a simulated hand) and [`ReplayDevice`] (a recorded hand)
-//!   implement it, as real devices do.
+//!   [`SimulatedDevice`] (a device that a simulated operator holds) and [`ReplayDevice`] (a
+//!   recorded motion) implement it, as real devices do.
 //! * [`BridgeDevice`] connects a device whose driver is another process, by the protocol in
 //!   [`bridge_frames`]. [`conformance`] tests such a driver.
 //! * [`HaplyDevice`] connects Haply's arms through their service. [`SpaceMouse`] is an input device
 //!   without force. [`PlacedDevice`] moves the workspace of a device to the start of a scene.
-//! * [`look`] lists the devices that were found, and says what is missing to use others.
+//! * [`look`] lists the devices found on this machine, and what is missing to use others.
 //! * [`Servo`] is the loop: read, step and write in each tick, in real time or as fast as possible.
-//!   However it ends, the last wrench that it writes is zero.
+//!   However the loop ends, the last wrench that it writes is zero.
 //! * [`SafetyChain`] limits each wrench before it reaches the hand. The [`Gate`] checks each device
 //!   state before the step, and the [`Watch`] checks the loop from another thread.
 //!   [`FaultyDevice`] injects faults to test them.
 //! * [`self_test`] tests a device before it gives force to a person.
-//! * [`claim`] asks the operating system for what a real-time loop needs: priority, locked memory
-//!   and a core of its own. [`leave_core`] moves the other threads off that core.
+//! * [`claim`] requests from the operating system what a real-time loop needs: priority, locked
+//!   memory and a core of its own. [`leave_core`] moves the other threads off that core.
 //! * [`latest`] gives slower readers, such as a window, the newest value of the loop.
 //! * [`record`] passes rows from the servo thread to a writer through a bounded queue. If the queue
 //!   is full, it drops and counts rows; it never waits.
 //!
-//! The loop is generic over what computes the wrench: nothing here depends on geometry.
+//! The loop is generic over the step that computes the wrench. Nothing here depends on geometry.
 
 mod acting;
 mod bridge;

@@ -1,10 +1,10 @@
-//! A device set down where a scene begins.
+//! A device whose workspace is moved to the start of a scene.
 //!
-//! A device has its own origin, somewhere in its arm, and a grip is held as it is held. So the
-//! grip's first pose is taken to be the one where the scene wants its hand to begin: positions are
-//! shifted by a constant, the grip is turned within the hand by a constant. The device's axes stay
-//! the scene's axes; velocities and wrenches, which are about the grip in those axes, are not
-//! touched.
+//! A device has its own origin, somewhere in its arm, and starts with any orientation of the grip.
+//! So this device maps the first valid grip pose to the start pose of the scene: it adds a constant
+//! shift to each position and applies a constant rotation in the grip's own frame. The axes of the
+//! device are the axes of the scene. Velocities and wrenches refer to the grip's origin in these
+//! axes, so they stay as they are.
 
 use std::sync::Arc;
 
@@ -13,17 +13,18 @@ use palpus::algebra::{Pose, Wrench};
 
 use crate::device::{Brake, DeviceError, DeviceSpec, DeviceState, HapticDevice, OwnWatchdog};
 
-/// A device whose first pose is that of the scene's beginning.
+/// A device whose first valid pose becomes the start pose of a scene.
 #[derive(Clone, Debug)]
 pub struct PlacedDevice<D> {
     device: D,
     start: Pose,
-    /// Added to every position, and turned before every rotation; `None` before the first state.
+    /// The shift added to each position (m), and the rotation applied before each rotation; `None`
+    /// before the first valid state.
     placed: Option<(DVec3, DQuat)>,
 }
 
 impl<D: HapticDevice> PlacedDevice<D> {
-    /// `device`, of which the first valid pose that is read becomes `start`.
+    /// Wraps `device` so that its first valid pose becomes `start`.
     pub fn new(device: D, start: Pose) -> Self {
         Self { device, start, placed: None }
     }
@@ -77,7 +78,7 @@ mod tests {
     use crate::simulated::SimulationSettings;
 
     #[test]
-    fn the_first_pose_is_the_start_and_motion_is_the_same() {
+    fn first_pose_becomes_start_and_motion_is_kept() {
         let poses = [
             Pose { rotation: DQuat::from_xyzw(0.0, 0.0, 0.0, f64::NAN), translation: DVec3::ZERO },
             Pose { rotation: DQuat::from_rotation_x(0.4), translation: DVec3::new(0.1, 0.2, 0.3) },
@@ -97,7 +98,7 @@ mod tests {
         assert!(rotation_between(first.rotation, start.rotation).length() < 1e-7);
         let second = device.read().unwrap().pose;
         assert!((second.translation - first.translation).distance(DVec3::new(0.0, 0.05, 0.0)) < 1e-15);
-        // A turn of the grip is the same turn of the probe, about the same axis of the world.
+        // A rotation of the grip rotates the probe by the same angle about the same world axis.
         let turned = rotation_between(first.rotation, second.rotation);
         assert!(turned.distance(DVec3::new(0.0, 0.0, 0.2)) < 1e-7, "{turned}");
     }

@@ -1,11 +1,11 @@
-//! Recording off the servo thread.
+//! Writes recordings outside the servo thread.
 //!
 //! 1. The servo thread pushes rows into a bounded queue: no lock, no allocation, no waiting. A full
 //!    queue drops the row and counts it.
-//! 2. A writer thread takes them out in order and hands them to the caller's [`Sink`], which is
-//!    also called when the queue is empty.
-//! 3. [`Recording::finish`] lets the writer drain the queue and returns how much was written and
-//!    dropped.
+//! 2. A writer thread removes the rows in order and passes them to the caller's [`Sink`]. It also
+//!    calls the sink when the queue is empty.
+//! 3. [`Recording::finish`] waits until the writer has emptied the queue, and returns the
+//!    numbers of written and dropped rows.
 
 use std::io;
 use std::sync::Arc;
@@ -13,23 +13,24 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// How long the writer sleeps when it finds the queue empty: a few ticks, so that a queue of a
-/// second never fills.
+/// Sleep of the writer when the queue is empty. It is a few ticks, so a queue with room for a
+/// second of rows never fills.
 const IDLE: Duration = Duration::from_millis(2);
 
-/// Destination of the rows of a recording. All calls come from the writer's thread; after the first
-/// error there are no more.
+/// Destination of the rows of a recording. All calls come from the writer thread. After the first
+/// error there are no more calls.
 pub trait Sink<R>: Send + 'static {
     /// Writes a row.
     fn write(&mut self, row: &R) -> io::Result<()>;
 
-    /// There is no row to write at the moment: what was kept back may have to go now. Called every
-    /// few milliseconds.
+    /// Lets the sink write rows that it has buffered. The writer thread calls this every few
+    /// milliseconds while there is no new row.
     fn idle(&mut self) -> io::Result<()> {
         Ok(())
     }
 
-    /// There was no error, and no row will come any more.
+    /// Completes the recording. The writer thread calls this once, after the last row, if there was
+    /// no error.
     fn finish(&mut self) -> io::Result<()> {
         Ok(())
     }
@@ -41,7 +42,7 @@ impl<R, W: FnMut(&R) -> io::Result<()> + Send + 'static> Sink<R> for W {
     }
 }
 
-/// The servo thread's end of a recording.
+/// The end of the servo thread: it pushes rows into the queue.
 #[derive(Debug)]
 pub struct Recorder<R> {
     queue: rtrb::Producer<R>,
@@ -49,28 +50,28 @@ pub struct Recorder<R> {
 }
 
 impl<R: Copy> Recorder<R> {
-    /// Puts a row into the queue, or drops and counts it when the queue is full. Never waits or
-    /// allocates.
+    /// Pushes a row into the queue; if the queue is full, drops the row and counts it. Never waits
+    /// or allocates.
     pub fn push(&mut self, row: R) {
         if !self.try_push(row) {
             self.dropped.fetch_add(1, Ordering::Relaxed);
         }
     }
 
-    /// Puts a row into the queue; false when it is full, and then nothing is counted: for what the
-    /// caller holds and tries again. Never waits or allocates.
+    /// Pushes a row into the queue; returns false if the queue is full. A refused row is not
+    /// counted as dropped, so the caller can keep it and try again. This never waits or allocates.
     #[must_use]
     pub fn try_push(&mut self, row: R) -> bool {
         self.queue.push(row).is_ok()
     }
 
-    /// Rows dropped so far.
+    /// Returns the number of rows dropped so far.
     pub fn dropped(&self) -> u64 {
         self.dropped.load(Ordering::Relaxed)
     }
 }
 
-/// A recording under way: the writer thread.
+/// A running recording: the handle of the writer thread.
 #[derive(Debug)]
 pub struct Recording {
     writer: JoinHandle<(u64, Option<io::Error>)>,
@@ -81,16 +82,16 @@ pub struct Recording {
 /// Outcome of a recording.
 #[derive(Debug)]
 pub struct RecordingSummary {
-    /// Rows handed to the sink without an error.
+    /// Number of rows that the sink accepted.
     pub written: u64,
-    /// Rows that found the queue full, because the writer was too slow or had failed.
+    /// Number of rows dropped because the queue was full: the writer was too slow or had failed.
     pub dropped: u64,
-    /// The error that ended the writing early.
+    /// The error that stopped the writer early; `None` without an error.
     pub error: Option<io::Error>,
 }
 
-/// Starts a thread that hands every row pushed into the answered [`Recorder`] to `sink`, in order,
-/// through a queue of `capacity` rows.
+/// Starts a writer thread that passes each row pushed into the returned [`Recorder`] to `sink`, in
+/// order. The queue holds `capacity` rows.
 pub fn record<R>(capacity: usize, mut sink: impl Sink<R>) -> (Recorder<R>, Recording)
 where
     R: Copy + Send + 'static,
@@ -107,7 +108,7 @@ where
     (Recorder { queue: producer, dropped: Arc::clone(&dropped) }, Recording { writer, finished, dropped })
 }
 
-/// Takes rows out of the queue until there will be no more, and counts them.
+/// Passes rows from the queue to `sink` until the recording ends, and counts them in `written`.
 fn drain<R>(
     sink: &mut impl Sink<R>,
     queue: &mut rtrb::Consumer<R>,
@@ -115,8 +116,8 @@ fn drain<R>(
     written: &mut u64,
 ) -> io::Result<()> {
     loop {
-        // Read before the queue is drained, so that rows pushed before the end was announced are
-        // still written.
+        // Read before the loop below empties the queue, so that rows pushed before the end was
+        // announced are still written.
         let last_round = ending.load(Ordering::Acquire) || queue.is_abandoned();
         while let Ok(row) = queue.pop() {
             sink.write(&row)?;
@@ -131,10 +132,10 @@ fn drain<R>(
 }
 
 impl Recording {
-    /// Writes what is still in the queue and ends the writer thread.
+    /// Writes the rows that are still in the queue, and ends the writer thread.
     ///
     /// # Panics
-    /// With the writing function's own panic.
+    /// If the sink panicked in the writer thread.
     pub fn finish(self) -> RecordingSummary {
         self.finished.store(true, Ordering::Release);
         match self.writer.join() {
@@ -150,7 +151,7 @@ mod tests {
     use std::sync::mpsc;
 
     #[test]
-    fn rows_arrive_in_order_and_none_is_lost_when_there_is_room() {
+    fn rows_arrive_in_order_if_queue_has_room() {
         let (rows, arrived) = mpsc::channel();
         let (mut recorder, recording) = record(1000, move |row: &u32| rows.send(*row).map_err(io::Error::other));
         for row in 0..1000 {
@@ -162,10 +163,10 @@ mod tests {
     }
 
     #[test]
-    fn a_full_queue_drops_and_counts() {
+    fn full_queue_drops_and_counts_rows() {
         let (gate, closed) = mpsc::channel::<()>();
         let (mut recorder, recording) = record(8, move |_: &u32| {
-            // Held here until the gate is dropped.
+            // The writer waits here until the gate is dropped.
             let _ = closed.recv();
             Ok(())
         });
@@ -179,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_of_the_writing_function_is_reported_once() {
+    fn sink_error_is_reported_once() {
         let mut calls = 0;
         let (mut recorder, recording) = record(8, move |_: &u32| {
             calls += 1;

@@ -1,11 +1,11 @@
-//! A recorded hand.
+//! A device that plays a recorded motion.
 
 use palpus::algebra::Wrench;
 
 use crate::device::{DeviceError, DeviceSpec, DeviceState, HapticDevice};
 
-/// Plays recorded states, one per tick, and ends with the last; what is written to it moves
-/// nothing.
+/// Returns recorded states, one per tick, and ends after the last one. Written wrenches have no
+/// effect on the motion.
 #[derive(Clone, Debug)]
 pub struct ReplayDevice {
     spec: DeviceSpec,
@@ -14,7 +14,7 @@ pub struct ReplayDevice {
 }
 
 impl ReplayDevice {
-    /// A device that was of this `spec` and sensed these `states`.
+    /// Returns a device with description `spec` that plays `states`.
     pub fn new(spec: DeviceSpec, states: Vec<DeviceState>) -> Self {
         Self { spec, states, next: 0 }
     }

@@ -1,15 +1,16 @@
 //! The self test of a device, before it may give force.
 //!
-//! The test writes only zero, so that the hand is not moved. Its steps:
+//! The test writes only zero wrenches, so it does not move the user's hand. Its steps:
 //!
-//! 1. New states arrive, each with a valid pose and its own time. The device accepts zero after
-//!    each.
-//! 2. The device's own watchdog takes the force when nothing is written, if it has one that can be
-//!    asked.
-//! 3. The brake can be applied and released, and reports both. Reads and writes work meanwhile.
+//! 1. New states arrive, each with a valid pose and a new time. The device accepts a zero wrench
+//!    after each.
+//! 2. The device's own watchdog removes the force when no wrench is written. This step is skipped
+//!    if the device has no watchdog that can be queried.
+//! 3. The brake can be applied and released, and reports both states. Meanwhile reads and writes
+//!    work.
 //! 4. The loop's watchdog, which runs in its own thread, applies the brake when the loop stalls.
 //!
-//! The result names what a device does not have. All waiting is by the loop's clock.
+//! The result names the parts that the device does not have. All waits use the loop's clock.
 
 use std::fmt;
 use std::sync::Arc;
@@ -21,59 +22,59 @@ use crate::device::{Brake, DeviceError, DeviceState, HapticDevice};
 use crate::safety::{SafetyLimits, Watch};
 use crate::servo::LoopTime;
 
-/// Between two reads: a tick of the usual loop.
+/// Time between two reads: one tick of a 1 kHz loop.
 const TICK: Duration = Duration::from_millis(1);
-/// Hz, of that.
+/// Rate of these reads, Hz.
 const RATE_HZ: f64 = 1000.0;
 /// Number of new states that must arrive.
 const FRESH_STATES: u32 = 20;
-/// Time for these. Long enough for a busy machine.
+/// Time limit for the new states. It is long enough for a busy machine.
 const FRESH_TIME: Duration = Duration::from_millis(500);
-/// Time for a watchdog to act, beyond its own. A thread without priority wakes late on a busy
-/// machine.
+/// Extra time that a watchdog is given to trip. A thread without real-time priority wakes late on a
+/// busy machine.
 const PATIENCE: Duration = Duration::from_millis(500);
 
-/// Tests that a device passed.
+/// Result of a passed self test.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SelfTest {
-    /// The device has a brake, which passed its test.
+    /// The device has a brake, and the brake passed its test.
     pub brake: bool,
     /// Time after which the loop's watchdog applies the brake; `None` without a brake.
     pub watchdog: Option<Duration>,
-    /// Time after which the device's own watchdog takes the force; `None` if it has none that can
-    /// be queried, or if it was not tested.
+    /// Time after which the device's own watchdog removes the force; `None` if it was not tested or
+    /// cannot be queried.
     pub own_watchdog: Option<Duration>,
     /// The device gives no force now, so its own watchdog was not tested.
     pub withheld: bool,
 }
 
-/// Why a device may not be used.
+/// The reason why a device must not be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SelfTestError {
-    /// It reads or writes no more.
+    /// The device failed to read or write.
     #[error("{0}")]
     Device(#[from] DeviceError),
-    /// No or too few states.
+    /// Too few new states arrived.
     #[error(
         "it gave {fresh} new states in {} ms, and {FRESH_STATES} are needed: check its cable, or unplug it and plug it in again",
         FRESH_TIME.as_millis()
     )]
     NotFresh {
-        /// With a valid pose and a time of their own.
+        /// Number of states with a valid pose and a new time.
         fresh: u32,
     },
-    /// The brake is not seen.
-    #[error("its brake was {0} and does not say so: switch it off and on again")]
+    /// The device reports the wrong state of its brake.
+    #[error("its brake was {0}, but the device does not report it: switch the device off and on again")]
     Brake(&'static str),
-    /// The loop's watchdog does nothing.
+    /// The loop's watchdog did not apply the brake.
     #[error(
-        "the watchdog's thread did not apply its brake within {} ms, so that a loop that stands still would hold its force: see that this user may start threads (ulimit -u)",
+        "the watchdog thread did not apply its brake within {} ms, so a stalled loop would hold its force: check that this user may start threads (ulimit -u)",
         .0.as_millis()
     )]
     Watchdog(Duration),
-    /// The device's own does nothing.
+    /// The device's own watchdog did not remove the force.
     #[error(
-        "its own watchdog did not take the force within {} ms, so that it would hold it should this program be killed: switch it off and on again",
+        "its own watchdog did not remove the force within {} ms, so the device would hold its force if this program were killed: switch the device off and on again",
         .0.as_millis()
     )]
     OwnWatchdog(Duration),
@@ -96,10 +97,11 @@ impl fmt::Display for SelfTest {
     }
 }
 
-/// Tests `device` by the clock `time`. Takes at most about two seconds; writes zero only.
+/// Tests `device`, with `time` as the clock. Takes at most about two seconds and writes only zero
+/// wrenches.
 ///
 /// # Errors
-/// If a part of the test fails; the device should then not be used.
+/// Fails if a step of the test fails. The device must then not be used.
 pub fn self_test<D: HapticDevice + ?Sized>(device: &mut D, time: &dyn LoopTime) -> Result<SelfTest, SelfTestError> {
     let mut bench = Bench { device, time };
     bench.see_fresh_states()?;
@@ -121,7 +123,7 @@ struct Bench<'a, D: HapticDevice + ?Sized> {
 }
 
 impl<D: HapticDevice + ?Sized> Bench<'_, D> {
-    /// A tick of a loop that gives no force.
+    /// Runs one tick of a loop that writes zero.
     fn tick(&mut self) -> Result<DeviceState, DeviceError> {
         self.wait(TICK);
         let state = self.device.read()?;
@@ -129,7 +131,8 @@ impl<D: HapticDevice + ?Sized> Bench<'_, D> {
         Ok(state)
     }
 
-    /// For more than a moment: a single answer may be late.
+    /// Returns true if the device withholds its force for several ticks. A single answer may be
+    /// late.
     fn is_withheld(&mut self) -> Result<bool, DeviceError> {
         for _ in 0..FRESH_STATES {
             if !self.tick()?.withheld {
@@ -143,7 +146,7 @@ impl<D: HapticDevice + ?Sized> Bench<'_, D> {
         self.time.wait_until(self.time.now() + duration, Duration::ZERO);
     }
 
-    /// 1.
+    /// Step 1: waits for new states.
     fn see_fresh_states(&mut self) -> Result<(), SelfTestError> {
         let until = self.time.now() + FRESH_TIME;
         let (mut last, mut fresh) = (f64::NEG_INFINITY, 0);
@@ -159,7 +162,8 @@ impl<D: HapticDevice + ?Sized> Bench<'_, D> {
         Err(SelfTestError::NotFresh { fresh })
     }
 
-    /// 2. Afterwards a few ticks, in which the device may say that it gave no force for a while.
+    /// Step 2: waits for the device's own watchdog. The ticks afterwards let the device report
+    /// again that it gives force.
     fn see_own_watchdog(&mut self) -> Result<Option<Duration>, SelfTestError> {
         let Some(watchdog) = self.device.own_watchdog() else { return Ok(None) };
         let until = self.time.now() + watchdog.after + PATIENCE;
@@ -176,7 +180,7 @@ impl<D: HapticDevice + ?Sized> Bench<'_, D> {
         Ok(Some(watchdog.after))
     }
 
-    /// 3. Through a second handle, since the watchdog has one of its own.
+    /// Step 3: queries the brake through a second handle, since the watchdog has its own handle.
     fn see_brake(&mut self, brake: &dyn Brake) -> Result<(), SelfTestError> {
         let is_applied = |device: &D| device.brake().is_some_and(|brake| brake.is_applied());
         brake.apply();
@@ -192,7 +196,7 @@ impl<D: HapticDevice + ?Sized> Bench<'_, D> {
         Ok(())
     }
 
-    /// 4. A loop that has beaten once, as if it had written a force, and never again.
+    /// Step 4: a loop that has beaten once, as if it had written a force, and then stalls.
     fn see_watchdog(&mut self, brake: &Arc<dyn Brake>) -> Result<Duration, SelfTestError> {
         let stall = SafetyLimits::of(self.device.spec(), RATE_HZ).stall;
         let stall = Duration::try_from_secs_f64(stall).unwrap_or(PATIENCE);
@@ -207,7 +211,7 @@ impl<D: HapticDevice + ?Sized> Bench<'_, D> {
         watch.end();
         if let Some(thread) = thread {
             thread.thread().unpark();
-            // It does not panic, and if it did the brake tells.
+            // A panic of this thread would show below as a brake that was not applied.
             let _ = thread.join();
         }
         brake.release();
@@ -226,7 +230,7 @@ mod tests {
     use crate::device::{BrakeFlag, DeviceSpec, OwnWatchdog, known_devices};
     use crate::servo::VirtualTime;
 
-    /// A failed test.
+    /// A defect of the tested device.
     #[derive(Clone, Copy, Debug, PartialEq)]
     enum Wrong {
         Nothing,
@@ -238,7 +242,7 @@ mod tests {
         OwnWatchdogSleeps,
     }
 
-    /// A device on the clock, whose own watchdog bites after 20 ms.
+    /// A device on the virtual clock whose own watchdog trips after 20 ms.
     struct Bench {
         wrong: Wrong,
         spec: DeviceSpec,
@@ -249,7 +253,7 @@ mod tests {
         largest: f64,
     }
 
-    /// A brake that does nothing, or that stays.
+    /// A brake that cannot be applied, or cannot be released.
     struct Odd(BrakeFlag, Wrong);
 
     impl Brake for Odd {
@@ -321,7 +325,7 @@ mod tests {
     }
 
     #[test]
-    fn a_good_device_passes_and_the_result_is_named() {
+    fn good_device_passes_and_names_each_step() {
         let passed = tested(Wrong::Nothing).unwrap();
         assert_eq!(passed.own_watchdog, Some(Duration::from_millis(20)));
         assert!(passed.brake && passed.watchdog.is_some() && !passed.withheld);
@@ -346,7 +350,7 @@ mod tests {
         }
     }
 
-    /// A clock whose watchdog's thread does not start.
+    /// A clock on which the watchdog thread does not start.
     struct Unguarded(VirtualTime);
 
     impl LoopTime for Unguarded {
@@ -364,7 +368,7 @@ mod tests {
     }
 
     #[test]
-    fn a_watchdog_that_does_not_start_fails_the_test() {
+    fn watchdog_that_does_not_start_fails_the_test() {
         let mut device = bench(Wrong::Nothing);
         let time = Unguarded(device.time.clone());
         let error = self_test(&mut device, &time).unwrap_err();
@@ -373,7 +377,7 @@ mod tests {
     }
 
     #[test]
-    fn a_device_that_gives_no_force_now_passes_and_it_is_said() {
+    fn withholding_device_passes_and_reports_it() {
         let mut device = Bench { withheld: true, ..bench(Wrong::OwnWatchdogSleeps) };
         let time = device.time.clone();
         let passed = self_test(&mut device, &time).unwrap();

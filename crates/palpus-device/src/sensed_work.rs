@@ -1,20 +1,21 @@
-//! The work that the written wrenches do on a grip, from the motion that its encoders sense.
+//! The work of the written wrenches on a grip, from the motion that its encoders sense.
 //!
-//! An encoder tells of a motion late, a whole step at once, and the wrench reacts to the step. The
-//! wrench that acts when a step is seen is therefore not the one under which the grip moved, and
-//! force times step is wrong by half the stiffness times the square of the step, always to the same
-//! side: 0.45 µJ a step of 0.03 mm at 1 kN/m, or some 100 µJ in seconds of sliding, in which the
-//! true work is less than nothing. So in each tick, for each of the six axes:
+//! An encoder reports motion late and in whole steps, and the wrench reacts to each step. The
+//! wrench that acts when a step is sensed is therefore not the wrench under which the grip moved.
+//! Force times step is wrong by half the stiffness times the squared step, always with the same
+//! sign: 0.45 µJ per step of 0.03 mm at 1 kN/m. In seconds of sliding this adds up to some 100 µJ,
+//! while the true work is negative. So in each tick, for each of the six axes:
 //!
-//! 1. *Travel*: the sensed motion that has not been booked yet. When a step is seen the grip is at
-//!    the border between two steps, half a step short of the sensed position, or beyond that by
-//!    half of what it moves in a tick. So a grip that rests on a border has not moved, though its
-//!    sensed position goes to and fro.
-//! 2. *Book* the travel up to there, with the mean of the loads that acted since the last booking,
-//!    since that is when the grip moved. This is done once [`SPAN`] has passed or the travel is
-//!    [`MANY`] steps. After a rest the older loads count less and less.
-//! 3. *Fast*: a tick of [`FAST`] steps is booked at once, with the load that acted in it. So is
-//!    every tick where the step is 0, for sensors without steps and unknown ones.
+//! 1. *Travel* is the sensed motion whose work has not been counted yet. When a step is sensed, the
+//!    grip is near the border between two steps: half a step short of the sensed position, plus
+//!    half of its motion in a tick. So a grip that rests on a border has not moved, though its
+//!    sensed position alternates.
+//! 2. *Count* the work of the travel up to that border, with the mean of the loads since the last
+//!    count, since the grip moved in that time. This is done once [`SPAN`] has passed or the travel
+//!    is [`MANY`] steps. After a rest, older loads have less weight.
+//! 3. *Fast*: motion of at least [`FAST`] steps in a tick is counted at once, with the load that
+//!    acted in this tick. The same holds for every tick if the step is 0, that is for sensors
+//!    without steps and for unknown steps.
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Wrench, rotation_between};
@@ -22,53 +23,55 @@ use palpus::algebra::{Pose, Wrench, rotation_between};
 use crate::acting::Acting;
 use crate::device::DeviceSpec;
 
-/// s: the shortest time over which a motion of few steps is booked. Long enough that at 20 mm/s
-/// there are several steps of 0.03 mm in it, short beside the periods of a hum.
+/// Shortest time over which a motion of few steps is counted, s. At 20 mm/s it covers several
+/// steps of 0.03 mm, and it is short compared with the period of a limit cycle.
 const SPAN: f64 = 3.5e-3;
-/// s: of loads older than this, half is forgotten.
+/// Loads older than this, s, are counted with half their weight.
 const MEMORY: f64 = 50e-3;
-/// Encoder steps in one tick from which on the motion is booked tick by tick.
+/// Number of encoder steps in one tick from which the motion is fast, so that it is counted at
+/// once.
 const FAST: f64 = 2.0;
-/// Encoder steps of travel that are booked before the shortest time is over.
+/// Number of encoder steps of travel from which the travel is counted before [`SPAN`] has passed.
 const MANY: f64 = 2.4;
 
-/// See the module's outline.
+/// Computes the work of the written wrenches from sensed poses; the module describes the method.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SensedWork {
     acting: Acting,
     pose: Option<Pose>,
-    /// Translation and rotation along x, y and z each.
+    /// Translation along x, y, z, and rotation about x, y, z.
     axes: [[Axis; 3]; 2],
-    /// m and rad: smallest sensed changes.
+    /// Smallest sensed changes of position (m) and orientation (rad).
     steps: [f64; 2],
 }
 
+/// Motion and load of one axis since the last count.
 #[derive(Clone, Copy, Debug, Default)]
 struct Axis {
-    /// m or rad, not booked yet.
+    /// Motion that has not been counted yet, m or rad.
     travel: f64,
-    /// N·s or N·m·s, since the last booking.
+    /// Load times time since the last count, N·s or N·m·s.
     impulse: f64,
-    /// s, likewise.
+    /// Time since the last count, s.
     time: f64,
-    /// Likewise.
+    /// Number of ticks since the last count.
     ticks: u32,
 }
 
 impl SensedWork {
-    /// For wrenches that act `delay` s after they were written, in ticks of `period` s, and
-    /// encoders of these `steps` (m and rad).
+    /// Takes the `delay` from a write to its action (s), the `period` of a tick (s), and the
+    /// encoder `steps` (m and rad).
     pub(crate) fn new(delay: f64, period: f64, steps: [f64; 2]) -> Self {
         Self { acting: Acting::new(delay, period), pose: None, axes: Default::default(), steps }
     }
 
-    /// For the grip of a device in a loop of this `period`, s.
+    /// Takes the description of a device and the `period` of the loop, s.
     pub(crate) fn of(spec: &DeviceSpec, period: f64) -> Self {
         Self::new(spec.delay, period, [spec.position_step, spec.angle_step])
     }
 
-    /// The grip has come to `pose` in `elapsed` s; returns the work that is booked now, J, by
-    /// forces and by torques.
+    /// Takes the grip's new `pose`, reached in `elapsed` s. Returns the work counted in this tick
+    /// by forces and by torques, J.
     pub(crate) fn moved_to(&mut self, pose: &Pose, elapsed: f64) -> [f64; 2] {
         let Wrench { force, torque } = self.acting.over(elapsed);
         let Some(last) = self.pose.replace(*pose) else { return [0.0; 2] };
@@ -76,35 +79,35 @@ impl SensedWork {
         let turned = rotation_between(last.rotation, pose.rotation);
         let [translation, rotation] = &mut self.axes;
         [
-            book(translation, moved, force, elapsed, self.steps[0]),
-            book(rotation, turned, torque, elapsed, self.steps[1]),
+            count(translation, moved, force, elapsed, self.steps[0]),
+            count(rotation, turned, torque, elapsed, self.steps[1]),
         ]
     }
 
-    /// Once a tick: what was written.
+    /// Stores the wrench written in this tick.
     pub(crate) fn write(&mut self, wrench: &Wrench) {
         self.acting.write(wrench);
     }
 
-    /// Nothing was written, and nothing has moved.
-    pub(crate) fn forget(&mut self) {
-        self.acting.forget();
+    /// Starts again: no wrench was written, and the grip has not moved.
+    pub(crate) fn clear(&mut self) {
+        self.acting.clear();
         self.pose = None;
         self.axes = Default::default();
     }
 }
 
-/// Work along three axes.
-fn book(axes: &mut [Axis; 3], moved: DVec3, load: DVec3, elapsed: f64, step: f64) -> f64 {
-    // A jump that is no number is not remembered.
+/// Counts the work along three axes; returns it in J.
+fn count(axes: &mut [Axis; 3], moved: DVec3, load: DVec3, elapsed: f64, step: f64) -> f64 {
+    // Ignores a non-finite jump.
     if !(moved.is_finite() && load.is_finite() && elapsed.is_finite()) {
         return 0.0;
     }
-    (0..3).map(|k| axes[k].book(moved[k], load[k], elapsed, step)).sum()
+    (0..3).map(|k| axes[k].count(moved[k], load[k], elapsed, step)).sum()
 }
 
 impl Axis {
-    fn book(&mut self, moved: f64, load: f64, elapsed: f64, step: f64) -> f64 {
+    fn count(&mut self, moved: f64, load: f64, elapsed: f64, step: f64) -> f64 {
         self.travel += moved;
         self.impulse += load * elapsed;
         self.time += elapsed;
@@ -136,16 +139,16 @@ mod tests {
     const TICK: f64 = 1e-3;
     const STEP: f64 = 0.03e-3;
 
-    /// Work of a spring of 1 kN/m, fixed at 0 and stretched to the sensed place of a grip that is
-    /// truly at `place(t)`, J: as it is booked, and as it is.
+    /// Returns the work of a spring of 1 kN/m between 0 and the sensed position of a grip whose
+    /// true position is `place(t)`: counted and true, J.
     fn spring(place: impl Fn(f64) -> f64, seconds: f64, step: f64) -> [f64; 2] {
         let mut work = SensedWork::new(0.0, TICK, [step, 0.0]);
-        let (mut booked, mut done) = (0.0, 0.0);
+        let (mut counted, mut done) = (0.0, 0.0);
         let mut last: Option<(f64, f64)> = None;
         for k in 0..(seconds / TICK) as u32 {
             let x = place(f64::from(k) * TICK);
             let sensed = if step > 0.0 { (x / step).round() * step } else { x };
-            booked += work.moved_to(&Pose::from_translation(DVec3::X * sensed), TICK)[0];
+            counted += work.moved_to(&Pose::from_translation(DVec3::X * sensed), TICK)[0];
             if let Some((before, force)) = last {
                 done += force * (x - before);
             }
@@ -153,40 +156,40 @@ mod tests {
             work.write(&Wrench { force: DVec3::X * force, torque: DVec3::ZERO });
             last = Some((x, force));
         }
-        [booked, done]
+        [counted, done]
     }
 
     #[test]
-    fn slow_motion_to_and_fro_is_booked_within_a_step() {
+    fn slow_back_and_forth_motion_is_counted_within_a_step() {
         // 2 mm at 2 to 40 mm/s: 67 steps each way.
         for speed in [2e-3, 10e-3, 40e-3] {
             let turn = 2e-3 / speed;
             let place = |t: f64| 2e-3 - ((t / turn).rem_euclid(2.0) - 1.0).abs() * 2e-3;
-            let [booked, done] = spring(place, 2.0 * turn, STEP);
-            // A step times the change of the load.
+            let [counted, done] = spring(place, 2.0 * turn, STEP);
+            // The bound is one step times the change of the load.
             let most = STEP * 2.0;
-            assert!((booked - done).abs() < most, "{speed} m/s: {booked} J for {done} J");
+            assert!((counted - done).abs() < most, "{speed} m/s: {counted} J for {done} J");
         }
     }
 
     #[test]
-    fn grip_on_the_border_of_two_steps_does_no_work() {
+    fn grip_on_a_step_border_does_no_work() {
         let place = |t: f64| 10.5 * STEP + 0.01 * STEP * (60.0 * t).sin();
         let [at_first, later] = [1.0, 5.0].map(|seconds| spring(place, seconds, STEP)[0]);
-        // At the start it is not known where in its first step the grip is.
+        // The first step is uncertain, since the grip may be anywhere in it.
         assert!(at_first == later && later.abs() < 0.6 * STEP * 0.32, "{at_first} J, {later} J");
     }
 
     #[test]
-    fn sensor_without_steps_is_booked_in_each_tick() {
-        let [booked, done] = spring(|t| 2e-3 * (300.0 * t).sin(), 1.0, 0.0);
-        assert!((booked - done).abs() < 1e-12, "{booked} J for {done} J");
+    fn sensor_without_steps_is_counted_in_each_tick() {
+        let [counted, done] = spring(|t| 2e-3 * (300.0 * t).sin(), 1.0, 0.0);
+        assert!((counted - done).abs() < 1e-12, "{counted} J for {done} J");
     }
 
     #[test]
-    fn oscillation_of_millimetres_is_booked_as_it_is() {
-        // 50 Hz, 1 mm: the spring is held for a tick, which gives about 25 mJ in a second.
-        let [booked, done] = spring(|t| 1e-3 * (314.0 * t).sin(), 1.0, STEP);
-        assert!(done > 0.01 && (booked - done).abs() < 0.1 * done, "{booked} J for {done} J");
+    fn oscillation_of_millimetres_is_counted_correctly() {
+        // 50 Hz, 1 mm: holding the spring force for a tick generates about 25 mJ in a second.
+        let [counted, done] = spring(|t| 1e-3 * (314.0 * t).sin(), 1.0, STEP);
+        assert!(done > 0.01 && (counted - done).abs() < 0.1 * done, "{counted} J for {done} J");
     }
 }

@@ -1,6 +1,6 @@
-//! The conformance tester finds each defect, and passes good drivers: the stand-in and the
-//! examples.
-#![allow(clippy::print_stderr, reason = "a test that is skipped says so")]
+//! Tests that the conformance tester finds each defect, and that the test driver and the examples
+//! pass.
+#![allow(clippy::print_stderr, reason = "a skipped test prints the reason")]
 
 mod bridge_driver;
 
@@ -21,18 +21,18 @@ fn failures(checks: &[Check]) -> Vec<String> {
 }
 
 fn assert_conforms(address: &BridgeAddress) {
-    let checks = conformance(address).expect("somebody listens");
+    let checks = conformance(address).expect("the driver listens");
     assert_eq!(failures(&checks), [""; 0], "{address}");
     assert_eq!(checks.len(), 11, "{address}");
 }
 
 #[test]
-fn a_good_driver_passes() {
+fn good_driver_passes() {
     for way in WAYS {
         assert_conforms(&StandIn::start(Behaviour::good(*way)).address);
     }
     assert_conforms(&StandIn::start(Behaviour { rate_hz: 4000.0, ..Behaviour::good(WAYS[0]) }).address);
-    // An input without motors.
+    // An input device without motors also passes.
     assert_conforms(&StandIn::start(Behaviour { force_max: 0.0, ..Behaviour::good(WAYS[0]) }).address);
 }
 
@@ -45,35 +45,35 @@ fn every_defect_is_found() {
         Defect::EchoesNothing => "echoes commands",
         Defect::PushesAskew | Defect::PushesUnasked => "applies a valid wrench",
         Defect::NeverExpires | Defect::ExpiresUnsaid => "goes to zero",
-        Defect::PushesUnknowing => "does not know",
+        Defect::PushesUnknowing => "before the last zero",
         Defect::PushesStale => "older than its validity",
         Defect::IgnoresCheck | Defect::IgnoresSequence | Defect::IgnoresNonce => "ignores damaged",
-        Defect::SameSession | Defect::GoesOnAfterClose => "ends a session",
+        Defect::SameSession | Defect::GoesOnAfterClose => "ends a closed session",
     };
     std::thread::scope(|scope| {
-        // Two at a time: each waits for its driver most of the time.
+        // Two tests run at a time, since each mostly waits for its driver.
         for defects in DEFECTS.chunks(DEFECTS.len().div_ceil(2)) {
             scope.spawn(move || {
                 for defect in defects {
                     let driver = StandIn::start(Behaviour { defect: Some(*defect), ..Behaviour::good(WAYS[0]) });
-                    let found = failures(&conformance(&driver.address).expect("somebody listens"));
+                    let found = failures(&conformance(&driver.address).expect("the driver listens"));
                     let is_named = found.iter().any(|failure| failure.contains(named(*defect)));
-                    assert!(is_named, "{defect:?} was not found; found was {found:?}");
+                    assert!(is_named, "{defect:?} was not found; the tester found {found:?}");
                 }
             });
         }
     });
 }
 
-/// A program of the examples, ended with its test.
+/// An example program that runs until the end of its test.
 struct Program(Child);
 
 impl Program {
-    /// Runs it, and returns when it listens.
+    /// Starts the program, and waits until it listens.
     fn start(command: &mut Command) -> Self {
         let mut child = command.stdout(Stdio::piped()).spawn().expect("the program starts");
         let mut line = String::new();
-        let heard = BufReader::new(child.stdout.take().expect("its output")).read_line(&mut line);
+        let heard = BufReader::new(child.stdout.take().expect("the program has an output")).read_line(&mut line);
         let program = Self(child);
         assert!(heard.is_ok() && line.starts_with("listening at"), "{line}");
         program
@@ -87,9 +87,10 @@ impl Drop for Program {
     }
 }
 
-/// The addresses at which an example is tested: a path, and a port that was free a moment ago.
+/// Returns the addresses at which an example is tested: a path, and a free port.
 fn addresses() -> Vec<BridgeAddress> {
-    let port = std::net::UdpSocket::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("a port");
+    let port =
+        std::net::UdpSocket::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("there is a free port");
     let of = |way: &Way| match way {
         Way::Path => BridgeAddress::Path(new_path()),
         Way::Udp => BridgeAddress::Udp(port),
@@ -97,7 +98,7 @@ fn addresses() -> Vec<BridgeAddress> {
     WAYS.iter().map(of).collect()
 }
 
-/// The first of these programs that is here.
+/// Returns the first of these programs that is installed.
 fn first_of(programs: &[&str]) -> Option<String> {
     let works = |name: &&&str| {
         let version = Command::new(name).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
@@ -105,18 +106,18 @@ fn first_of(programs: &[&str]) -> Option<String> {
     };
     let found = programs.iter().find(works).map(|name| (*name).to_owned());
     if found.is_none() {
-        eprintln!("skipped: found no {programs:?} here");
+        eprintln!("skipped: none of {programs:?} is installed");
     }
     found
 }
 
 #[test]
-fn the_python_example_passes() {
+fn python_example_passes() {
     let Some(python) = first_of(&["python3", "python"]) else { return };
     for address in addresses() {
         let script = root().join("examples/bridge/driver.py");
         let mut command = Command::new(&python);
-        // Half its rate: tests of other programs run beside it.
+        // Half the usual rate, since other tests run at the same time.
         command.arg("-B").arg(script).arg(address.to_string()).args(["--rate", "500"]);
         let _driver = Program::start(&mut command);
         assert_conforms(&address);
@@ -124,7 +125,7 @@ fn the_python_example_passes() {
 }
 
 #[test]
-fn the_c_example_passes() {
+fn c_example_passes() {
     let Some(compiler) = first_of(&["cc", "gcc", "clang"]).filter(|_| cfg!(target_os = "linux")) else { return };
     let program = Path::new(env!("CARGO_TARGET_TMPDIR")).join("bridge-driver");
     let mut command = Command::new(compiler);
@@ -139,7 +140,7 @@ fn the_c_example_passes() {
 }
 
 #[test]
-fn the_ros_2_adapter_is_python() {
+fn ros_2_adapter_is_valid_python() {
     let Some(python) = first_of(&["python3", "python"]) else { return };
     let script = root().join("examples/bridge/ros2/palpus_ros2.py");
     let cache = Path::new(env!("CARGO_TARGET_TMPDIR"));

@@ -1,5 +1,5 @@
-//! `include/palpus_bridge.h` and Rust mean the same bytes.
-#![allow(clippy::print_stderr, reason = "a test that is skipped says so")]
+//! Tests that `include/palpus_bridge.h` and the Rust code use the same byte layout.
+#![allow(clippy::print_stderr, reason = "a skipped test prints the reason")]
 
 use std::borrow::Cow;
 use std::io::Write;
@@ -11,7 +11,7 @@ use palpus::algebra::{Pose, Twist, Wrench};
 use palpus_device::bridge_frames::{self as frames, Body, Frame, LONGEST, READY, State, WITHHELD, Welcome, encode};
 use palpus_device::{Axes, DeviceSpec};
 
-/// One of each kind, every field with a value of its own.
+/// Returns one frame of each kind; every field has a different value.
 fn frames() -> Vec<Frame> {
     let spec = DeviceSpec {
         name: Cow::Borrowed("an arm"),
@@ -82,7 +82,7 @@ reason enough
 ";
 
 #[test]
-fn the_header_reads_what_rust_writes() {
+fn c_header_reads_the_frames_of_rust() {
     let mut input = Vec::new();
     for frame in frames() {
         let mut buffer = [0; LONGEST];
@@ -98,14 +98,14 @@ fn the_header_reads_what_rust_writes() {
         command.args([standard, "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-I"]).arg(manifest.join("../../include"));
         command.args(["-x", language]).arg(manifest.join("tests/bridge_header/check.c")).arg("-o").arg(&program);
         let Ok(compiled) = command.output() else {
-            eprintln!("skipped: there is no {compiler} here");
+            eprintln!("skipped: {compiler} is not installed");
             continue;
         };
         assert!(compiled.status.success(), "{standard}: {}", String::from_utf8_lossy(&compiled.stderr));
         let mut check =
             Command::new(&program).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().expect("the program starts");
-        check.stdin.take().expect("its input").write_all(&input).expect("it reads");
-        let output = check.wait_with_output().expect("its output");
+        check.stdin.take().expect("the program has an input").write_all(&input).expect("the program reads the frames");
+        let output = check.wait_with_output().expect("the program has an output");
         assert_eq!(String::from_utf8_lossy(&output.stdout), EXPECTED, "{standard}");
     }
 }

@@ -1,4 +1,4 @@
-//! Hostile frames in a session: none moves a hand, and none is taken for a valid one.
+//! Tests that hostile frames in a session change no state and are never accepted as valid.
 
 mod bridge_driver;
 
@@ -15,7 +15,7 @@ use palpus_device::bridge_frames::{Body, Command, Frame, LONGEST, READY, State, 
 const HOSTILE_SEED: u64 = 0x0b5e_55ed_f4a3;
 const HOSTILE: usize = 100_000;
 
-/// A real state, elsewhere and with another number, that was bent; or bytes at random.
+/// Returns a damaged state with another pose and sequence number, or random bytes.
 fn hostile(random: &mut Random, nonce: u64) -> Vec<u8> {
     let state = State {
         time_ns: random.bits() >> 20,
@@ -46,7 +46,7 @@ fn hostile(random: &mut Random, nonce: u64) -> Vec<u8> {
         }
         5 => (0..1 + random.below(270)).map(|_| random.bits() as u8).collect(),
         6 => {
-            // One number is not finite or too large, and the CRC-32 is right.
+            // One number is not finite or too large, and the CRC-32 is correct.
             let mut bytes = whole(nonce, sequence, Body::State(state));
             let at = 40 + 8 * random.below(19);
             let bad = [f64::NAN, f64::INFINITY, -1e300][random.below(3)];
@@ -66,7 +66,7 @@ fn hostile(random: &mut Random, nonce: u64) -> Vec<u8> {
 }
 
 #[test]
-fn hostile_frames_never_move_a_hand() {
+fn hostile_frames_change_no_state() {
     let driver = StandIn::start(Behaviour { rate_hz: 2000.0, ..Behaviour::good(WAYS[0]) });
     let mut device = open(&driver);
     let mut random = Random::new(HOSTILE_SEED);
@@ -75,10 +75,10 @@ fn hostile_frames_never_move_a_hand() {
         let nonce = seen.session;
         seen.hostile.extend((0..HOSTILE).map(|_| hostile(&mut random, nonce)));
     }
-    let (mut last, mut moved) = (device.read().expect("a state"), 0);
+    let (mut last, mut moved) = (device.read().expect("the device returns a state"), 0);
     while !driver.seen().hostile.is_empty() {
         let state = device.read().unwrap_or_else(|error| panic!("seed {HOSTILE_SEED:#x}: {error}"));
-        device.write(&up(0.5)).expect("a driver");
+        device.write(&up(0.5)).expect("the driver accepts the write");
         assert!(state.pose.translation.length() <= 0.01, "seed {HOSTILE_SEED:#x}: {state:?}");
         assert_eq!((state.pose.rotation, state.twist), (DQuat::IDENTITY, Twist::default()), "seed {HOSTILE_SEED:#x}");
         assert!(state.time >= last.time, "seed {HOSTILE_SEED:#x}");
@@ -86,11 +86,11 @@ fn hostile_frames_never_move_a_hand() {
         last = state;
         std::thread::sleep(Duration::from_micros(200));
     }
-    assert!(moved > 100, "the real states must have gone on: {moved}");
+    assert!(moved > 100, "the valid states must still arrive: {moved}");
     let applied = &driver.seen().applied;
     assert!(applied.iter().all(|wrench| *wrench == up(0.5) || *wrench == Wrench::ZERO), "seed {HOSTILE_SEED:#x}");
     if WAYS.contains(&Way::Path) {
-        // Over UDP some of a flood may be lost.
+        // Over UDP, some frames of a flood may be lost.
         let ignored = || device.counts().ignored;
         assert!(comes_to(|| ignored() >= HOSTILE as u64), "seed {HOSTILE_SEED:#x}: {} of {HOSTILE}", ignored());
         assert_eq!((ignored(), device.counts().lost), (HOSTILE as u64, 0), "seed {HOSTILE_SEED:#x}");
@@ -100,7 +100,7 @@ fn hostile_frames_never_move_a_hand() {
 const BENT_SEED: u64 = 0xb3a7_f4a3_e001;
 
 #[test]
-fn a_bent_frame_is_refused_or_is_what_it_was() {
+fn damaged_frame_is_refused_or_has_finite_values() {
     let mut random = Random::new(BENT_SEED);
     for round in 0..100_000 {
         let bytes = hostile(&mut random, 7);

@@ -1,4 +1,4 @@
-//! A force does not depend on how a mesh is written down.
+//! Tests that the force does not depend on the triangulation of a mesh.
 
 mod bodies;
 
@@ -30,7 +30,8 @@ fn settings(scene: &Scene, coupled: bool) -> Settings {
     settings.with_friction(0.4, 0.3)
 }
 
-/// The same polygons in another order, each beginning elsewhere, over vertices in another order.
+/// Returns the same polygons in another order, each with another first vertex, and with the
+/// vertices in another order.
 fn shuffled(soup: &PolygonSoup, random: &mut Random) -> PolygonSoup {
     let mut order: Vec<usize> = (0..soup.vertices.len()).collect();
     random.shuffle(&mut order);
@@ -51,7 +52,7 @@ fn shuffled(soup: &PolygonSoup, random: &mut Random) -> PolygonSoup {
     out
 }
 
-/// Each triangle as four.
+/// Replaces each triangle by four.
 fn subdivided(soup: &PolygonSoup) -> PolygonSoup {
     let mut out = PolygonSoup::new();
     for f in 0..soup.face_count() {
@@ -70,13 +71,13 @@ fn subdivided(soup: &PolygonSoup) -> PolygonSoup {
 }
 
 fn world(settings: Settings, a: &Arc<Body>, b: &Arc<Body>, place: Pose) -> (World, ToolId) {
-    let mut world = World::new(settings).expect("settings");
-    world.add(Object::fixed(b.clone(), place)).expect("an environment");
-    let tool = world.add_tool(a.clone(), settings).expect("a tool");
+    let mut world = World::new(settings).expect("the settings are valid");
+    world.add(Object::fixed(b.clone(), place)).expect("the body is added");
+    let tool = world.add_tool(a.clone(), settings).expect("the tool is added");
     (world, tool)
 }
 
-/// The scene written down in other ways: its bodies, and where the environment's frame is placed.
+/// Returns other descriptions of the scene: its bodies, and the pose of the environment's frame.
 fn variants(scene: &Scene, a: &Arc<Body>) -> [(&'static str, [Arc<Body>; 2], Pose); 3] {
     let mut random = Random::new(SEED);
     let turn = DQuat::from_axis_angle(DVec3::new(0.3, -0.5, 0.8).normalize(), 0.7);
@@ -94,13 +95,13 @@ fn variants(scene: &Scene, a: &Arc<Body>) -> [(&'static str, [Arc<Body>; 2], Pos
 
 #[test]
 #[expect(clippy::print_stderr, reason = "figures for docs/feel.md")]
-fn the_force_is_that_of_the_surface_and_not_of_its_description() {
+fn force_does_not_depend_on_the_triangulation() {
     let names = ["spoon-cup", "peg-hole", "torus-torus", "box-table", "v-groove", "gears"];
     for (name, is_coupled) in names.iter().flat_map(|&name| [(name, true), (name, false)]) {
-        // Directly rendered teeth are so deep in each other that the nearest way out is ambiguous:
-        // reported only.
+        // Without a coupling, the gears' teeth overlap so deeply that the nearest way out is
+        // ambiguous. This case is only printed.
         let bounds = if name == "gears" && !is_coupled { [f64::INFINITY; 2] } else { [0.01, 0.02] };
-        let scene = scene(name).expect("a built-in scene");
+        let scene = scene(name).expect("the scene is built in");
         let [a, b] = [body(&scene.probe), body(&scene.environment)];
         let settings = settings(&scene, is_coupled);
         let (mut base, tool) = world(settings, &a, &b, Pose::IDENTITY);
@@ -108,14 +109,15 @@ fn the_force_is_that_of_the_surface_and_not_of_its_description() {
         let mut others = variants.each_ref().map(|(_, [a, b], place)| world(settings, a, b, *place).0);
         let path = scene.path.clone();
         let simulation = SimulationSettings { encoder: Encoder::EXACT, ..SimulationSettings::default() };
-        let mut device = SimulatedDevice::new(simulation, move |time: f64| path.pose(time)).expect("a device");
+        let mut device =
+            SimulatedDevice::new(simulation, move |time: f64| path.pose(time)).expect("the settings are valid");
         let (mut forces, mut errors) = (Vec::new(), [const { Vec::new() }; 3]);
         for _ in 0..3000 {
-            let state = device.read().expect("a state");
+            let state = device.read().expect("the device returns a state");
             let probe = [ProbeState { pose_ba: state.pose, twist: state.twist }];
             base.step(&probe, TICK, &NoClock);
             let felt = base.tick(tool).commanded;
-            device.write(&felt).expect("written");
+            device.write(&felt).expect("the wrench is accepted");
             let is_felt = felt.force.length() > 0.05;
             forces.extend(is_felt.then_some(felt.force.length()));
             for (world, errors) in others.iter_mut().zip(&mut errors) {
@@ -123,10 +125,11 @@ fn the_force_is_that_of_the_surface_and_not_of_its_description() {
                 errors.extend(is_felt.then_some(world.tick(tool).commanded.force.distance(felt.force)));
             }
         }
-        assert!(forces.len() > 10, "{name}: nothing is felt");
+        assert!(forces.len() > 10, "{name}: there must be a force");
         let mean = forces.iter().sum::<f64>() / forces.len() as f64;
         for ((what, ..), errors) in variants.iter().zip(errors) {
-            let [most, largest] = [0.99, 1.0].map(|share| quantile(&mut errors.clone(), share).expect("some"));
+            let [most, largest] =
+                [0.99, 1.0].map(|share| quantile(&mut errors.clone(), share).expect("there are errors"));
             let said = format!(
                 "{name}, coupled {is_coupled}, {what}: off by {most:.1e} N at 99 %, {largest:.1e} N at most, of {mean:.3} N"
             );

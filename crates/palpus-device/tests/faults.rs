@@ -1,17 +1,16 @@
-//! Whatever goes wrong, the hand is safe: thousands of seeded sequences of faults through the whole
-//! loop, in virtual time.
+//! Thousands of seeded sequences of faults run through the whole loop in virtual time. The hand
+//! must be safe in all of them.
+//! For every sequence the commanded wrench must satisfy these conditions:
+//! 1. It is finite and within the plausible peak of the device, whatever the device states.
+//! 2. It changes by at most the slew limit from message to message, even at faults and when a force
+//!    is withheld.
+//! 3. From 2 ms after a fault on, it only damps the true motion of the grip.
+//! 4. It returns only through engagement: after a time without faults, from a small wrench, along
+//!    the ramp.
+//! 5. It ends with zero, or with the device's brake applied.
+//! 6. After three faults in ten seconds it stays zero until the user presses a button or key.
 //!
-//! For every sequence the commanded wrench must satisfy:
-//! 1. it is finite and within the plausible peak of the device, whatever the device states;
-//! 2. changes by no more than the slew limit from message to message, faults and withheld forces
-//!    included;
-//! 3. is nothing but damping against the true motion of the grip from 2 ms after a fault on;
-//! 4. comes back only through engagement: after a time without fault, from a small wrench, along
-//!    the ramp;
-//! 5. ends with zero, or with the device's brake applied;
-//! 6. stays away after three faults in ten seconds, where a person has to ask for it;
-//!
-//! and that every fault is named in the counters of the run.
+//! Every fault must also be named in the counters of the run.
 
 mod fault_sequence;
 
@@ -32,9 +31,9 @@ use palpus_device::{
 
 /// Seed of the sequences; printed with each failure.
 const SEED: u64 = 0x5afe_7001;
-/// In the default run.
+/// Number of sequences in the default run.
 const SEQUENCES: u64 = 1000;
-/// In the long one.
+/// Number of sequences in the long run.
 const MANY_SEQUENCES: u64 = 20_000;
 
 fn try_sequence(seed: u64) -> RunStatistics {
@@ -57,8 +56,7 @@ fn try_sequence(seed: u64) -> RunStatistics {
     statistics
 }
 
-/// How often each cut was seen over many sequences; each of those that faults lead to must be among
-/// them.
+/// Runs `count` sequences. Every cut that faults can cause must occur.
 fn try_sequences(count: u64) {
     let mut random = Random::new(SEED);
     let mut seen = Cuts::NONE;
@@ -88,17 +86,18 @@ fn try_sequences(count: u64) {
 }
 
 #[test]
-fn whatever_goes_wrong_the_hand_is_safe() {
+fn hand_is_safe_in_every_fault_sequence() {
     try_sequences(SEQUENCES);
 }
 
 #[test]
 #[ignore = "twenty thousand sequences take a minute"]
-fn whatever_goes_wrong_the_hand_is_safe_at_length() {
+fn hand_is_safe_in_many_fault_sequences() {
     try_sequences(MANY_SEQUENCES);
 }
 
-/// One fault at a known place of a run that is otherwise quiet and engaged.
+/// Runs a sequence with one fault at tick `AT`; otherwise the device is engaged and there are no
+/// faults.
 fn single(fault: Fault, duration: f64) -> (Vec<ServoTick>, RunStatistics) {
     let mut sequence = Sequence::new(SEED);
     let rate_hz = 1000.0;
@@ -118,7 +117,7 @@ fn single(fault: Fault, duration: f64) -> (Vec<ServoTick>, RunStatistics) {
 const AT: u64 = 200;
 
 #[test]
-fn every_kind_of_fault_is_named_cuts_in_its_tick_and_passes() {
+fn every_fault_is_named_and_acts_in_its_tick() {
     let long = Duration::from_millis(40);
     for fault in [
         Fault::NonFinitePose,
@@ -138,41 +137,45 @@ fn every_kind_of_fault_is_named_cuts_in_its_tick_and_passes() {
         Fault::Panic,
     ] {
         let (ticks, statistics) = single(fault, 0.6);
-        let cut = fault.shown_as().expect("it is bound to be shown");
+        let cut = fault.shown_as().expect("the fault has a cut");
         assert!(statistics.safety.ticks(cut) > 0, "{fault:?}: {:?}", statistics.safety);
         assert_eq!((statistics.ticks, &statistics.end), (600, &RunEnd::Duration), "{fault:?}");
-        let before = ticks.iter().find(|tick| tick.index == AT - 1).expect("it was seen");
+        let before = ticks.iter().find(|tick| tick.index == AT - 1).expect("the tick is observed");
         assert_eq!(before.phase, Phase::Engaged, "{fault:?}");
-        let fell = ticks.iter().find(|tick| tick.index >= AT && tick.phase == Phase::Faulted).expect("it faulted");
-        // A state may be old for ten ticks before it is frozen; a late write is noticed by the next
-        // tick.
+        let fell =
+            ticks.iter().find(|tick| tick.index >= AT && tick.phase == Phase::Faulted).expect("the device must fault");
+        // A state counts as frozen after ten ticks. A late write is detected in the next tick.
         let patience = match fault {
             Fault::Frozen(_) => 10,
             Fault::LateWrite(_) | Fault::Panic => 1,
             _ => 0,
         };
         assert!(fell.index - AT <= patience, "{fault:?}: at tick {}", fell.index);
-        assert_eq!(ticks.last().map(|tick| tick.phase), Some(Phase::Engaged), "{fault:?} passes");
+        assert_eq!(
+            ticks.last().map(|tick| tick.phase),
+            Some(Phase::Engaged),
+            "the device must engage again after {fault:?}"
+        );
     }
 }
 
 #[test]
-fn a_stuck_sensor_is_found_when_it_says_that_it_moves() {
+fn stuck_sensor_is_found_by_its_velocity() {
     let (_, statistics) = single(Fault::Stuck(1500), 2.0);
     assert!(statistics.safety.ticks(Cut::FrozenState) > 0, "{:?}", statistics.safety);
 }
 
 #[test]
-fn a_torque_beyond_the_device_is_cut_and_is_no_fault() {
+fn excessive_torque_is_cut_without_a_fault() {
     let (ticks, statistics) = single(Fault::Wrench(0.5, 1e3), 0.6);
     assert_eq!(statistics.safety.faults(), 0);
-    let cut = ticks.iter().find(|tick| tick.index == AT).expect("it was seen");
+    let cut = ticks.iter().find(|tick| tick.index == AT).expect("the tick is observed");
     assert!(cut.cuts.has(Cut::Slew) || cut.cuts.has(Cut::Saturation));
     assert!(cut.wrench.torque.length() <= 0.188);
 }
 
 #[test]
-fn a_connection_dropped_in_mid_command_ends_the_run_with_the_brake() {
+fn dropped_connection_ends_the_run_with_the_brake() {
     let mut sequence = Sequence::new(SEED);
     (sequence.ends_at, sequence.faults) = (None, vec![(AT, Fault::Dropped)]);
     let ran = sequence.run();
@@ -183,7 +186,7 @@ fn a_connection_dropped_in_mid_command_ends_the_run_with_the_brake() {
 }
 
 #[test]
-fn a_fault_that_comes_again_and_again_never_lets_it_engage() {
+fn repeated_fault_prevents_engaging() {
     let faults: Vec<(u64, Fault)> = (0..20).map(|k| (AT + 20 * k, Fault::NonFiniteWrench)).collect();
     let mut sequence = Sequence::new(SEED);
     let [premium, ..] = known_devices();
@@ -199,16 +202,17 @@ fn a_fault_that_comes_again_and_again_never_lets_it_engage() {
 }
 
 #[test]
-fn a_panic_in_the_observer_brakes_and_goes_on_up() {
+fn panic_in_observer_brakes_and_propagates() {
     let time = VirtualTime::default();
-    let mut device = SimulatedDevice::new(SimulationSettings::default(), |_: f64| Pose::IDENTITY).expect("in range");
-    let brake = device.brake().expect("a simulated device has one");
+    let mut device =
+        SimulatedDevice::new(SimulationSettings::default(), |_: f64| Pose::IDENTITY).expect("the settings are valid");
+    let brake = device.brake().expect("a simulated device has a brake");
     let mut observer = |tick: &ServoTick, (): &()| {
         if tick.index == 5 {
-            std::panic::resume_unwind(Box::new("on purpose"));
+            std::panic::resume_unwind(Box::new("test panic in the observer"));
         }
     };
-    let mut servo = Servo::new(ServoOptions::default()).expect("options in range");
+    let mut servo = Servo::new(ServoOptions::default()).expect("the options are valid");
     let outcome = catch_unwind(AssertUnwindSafe(|| {
         let step = |_: &DeviceState, _: f64| StepOutcome::of(Wrench::ZERO);
         servo.run_in(&time, &mut device, step, &mut observer, &AtomicBool::new(false))

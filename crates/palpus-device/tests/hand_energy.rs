@@ -1,4 +1,5 @@
-//! Contact behind the coupling gives a hand no energy, and the summary of a run says so.
+//! Tests that contact through the coupling gives the hand no energy, and that the statistics report
+//! this.
 
 mod bodies;
 mod closed_loop;
@@ -17,13 +18,15 @@ use palpus_device::{
 };
 use palpus_scenes::{Scene, scene};
 
-/// J.
+/// Largest allowed energy, J.
 const BAR: f64 = 1e-6;
 
-/// The scene through a coupling as the simulated device bears it, as a program renders it.
+/// Renders the scene through a coupling that the simulated device can render stably, with the
+/// program's settings.
 fn renderer(scene: &Scene) -> Renderer {
     let limits = limits();
-    let stiffness = VirtualCoupling::contact_stiffness(&limits, scene.contact.tolerance).expect("a limit");
+    let stiffness =
+        VirtualCoupling::contact_stiffness(&limits, scene.contact.tolerance).expect("the force limit is finite");
     let settings = Settings {
         contact_tolerance: scene.contact.tolerance,
         cluster_radius: scene.contact.cluster_radius,
@@ -38,10 +41,10 @@ fn renderer(scene: &Scene) -> Renderer {
         coupling: Some(VirtualCoupling::tuned(&limits, TICK, scene.contact.tolerance)),
         ..Settings::default()
     };
-    Renderer::new(body(&scene.probe), body(&scene.environment), settings).expect("valid settings")
+    Renderer::new(body(&scene.probe), body(&scene.environment), settings).expect("the settings are valid")
 }
 
-/// A simulated device that keeps an account of the true work on its hand.
+/// A simulated device that adds up the true work on the hand.
 struct Judged<I> {
     device: SimulatedDevice<I>,
     work: HandWork,
@@ -73,39 +76,40 @@ impl<I: Intent> HapticDevice for Judged<I> {
     }
 }
 
-/// What a run says and what is true, J.
+/// Reported and true energy of a run, J.
 struct Account {
     said: RunStatistics,
-    /// The most that the hand was given at any time.
+    /// Largest true energy given to the hand at any time, J.
     most: f64,
 }
 
-/// The hand's way through a scene with the whole loop and its safety chain.
+/// Follows the scene's path with the whole loop and its safety chain.
 fn run(name: &str, hand: HandImpedance, seconds: f64) -> Account {
-    let scene = scene(name).expect("a built-in scene");
+    let scene = scene(name).expect("the scene is built in");
     let mut renderer = renderer(&scene);
     let path = scene.path.clone();
     let settings = SimulationSettings { hand, ..SimulationSettings::default() };
-    let device = SimulatedDevice::new(settings, move |time: f64| path.pose(time)).expect("usual settings");
+    let device = SimulatedDevice::new(settings, move |time: f64| path.pose(time)).expect("the settings are valid");
     let mut device = Judged { device, work: HandWork::default() };
     let options = ServoOptions { timing: Timing::Simulated, duration: Some(seconds), ..ServoOptions::default() };
     let step = |state: &DeviceState, dt: f64| {
         let probe = ProbeState { pose_ba: state.pose, twist: state.twist };
         StepOutcome::of(renderer.step(&probe, dt, &NoClock).commanded)
     };
-    let said = Servo::new(options).expect("valid options").run(&mut device, step, &mut (), &AtomicBool::new(false));
+    let said =
+        Servo::new(options).expect("the options are valid").run(&mut device, step, &mut (), &AtomicBool::new(false));
     Account { said, most: device.work.most }
 }
 
 fn assert_nothing_given(name: &str, hand: HandImpedance, seconds: f64) {
     let Account { said, most } = run(name, hand, seconds);
     assert!(said.safety.faults() == 0, "{name}: {:?}", said.safety);
-    assert!(most <= BAR, "{name}, {hand:?}: {most} J truly");
-    assert!(said.energy.highest <= BAR, "{name}, {hand:?}: {:?} said, {most} J truly", said.energy);
+    assert!(most <= BAR, "{name}, {hand:?}: the true energy is {most} J");
+    assert!(said.energy.highest <= BAR, "{name}, {hand:?}: reported {:?}, true {most} J", said.energy);
 }
 
 #[test]
-fn sliding_gives_a_hand_no_energy_and_the_summary_says_so() {
+fn sliding_gives_the_hand_no_energy() {
     for name in ["pen-sphere", "rails", "box-rest"] {
         assert_nothing_given(name, HandImpedance::RELAXED, 3.0);
     }
@@ -115,7 +119,7 @@ fn sliding_gives_a_hand_no_energy_and_the_summary_says_so() {
 #[ignore = "minutes in a debug build"]
 fn no_scene_gives_any_hand_energy() {
     for entry in palpus_scenes::scenes().iter().chain(palpus_scenes::trials()) {
-        // The large rollers are those of `rollers` with more triangles.
+        // `rollers-200k` is `rollers` with more triangles.
         if !entry.build().is_of_two_bodies() || entry.name == "rollers-200k" {
             continue;
         }

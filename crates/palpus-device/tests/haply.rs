@@ -1,5 +1,5 @@
-//! The servo loop on a Haply arm behind a service: no memory is obtained on its thread, and
-//! whatever happens, the last force is zero.
+//! Tests of the servo loop with a Haply arm behind a service: the loop does not allocate, and the
+//! last force is always zero.
 
 use std::net::{TcpListener, TcpStream};
 use std::sync::atomic::AtomicBool;
@@ -20,20 +20,21 @@ use tungstenite::Message;
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
-/// Forces that a service got, N, with when it got them.
+/// Forces that a service received, N, with their times.
 type Forces = Mutex<Vec<(Instant, f64)>>;
 
-/// The answers of a service to its messages, by their number.
+/// Answer of a service to each message, by the message's number.
 type Script = fn(usize) -> Option<Value>;
 
-/// An arm without a grip that moves up and down by a centimetre, and the forces that it got.
+/// Starts a service with an arm without a grip that moves up and down by 1 cm. Also returns the
+/// received forces.
 fn service(messages: usize, script: Script) -> (String, Arc<Forces>, JoinHandle<()>) {
-    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
-    let address = format!("ws://{}", listener.local_addr().expect("an address"));
+    let listener = TcpListener::bind("127.0.0.1:0").expect("there is a free port");
+    let address = format!("ws://{}", listener.local_addr().expect("the address is valid"));
     let forces = Arc::new(Mutex::new(Vec::new()));
     let log = Arc::clone(&forces);
     let thread = std::thread::spawn(move || {
-        let (stream, _) = listener.accept().expect("a client");
+        let (stream, _) = listener.accept().expect("a client connects");
         drop(listener);
         serve(stream, messages, script, &log);
     });
@@ -41,16 +42,19 @@ fn service(messages: usize, script: Script) -> (String, Arc<Forces>, JoinHandle<
 }
 
 fn serve(stream: TcpStream, messages: usize, script: Script, forces: &Forces) {
-    stream.set_nodelay(true).expect("a socket");
-    let mut socket = tungstenite::accept(stream).expect("a handshake");
+    stream.set_nodelay(true).expect("the socket works");
+    let mut socket = tungstenite::accept(stream).expect("the handshake succeeds");
     let mut answered = 0;
     let _ = socket.send(Message::text(state(0).to_string()));
     while answered < messages {
         match socket.read() {
             Ok(Message::Text(text)) => {
-                let value: Value = serde_json::from_str(text.as_str()).expect("a message");
+                let value: Value = serde_json::from_str(text.as_str()).expect("the message is valid");
                 let force = &value["inverse3"][0]["commands"]["set_cursor_force"]["vector"]["z"];
-                forces.lock().expect("no panic").push((Instant::now(), force.as_f64().expect("a number")));
+                forces
+                    .lock()
+                    .expect("no thread has panicked")
+                    .push((Instant::now(), force.as_f64().expect("the force is a number")));
                 answered += 1;
                 if let Some(answer) = script(answered) {
                     let _ = socket.send(Message::text(answer.to_string()));
@@ -72,19 +76,20 @@ fn state(count: usize) -> Value {
     }] })
 }
 
-/// A floor at the start's height, for so many seconds; and the allocations after the first tick.
+/// Runs a loop with a floor at the start height for `seconds`. Also returns the number of
+/// allocations after the first tick.
 fn run(address: &str, seconds: f64) -> (RunStatistics, u64) {
     let floor = |state: &DeviceState, _: f64| 100.0 * (-state.pose.translation.z).max(0.0);
     run_with(address, seconds, floor)
 }
 
-/// Another force along z, N, by the state and the period.
+/// Runs a loop with this force along z (N), a function of the state and the period.
 fn run_with(address: &str, seconds: f64, mut force: impl FnMut(&DeviceState, f64) -> f64) -> (RunStatistics, u64) {
     let options = HaplyOptions { address: address.to_owned(), ..HaplyOptions::default() };
-    let device = HaplyDevice::open(&options).expect("a device");
+    let device = HaplyDevice::open(&options).expect("the device opens");
     let mut device = PlacedDevice::new(device, Pose::IDENTITY);
     let mut servo = Servo::new(ServoOptions { rate_hz: 500.0, duration: Some(seconds), ..Default::default() })
-        .expect("options in range");
+        .expect("the options are valid");
     let (mut first, mut last) = (None, 0);
     let mut observer = |_: &ServoTick, _: &()| {
         last = allocations_of_this_thread();
@@ -98,40 +103,40 @@ fn run_with(address: &str, seconds: f64, mut force: impl FnMut(&DeviceState, f64
 }
 
 #[test]
-fn a_loop_on_the_arm_does_not_allocate_and_ends_with_zero() {
+fn loop_does_not_allocate_and_ends_with_zero() {
     let (address, forces, thread) = service(usize::MAX, |k| Some(state(k)));
     let (statistics, allocations) = run(&address, 2.0);
-    thread.join().expect("the service");
+    thread.join().expect("the service does not panic");
     assert_eq!(statistics.end, RunEnd::Duration);
     assert_eq!(allocations, 0);
-    let forces: Vec<f64> = forces.lock().expect("no panic").iter().map(|(_, force)| *force).collect();
-    // Two centimetres at most below where it began.
+    let forces: Vec<f64> = forces.lock().expect("no thread has panicked").iter().map(|(_, force)| *force).collect();
+    // The arm is at most 2 cm below its start height.
     assert!(forces.len() > 100 && forces.iter().all(|force| (0.0..=2.0 + 1e-6).contains(force)), "{forces:?}");
-    assert!(forces.iter().any(|force| *force > 0.0), "it must have pushed");
+    assert!(forces.iter().any(|force| *force > 0.0), "a force must have been sent");
     assert_eq!(forces.last(), Some(&0.0));
 }
 
 #[test]
-fn a_service_that_goes_away_ends_the_run_and_is_said() {
+fn closed_service_ends_the_run_with_a_reason() {
     let (address, _, thread) = service(100, |k| Some(state(k)));
     let (statistics, _) = run(&address, 20.0);
-    thread.join().expect("the service");
+    thread.join().expect("the service does not panic");
     let RunEnd::DeviceFailed(error) = &statistics.end else { panic!("{:?}", statistics.end) };
-    assert!(error.to_string().contains("Inverse Service is gone"), "{error}");
+    assert!(error.to_string().contains("connection to the Inverse Service is lost"), "{error}");
 }
 
-/// A state that lacks this status for 40 messages now and then.
+/// Returns a state in which this status is false for 40 of every 300 messages.
 fn without(status: &str, count: usize) -> Value {
     let mut state = state(count);
     state["inverse3"][0]["status"][status] = json!(!(200..240).contains(&(count % 300)));
     state
 }
 
-/// N/s: from zero to the Inverse3's peak in 50 ms.
+/// Slew of a returning force, N/s: from zero to the peak of the Inverse3 in 50 ms.
 const RETURN_RATE: f64 = 10.0 / 0.05;
 
 #[test]
-fn a_force_that_was_withheld_returns_gently() {
+fn withheld_force_returns_slowly() {
     let scripts: [(&str, Script); 5] = [
         ("not ready", |k| Some(without("ready", k))),
         ("without power", |k| Some(without("power_supply", k))),
@@ -142,28 +147,28 @@ fn a_force_that_was_withheld_returns_gently() {
             }
             Some(state(k))
         }),
-        ("not understood", |k| Some(if k % 100 == 0 { json!("no state") } else { state(k) })),
+        ("an invalid answer", |k| Some(if k % 100 == 0 { json!("no state") } else { state(k) })),
     ];
     for (name, script) in scripts {
         let (address, forces, thread) = service(usize::MAX, script);
-        // Up and down between nothing and six newtons, twice a second.
+        // The force goes between 0 and 6 N about twice per second.
         let mut time = 0.0;
         let wave = move |_: &DeviceState, dt: f64| {
             time += dt;
             3.0 - 3.0 * (12.0 * time).cos()
         };
         let (statistics, _) = run_with(&address, 1.5, wave);
-        thread.join().expect("the service");
+        thread.join().expect("the service does not panic");
         assert!(statistics.safety.ticks(Cut::Withheld) > 0, "{name}: {:?}", statistics.safety);
-        let forces = forces.lock().expect("no panic");
+        let forces = forces.lock().expect("no thread has panicked");
         for pair in forces.windows(2) {
             let [(before, last), (at, force)] = pair else { continue };
             let passed = (*at - *before).as_secs_f64();
-            // A tick may be due just before and just after.
+            // A tick may be due just before and just after this time.
             let most = RETURN_RATE * (passed + 4e-3);
             assert!(force - last <= most, "{name}: from {last} to {force} N in {passed} s");
         }
-        assert!(forces.iter().any(|(_, force)| *force > 3.0), "{name}: it must push");
+        assert!(forces.iter().any(|(_, force)| *force > 3.0), "{name}: a force must be sent");
         assert_eq!(forces.last().map(|(_, force)| *force), Some(0.0), "{name}");
     }
 }

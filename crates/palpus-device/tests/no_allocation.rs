@@ -1,4 +1,4 @@
-//! The loop, the simulated hand and the recorder's end of the queue do not allocate once they run.
+//! Tests that loop, simulated device and recorder do not allocate while they run.
 
 use std::sync::atomic::AtomicBool;
 
@@ -14,15 +14,15 @@ use palpus_device::{
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 #[test]
-fn a_run_does_not_allocate() {
+fn run_does_not_allocate() {
     for (timing, duration) in [(Timing::Simulated, 2.0), (Timing::RealTime, 0.05)] {
         let options = ServoOptions { timing, duration: Some(duration), ..Default::default() };
-        let mut servo = Servo::new(options).expect("options in range");
+        let mut servo = Servo::new(options).expect("the options are valid");
         let intent = |t: f64| Pose::from_translation(DVec3::X * 0.02 * (5.0 * t).cos());
-        let mut device = SimulatedDevice::new(SimulationSettings::default(), intent).expect("settings in range");
+        let mut device = SimulatedDevice::new(SimulationSettings::default(), intent).expect("the settings are valid");
         let (mut recorder, recording) = record(4096, |_: &(f64, Wrench)| Ok(()));
         let (mut publisher, mut newest) = latest(Wrench::ZERO);
-        // The watchdog's thread is started before the first tick and joined after the last.
+        // The watchdog thread is started before the first tick and joined after the last one.
         let (mut first, mut last) = (None, 0);
         let mut observer = |tick: &ServoTick, _: &()| {
             recorder.push((tick.time, tick.wrench));
@@ -36,7 +36,7 @@ fn a_run_does_not_allocate() {
         };
         let stop = AtomicBool::new(false);
         let run = servo.run(&mut device, step, &mut observer, &stop);
-        assert_eq!(last - first.expect("a tick"), 0, "{timing:?}");
+        assert_eq!(last - first.expect("there is a tick"), 0, "{timing:?}");
         assert!(newest.get().is_finite());
         assert!(run.ticks >= 50 && run.force_max > 0.0 || timing == Timing::RealTime);
         let summary = recording.finish();

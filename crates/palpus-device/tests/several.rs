@@ -1,5 +1,5 @@
-//! One loop around several devices: each as if alone as long as nothing goes wrong, and what goes
-//! wrong with one takes that one's force only.
+//! Tests of one loop around several devices. Without faults each device behaves as in its own loop.
+//! A fault of one device removes the force of this device only.
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -25,21 +25,22 @@ static ALLOCATOR: CountingAllocator = CountingAllocator;
 const SEED: u64 = 0xb07;
 const RATE_HZ: f64 = 1000.0;
 
-/// The answers of a step to the devices.
+/// The results of a step for the devices.
 type Answers<'a> = &'a mut [Option<StepOutcome>];
 
-/// A hand that goes into a wall below z = 0 and out again, each one half a turn after the one
-/// before.
+/// A simulated operator that moves into a wall below z = 0 and out again, half a turn after the
+/// previous one.
 fn simulated(which: usize) -> SimulatedDevice<impl Intent + Send> {
     let path = move |time: f64| Pose::from_translation(DVec3::Z * 0.02 * (4.0 * time + 3.1 * which as f64).cos());
-    SimulatedDevice::new(SimulationSettings { rate_hz: RATE_HZ, ..Default::default() }, path).expect("usual settings")
+    SimulatedDevice::new(SimulationSettings { rate_hz: RATE_HZ, ..Default::default() }, path)
+        .expect("the settings are valid")
 }
 
 fn wall(state: &DeviceState) -> StepOutcome {
     StepOutcome::of(Wrench { torque: DVec3::ZERO, force: DVec3::Z * (-200.0 * state.pose.translation.z).max(0.0) })
 }
 
-/// A wall for each, as the step of one loop.
+/// A step with one wall for each device.
 fn walls(states: &[DeviceState], _: f64, answers: Answers<'_>) {
     for (answer, state) in answers.iter_mut().zip(states) {
         *answer = Some(wall(state));
@@ -50,22 +51,22 @@ fn safety(after_fault: AfterFault) -> SafetyOptions {
     SafetyOptions { after_fault, after_panic: AfterPanic::AsFault, ..SafetyOptions::default() }
 }
 
-/// Returns a loop with this many devices.
+/// Returns a loop for this number of devices.
 fn servo(devices: usize, duration: f64, after_fault: AfterFault) -> Servo {
     let safety = safety(after_fault);
     let options = ServoOptions { rate_hz: RATE_HZ, duration: Some(duration), safety, ..Default::default() };
-    let one = Servo::new(options).expect("options in range");
-    (1..devices).fold(one, |servo, _| servo.with_device(safety).expect("usual thresholds"))
+    let one = Servo::new(options).expect("the options are valid");
+    (1..devices).fold(one, |servo, _| servo.with_device(safety).expect("the thresholds are valid"))
 }
 
-/// History of each device.
+/// Results of each device.
 struct Ran {
     statistics: Vec<RunStatistics>,
     ticks: Vec<Vec<ServoTick>>,
     braked: Vec<bool>,
 }
 
-/// Two seconds of so many devices with these faults of the first one and in the step.
+/// Runs two seconds with this number of devices. The first device and the step have these faults.
 fn run(
     devices: usize,
     faults: &[(u64, Fault)],
@@ -79,13 +80,13 @@ fn run(
     let mut observe = |tick: &ServoTick, (): &()| ticks[tick.device].push(*tick);
     let statistics = servo(devices, 2.0, after_fault)
         .run_all_in(&time, &mut hands.iter_mut().collect::<Vec<_>>(), step, &mut observe, &AtomicBool::new(false))
-        .expect("as many devices as the loop was made for");
+        .expect("the number of devices is correct");
     let braked = hands.iter().map(|hand| hand.brake().is_some_and(|brake| brake.is_applied())).collect();
     Ran { statistics, ticks, braked }
 }
 
 #[test]
-fn each_device_in_one_loop_is_as_in_its_own() {
+fn shared_loop_equals_separate_loops() {
     for devices in 1..=4 {
         let Ran { statistics, ticks, .. } = run(devices, &[], AfterFault::Reengage, walls);
         for (which, (statistics, ticks)) in statistics.into_iter().zip(ticks).enumerate() {
@@ -106,7 +107,7 @@ fn each_device_in_one_loop_is_as_in_its_own() {
 }
 
 #[test]
-fn a_loop_takes_the_devices_it_was_made_for() {
+fn wrong_number_of_devices_is_refused() {
     let mut one = simulated(0);
     let stop = AtomicBool::new(false);
     let refused = servo(2, 1.0, AfterFault::Reengage).run_all(&mut [&mut one], walls, &mut (), &stop);
@@ -114,7 +115,7 @@ fn a_loop_takes_the_devices_it_was_made_for() {
 }
 
 #[test]
-fn a_device_without_an_answer_gets_no_force() {
+fn device_without_a_result_gets_no_force() {
     let step = |states: &[DeviceState], dt: f64, answers: Answers<'_>| {
         walls(states, dt, answers);
         answers[1] = None;
@@ -124,7 +125,7 @@ fn a_device_without_an_answer_gets_no_force() {
 }
 
 #[test]
-fn a_fault_takes_the_force_of_its_own_device() {
+fn fault_removes_only_the_force_of_its_device() {
     let undisturbed = run(3, &[], AfterFault::Reengage, walls).ticks;
     let faults = [
         Fault::NonFinitePose,
@@ -136,11 +137,11 @@ fn a_fault_takes_the_force_of_its_own_device() {
         Fault::Dropped,
     ];
     for fault in faults {
-        // In the midst of contact.
-        let at = undisturbed[0].iter().position(|tick| tick.wrench.force.z > 1.5).expect("a contact") as u64;
+        // The fault occurs during contact.
+        let at = undisturbed[0].iter().position(|tick| tick.wrench.force.z > 1.5).expect("the run has contact") as u64;
         let Ran { statistics, ticks, braked } = run(3, &[(at, fault)], AfterFault::Reengage, walls);
         for other in [1, 2] {
-            assert!(ticks[other] == undisturbed[other], "{fault:?}: device {other} feels it");
+            assert!(ticks[other] == undisturbed[other], "{fault:?}: device {other} must not be affected");
             assert_eq!(
                 (statistics[other].safety.faults(), &statistics[other].end),
                 (0, &RunEnd::Duration),
@@ -151,11 +152,11 @@ fn a_fault_takes_the_force_of_its_own_device() {
             assert!(matches!(statistics[0].end, RunEnd::DeviceFailed(_)) && braked == [true, false, false]);
             let counts: Vec<u64> = statistics.iter().map(|statistics| statistics.ticks).collect();
             assert_eq!(counts, [at + 1, 2000, 2000]);
-            let last = ticks[0].last().expect("a tick");
+            let last = ticks[0].last().expect("there is a tick");
             assert!(last.cuts.has(Cut::Device) && last.wrench == Wrench::ZERO);
         } else {
             assert!(statistics[0].safety.faults() > 0, "{fault:?}");
-            let fallen = ticks[0].iter().find(|tick| tick.phase == Phase::Faulted).expect("a fault");
+            let fallen = ticks[0].iter().find(|tick| tick.phase == Phase::Faulted).expect("the device faults");
             assert!(fallen.wrench.force.length() < 1.0, "{fault:?}: {fallen:?}");
             assert_eq!((statistics[0].ticks, &statistics[0].end), (2000, &RunEnd::Duration));
         }
@@ -163,7 +164,7 @@ fn a_fault_takes_the_force_of_its_own_device() {
 }
 
 #[test]
-fn the_step_goes_on_with_a_lost_device_where_it_was() {
+fn step_keeps_the_last_pose_of_a_lost_device() {
     let seen = RefCell::new(Vec::new());
     let step = |states: &[DeviceState], dt: f64, answers: Answers<'_>| {
         seen.borrow_mut().push(states[0]);
@@ -175,21 +176,21 @@ fn the_step_goes_on_with_a_lost_device_where_it_was() {
     for state in &seen[701..] {
         assert_eq!((state.pose, state.twist.linear), (seen[700].pose, DVec3::ZERO));
     }
-    // If any fault ends the run, this one does.
+    // If every fault must end the run, this one does.
     let Ran { statistics, .. } = run(2, &[(700, Fault::Dropped)], AfterFault::Stop, walls);
     assert!(statistics.iter().all(|statistics| statistics.ticks <= 702), "{statistics:?}");
     assert!(matches!(statistics[0].end, RunEnd::DeviceFailed(_)) && statistics[1].end == RunEnd::Stopped);
 }
 
 #[test]
-fn what_the_loop_does_wrong_is_felt_by_neither() {
+fn fault_of_the_step_removes_all_forces() {
     for panics in [false, true] {
         let mut count = 0;
         let step = |states: &[DeviceState], dt: f64, answers: Answers<'_>| {
             count += 1;
             walls(states, dt, answers);
             if count == 900 && panics {
-                std::panic::resume_unwind(Box::new("on purpose"));
+                std::panic::resume_unwind(Box::new("test panic in the step"));
             }
             if let Some(answer) = answers[1].as_mut().filter(|_| count == 900) {
                 answer.wrench.force.y = f64::NAN;
@@ -202,16 +203,17 @@ fn what_the_loop_does_wrong_is_felt_by_neither() {
         assert!(ticks[1][899].wrench.force.length() < 0.5);
         assert!(statistics.iter().all(|statistics| statistics.end == RunEnd::Duration));
     }
-    // A device that lets the loop wait is late for both, and both are braked.
+    // A device that blocks the loop delays both devices, and both are braked.
     let stall = Fault::LateRead(Duration::from_millis(200));
     let at = run(2, &[], AfterFault::Reengage, walls).ticks[1].iter().position(|tick| tick.wrench.force.z > 1.5);
-    let Ran { statistics, .. } = run(2, &[(at.expect("a contact") as u64, stall)], AfterFault::Reengage, walls);
+    let Ran { statistics, .. } =
+        run(2, &[(at.expect("the run has contact") as u64, stall)], AfterFault::Reengage, walls);
     assert_eq!(statistics[1].safety.ticks(Cut::Watchdog), 1, "{:?}", statistics[1].safety);
     assert!(statistics.iter().all(|statistics| statistics.safety.faults() <= 1));
 }
 
 #[test]
-fn whatever_one_device_goes_through_the_other_is_as_ever() {
+fn faults_of_one_device_do_not_affect_the_other() {
     let undisturbed = run(2, &[], AfterFault::Reengage, walls).ticks;
     let mut random = Random::new(SEED);
     for sequence in 0..100 {
@@ -239,27 +241,29 @@ fn whatever_one_device_goes_through_the_other_is_as_ever() {
     }
 }
 
-/// Blocks over a table, which hands press against each other.
+/// Blocks above a table. The simulated operators press them against each other.
 struct Blocks {
     world: World,
     tools: Vec<ToolId>,
 }
 
 impl Blocks {
-    /// So many.
+    /// Makes `count` blocks.
     fn new(count: usize) -> Self {
-        let make = |soup| Arc::new(Body::from_soup(&soup, &BodySettings::default(), &mut |_| ()).expect("a body"));
+        let make =
+            |soup| Arc::new(Body::from_soup(&soup, &BodySettings::default(), &mut |_| ()).expect("the mesh is valid"));
         let block = make(shape::cuboid(DVec3::splat(0.03)));
         let limits = Limits { force: 8.5, torque: 0.188 };
         let settings = Settings {
             limits,
-            stiffness: VirtualCoupling::contact_stiffness(&limits, 1e-3).expect("a limit"),
+            stiffness: VirtualCoupling::contact_stiffness(&limits, 1e-3).expect("the force limit is finite"),
             coupling: Some(VirtualCoupling::tuned(&limits, 1.0 / RATE_HZ, 1e-3)),
             ..Settings::default()
         };
-        let mut world = World::new(settings).expect("valid settings");
-        world.add(Object::fixed(make(shape::table()), Pose::IDENTITY)).expect("valid settings");
-        let tools = (0..count).map(|_| world.add_tool(block.clone(), settings).expect("valid settings")).collect();
+        let mut world = World::new(settings).expect("the settings are valid");
+        world.add(Object::fixed(make(shape::table()), Pose::IDENTITY)).expect("the settings are valid");
+        let tools =
+            (0..count).map(|_| world.add_tool(block.clone(), settings).expect("the settings are valid")).collect();
         Self { world, tools }
     }
 
@@ -276,18 +280,18 @@ impl Blocks {
     }
 }
 
-/// The intents of two hands that press against each other; a third one holds still beside them.
+/// Two simulated operators that press against each other. A third one holds still beside them.
 fn pressing(which: usize) -> SimulatedDevice<impl Intent + Send> {
     let intent = move |time: f64| {
         let press = 0.012 * (2.0 * time).min(1.0);
         let x = [press - 0.018, 0.018 - press, 0.1][which];
         Pose::from_translation(DVec3::new(x, 0.0, 0.1))
     };
-    SimulatedDevice::new(SimulationSettings::default(), intent).expect("usual settings")
+    SimulatedDevice::new(SimulationSettings::default(), intent).expect("the settings are valid")
 }
 
 #[test]
-fn a_tool_is_felt_on_when_its_own_hand_feels_nothing_and_nothing_is_allocated() {
+fn tool_of_a_faulted_device_is_still_felt() {
     for devices in [2, 3] {
         let time = VirtualTime::default();
         let mut blocks = Blocks::new(devices);
@@ -299,7 +303,7 @@ fn a_tool_is_felt_on_when_its_own_hand_feels_nothing_and_nothing_is_allocated() 
         let (mut first_count, mut last_count) = (None, 0);
         let mut observe = |tick: &ServoTick, (): &()| {
             forces[tick.device][tick.index as usize] = tick.wrench.force;
-            // The text names a device that is lost.
+            // The error text of the lost device is allocated after this tick.
             if tick.index < 2000 {
                 last_count = allocations_of_this_thread();
                 first_count.get_or_insert(last_count);
@@ -313,25 +317,25 @@ fn a_tool_is_felt_on_when_its_own_hand_feels_nothing_and_nothing_is_allocated() 
                 &mut observe,
                 &AtomicBool::new(false),
             )
-            .expect("as many devices as the loop was made for");
-        assert_eq!(last_count - first_count.expect("a tick"), 0);
+            .expect("the number of devices is correct");
+        assert_eq!(last_count - first_count.expect("there is a tick"), 0);
         let [one, other] = [&forces[0], &forces[1]];
         assert!(one[1199].x < -0.5 && (one[1199] + other[1199]).length() < 0.1, "{} {}", one[1199], other[1199]);
-        // The first hand's force is gone, the second's is not.
+        // Only the first device has lost its force.
         assert!(one[1201].length() < 0.3 && other[1201].x > 0.5, "{} {}", one[1201], other[1201]);
         assert_eq!(one[2001], DVec3::ZERO);
         assert!(other[2200].x > 0.5 && other[2999].x > 0.5, "{} {}", other[2200], other[2999]);
-        // Energy that one hand gives the other is not the loop's.
+        // Energy from one operator to the other does not count as generated by the loop.
         for statistics in &statistics[1..] {
             assert_eq!((statistics.safety.faults(), statistics.safety.ticks(Cut::Passivity)), (0, 0));
         }
-        // A third hand, which touches nothing, feels nothing.
+        // A third operator, who touches nothing, feels nothing.
         assert!(forces[2..].iter().flatten().all(|force| force.length() < 1e-9));
     }
 }
 
 #[test]
-fn as_fast_as_it_goes_the_same_run_is_the_same() {
+fn simulated_run_is_reproducible() {
     let run = || {
         let options = ServoOptions { timing: Timing::Simulated, duration: Some(1.0), ..Default::default() };
         let servo = Servo::new(options).and_then(|servo| servo.with_device(options.safety));
@@ -341,7 +345,8 @@ fn as_fast_as_it_goes_the_same_run_is_the_same() {
         let step = |states: &[DeviceState], dt: f64, answers: Answers<'_>| blocks.step(states, dt, answers);
         let [one, other]: &mut [&mut (dyn HapticDevice + Send); 2] = &mut [&mut pressing(0), &mut pressing(1)];
         let stop = AtomicBool::new(false);
-        let ran = servo.expect("options in range").run_all(&mut [&mut **one, &mut **other], step, &mut observe, &stop);
+        let ran =
+            servo.expect("the options are valid").run_all(&mut [&mut **one, &mut **other], step, &mut observe, &stop);
         assert_eq!(ran.map(|statistics| statistics.len()), Ok(2));
         ticks
     };

@@ -1,5 +1,5 @@
-//! Contact through the virtual coupling is solid: still in the hand, at rest and moving, and no
-//! source of energy.
+//! Tests that contact through the virtual coupling is stable in the hand, at rest and in motion,
+//! and generates no energy.
 
 mod bodies;
 mod closed_loop;
@@ -20,7 +20,8 @@ use palpus_scenes::{Scene, scene};
 
 const SEED: u64 = 0x501d;
 
-/// The scene through a coupling as the simulated device bears it, with contacts of `stiffness` N/m.
+/// Renders the scene through a coupling that the simulated device can render stably, with
+/// contacts of `stiffness` N/m.
 fn renderer(scene: &Scene, stiffness: f64) -> Renderer {
     let (a, b) = (body(&scene.probe), body(&scene.environment));
     let limits = limits();
@@ -38,13 +39,13 @@ fn renderer(scene: &Scene, stiffness: f64) -> Renderer {
         coupling: Some(VirtualCoupling::tuned(&limits, TICK, scene.contact.tolerance)),
         ..Settings::default()
     };
-    Renderer::new(a, b, settings).expect("valid settings")
+    Renderer::new(a, b, settings).expect("the settings are valid")
 }
 
-/// Statistics of a loop.
+/// Results of a loop.
 struct Felt {
     forces: Vec<DVec3>,
-    /// True places of the grip, m.
+    /// True positions of the grip, m.
     places: Vec<DVec3>,
     /// Work done on the hand.
     work: HandWork,
@@ -52,8 +53,8 @@ struct Felt {
     cuts: Cuts,
 }
 
-/// `seconds` of the closed loop, its servo uneven like a logged one. With `load`, N, a weight pulls
-/// beside the hand.
+/// Runs the closed loop for `seconds`, with the logged timing jitter. `load` (N) is a weight that
+/// pulls in addition to the hand.
 fn run(
     renderer: &mut Renderer,
     hand: HandImpedance,
@@ -65,11 +66,11 @@ fn run(
     let default = SimulationSettings::default();
     let spec = palpus_device::DeviceSpec { force_max: f64::INFINITY, ..default.spec.clone() };
     let settings = SimulationSettings { hand, spec, jitter: Some(Jitter::logged(SEED)), ..default };
-    let mut device = SimulatedDevice::new(settings, intent).expect("usual settings");
+    let mut device = SimulatedDevice::new(settings, intent).expect("the settings are valid");
     let mut felt = Felt { forces: Vec::new(), places: Vec::new(), work: HandWork::default(), cuts: Cuts::NONE };
     let mut time = 0.0;
     for _ in 0..(seconds / TICK) as usize {
-        let state = device.read().expect("it is simulated");
+        let state = device.read().expect("a simulated device can be read");
         let pose = device.true_pose();
         felt.work.moved_to(&pose);
         let dt = elapsed(&state, &mut time);
@@ -80,7 +81,7 @@ fn run(
             felt.cuts = felt.cuts.or(shaped.cuts);
             shaped.wrench
         });
-        device.write(&Wrench { force: wrench.force + load, ..wrench }).expect("it is finite");
+        device.write(&Wrench { force: wrench.force + load, ..wrench }).expect("a finite wrench is accepted");
         let applied = device.applied();
         felt.work.act(pose, Wrench { force: applied.force - load, ..applied });
         felt.forces.push(wrench.force);
@@ -90,17 +91,17 @@ fn run(
 }
 
 #[test]
-fn contacts_of_5_kn_per_m_lie_still_in_every_hand() {
+fn contacts_of_5_kn_per_m_are_stable_in_every_hand() {
     let hands = [("none", HandImpedance::NONE), ("normal", HandImpedance::NORMAL), ("firm", HandImpedance::FIRM)];
-    // Places of contact of the scene's own hand, the direction of pressing, and the distance from
-    // which it starts. A peg is pressed against the side of its hole.
+    // Each row has a time on the scene's path with contact, the direction of pressing, and the
+    // start distance (m). The peg is pressed against the side of its hole.
     let scenes = [
         ("box-table", 2.6, DVec3::NEG_Z, 2e-3),
         ("v-groove", 3.0, DVec3::NEG_Z, 2e-3),
         ("peg-hole", 4.6, DVec3::X, 0.0),
     ];
     for (name, when, press, from) in scenes {
-        let scene = scene(name).expect("a built-in scene");
+        let scene = scene(name).expect("the scene is built in");
         for (hand_name, hand) in hands {
             let mut renderer = renderer(&scene, 5000.0);
             let held = hand.stiffness > 0.0;
@@ -115,18 +116,19 @@ fn contacts_of_5_kn_per_m_lie_still_in_every_hand() {
             let load = if held { DVec3::ZERO } else { press * 1.5 };
             let felt = run(&mut renderer, hand, intent, load, None, 5.0);
             let (share, mean) = cycle(&felt.forces[4000..]);
-            assert!(mean > 0.1, "{name}, {hand_name}: nothing is felt ({mean} N), seed {SEED:#x}");
+            assert!(mean > 0.1, "{name}, {hand_name}: the force is only {mean} N, seed {SEED:#x}");
             assert!(share < 0.01, "{name}, {hand_name}: {share} of {mean} N, seed {SEED:#x}");
         }
     }
 }
 
 #[test]
-fn a_minute_of_contact_gives_the_hand_no_energy() {
+fn minute_of_contact_gives_the_hand_no_energy() {
     for name in ["spoon-cup", "torus-torus", "peg-hole", "box-table"] {
-        let scene = scene(name).expect("a built-in scene");
+        let scene = scene(name).expect("the scene is built in");
         let limits = Limits { force: 8.5, torque: 0.188 };
-        let stiffness = VirtualCoupling::contact_stiffness(&limits, scene.contact.tolerance).expect("a limit");
+        let stiffness =
+            VirtualCoupling::contact_stiffness(&limits, scene.contact.tolerance).expect("the force limit is finite");
         let mut renderer = renderer(&scene, stiffness);
         let spec = SimulationSettings::default().spec;
         let limits = SafetyLimits { ramp: 0.0, ..SafetyLimits::of(&spec, 1.0 / TICK) };
@@ -138,13 +140,14 @@ fn a_minute_of_contact_gives_the_hand_no_energy() {
     }
 }
 
-/// Forces and torques within the bar of 1 mN and 0.1 mN·m are nothing to a hand.
+/// A hand does not feel forces below 1 mN and torques below 0.1 mN·m.
 #[test]
 fn nothing_is_felt_in_free_air() {
-    let scene = scene("box-table").expect("a built-in scene");
+    let scene = scene("box-table").expect("the scene is built in");
     let mut renderer = renderer(&scene, 5000.0);
     let start = Pose { translation: scene.path.pose(0.0).translation + DVec3::Z * 0.2, ..Pose::IDENTITY };
-    // m, rad/s: from a creep, whose encoder steps are far apart, to a fast reach, at 0.4 m/s.
+    // Amplitudes (m) and frequencies (rad/s): from a slow motion with few encoder steps to a fast
+    // one of 0.4 m/s.
     for (reach, rate) in [(2e-3, 1.0), (0.02, 3.0), (0.1, 4.0)] {
         let intent = |time: f64| {
             let s = (rate * time).sin();
@@ -158,20 +161,22 @@ fn nothing_is_felt_in_free_air() {
     }
 }
 
-/// The motors bear 1.4 N continuously. A hand that presses a wall with 4 N for a minute sinks in,
-/// and must not feel force on all of its way back.
+/// The motors can hold 1.4 N continuously. A hand that presses a wall with 4 N for a minute sinks
+/// in. It must not feel a force on the whole way back.
 #[test]
 fn hot_device_stays_near_its_tool() {
-    let scene = scene("box-table").expect("a built-in scene");
+    let scene = scene("box-table").expect("the scene is built in");
     let limits = limits();
-    let stiffness = VirtualCoupling::contact_stiffness(&limits, scene.contact.tolerance).expect("a limit");
+    let stiffness =
+        VirtualCoupling::contact_stiffness(&limits, scene.contact.tolerance).expect("the force limit is finite");
     let mut renderer = renderer(&scene, stiffness);
-    // The box lies flat; 4 N are balanced where hand and coupling are both stretched.
+    // The box lies flat. At 4 N, the hand and the coupling are both deflected.
     let flat = scene.path.pose(2.6);
     let hand = HandImpedance::NORMAL;
-    let coupling = renderer.settings().coupling.expect("it has one");
+    let coupling = renderer.settings().coupling.expect("the renderer has a coupling");
     let depth = 4.0 / hand.stiffness + 4.0 / coupling.stiffness;
-    // Down in a second, a minute there, up to 40 mm above in two seconds, and about in free air.
+    // The operator moves down within one second, presses for a minute, moves 40 mm up within two
+    // seconds, then moves in free air.
     let intent = |time: f64| {
         let down = (depth + 0.005) * time.min(1.0);
         let up = (depth + 0.04) * ((time - 61.0) / 2.0).clamp(0.0, 1.0);
@@ -187,15 +192,16 @@ fn hot_device_stays_near_its_tool() {
     let turned = 61_000;
     let hot = felt.forces[turned - 1].length();
     assert!(hot < 1.5, "{hot} N after a minute, seed {SEED:#x}");
-    let free = (turned..felt.forces.len()).find(|k| felt.forces[*k].length() < 0.05).expect("it comes free");
+    let free =
+        (turned..felt.forces.len()).find(|k| felt.forces[*k].length() < 0.05).expect("the tool leaves the contact");
     let way = felt.places[turned].distance(felt.places[free]);
     let sunk = flat.translation.z - felt.places[turned].z;
-    // 1.4 mm are the coupling's own, 3 mm those before its anchor slips.
+    // 1.4 mm is the deflection of the coupling, and 3 mm the travel before its anchor slips.
     assert!(sunk > 0.015 && way < 5e-3, "{sunk} m in, felt for {way} m, seed {SEED:#x}");
     let step = felt.forces.windows(2).map(|pair| pair[1].distance(pair[0])).fold(0.0, f64::max);
     assert!(step < 0.5, "{step} N in a tick, seed {SEED:#x}");
     assert!(felt.work.most <= 1e-6, "{} J, seed {SEED:#x}", felt.work.most);
-    // In free air the tool has come back to the device.
+    // In free air the tool has returned to the device.
     let tick = renderer.tick();
     let apart = tick.tool_ba.translation.distance(tick.probe.pose_ba.translation);
     assert!(apart < 2e-3, "{apart} m, seed {SEED:#x}");

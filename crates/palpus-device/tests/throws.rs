@@ -1,4 +1,4 @@
-//! A tool that is thrown at something thin stays on its side of it.
+//! Tests that a tool that is thrown at a thin body stays on its side.
 
 mod bodies;
 
@@ -20,16 +20,16 @@ use palpus_scenes::shape::cuboid;
 
 const TICK: f64 = 1e-3;
 const SEED: u64 = 0x7480;
-/// s: until the chain is engaged.
+/// Time until the chain is engaged, s.
 const QUIET: f64 = 1.5;
-/// s: of a throw with the way to its start and back.
+/// Time of a throw, with the way to its start and back, s.
 const ROUND: f64 = 0.7;
-/// m: from where a throw begins to the middle of the sheet.
+/// Distance from the start of a throw to the middle of the sheet, m.
 const RUN_UP: f64 = 0.03;
-/// m: a little more than what a corner or an edge of the block reaches below a hole of 10 mm.
+/// Depth that a corner or edge of the block can reach in a hole of 10 mm, with a margin, m.
 const HOLE_DEPTH: f64 = 5.5e-3;
 
-/// One throw: at this place of the sheet, this way, in this orientation, m/s.
+/// One throw: point on the sheet (m), direction, orientation and speed (m/s).
 #[derive(Clone, Copy)]
 struct Throw {
     at: DVec3,
@@ -50,12 +50,12 @@ impl Throw {
         }
     }
 
-    /// Pose of the hand `way` m behind the sheet.
+    /// Returns the intended pose `way` m behind the sheet.
     fn pose(&self, way: f64) -> Pose {
         Pose::new(self.rotation, self.at + self.along * way)
     }
 
-    /// Intent of the hand `time` s after the start.
+    /// Returns the intended pose `time` s after the start of the throw.
     fn intent(&self, time: f64) -> Pose {
         let strike = 2.0 * RUN_UP / self.speed;
         let back = 0.2;
@@ -67,7 +67,7 @@ impl Throw {
     }
 }
 
-/// Intent of the hand: throw after throw, on smooth paths from one start to the next.
+/// Returns the intent for all throws, with smooth paths between them.
 fn intent(throws: Arc<[Throw]>) -> impl Fn(f64) -> Pose {
     move |time: f64| {
         let k = (((time - QUIET) / ROUND).floor().max(0.0) as usize).min(throws.len() - 1);
@@ -83,9 +83,10 @@ fn intent(throws: Arc<[Throw]>) -> impl Fn(f64) -> Pose {
     }
 }
 
-/// Targets of the throws, and how far below z = 0 a tool's point may come: m.
+/// Returns the targets of the throws, and the largest depth below z = 0 that a point of the tool
+/// may reach, m.
 fn targets() -> [(&'static str, PolygonSoup, f64); 3] {
-    // Its upper face at z = 0, as the others are.
+    // The sheet's upper face is at z = 0, as for the other targets.
     let mut sheet = cuboid(DVec3::new(0.2, 0.2, 5e-4));
     sheet.vertices.iter_mut().for_each(|vertex| vertex.z -= 2.5e-4);
     let mut open = PolygonSoup::new();
@@ -108,21 +109,21 @@ fn targets() -> [(&'static str, PolygonSoup, f64); 3] {
     [("a sheet of 0.5 mm", sheet, 1e-4), ("an open sheet", open, 1e-4), ("an open sheet with holes", holed, HOLE_DEPTH)]
 }
 
-/// Throws a block `count` times at what `soup` is.
+/// Throws a block `count` times at `soup`.
 fn thrown(what: &str, soup: &PolygonSoup, depth: f64, hand: HandImpedance, count: usize, random: &mut Random) {
     let tool_body = body(&cuboid(DVec3::new(0.014, 0.018, 0.02)));
     let throws: Arc<[Throw]> = (0..count).map(|_| Throw::random(random)).collect();
     let settings = SimulationSettings { hand, ..SimulationSettings::default() };
     let limits = Limits { force: settings.spec.force_max, torque: settings.spec.torque_max };
     let peak = limits.force;
-    let mut device = SimulatedDevice::new(settings, intent(throws.clone())).expect("a device");
+    let mut device = SimulatedDevice::new(settings, intent(throws.clone())).expect("the settings are valid");
     let settings = Settings::coupled(limits, TICK, 2e-4);
-    let mut world = World::new(settings).expect("settings");
-    world.add(Object::fixed(body(soup), Pose::IDENTITY)).expect("a target");
-    let tool = world.add_tool(tool_body.clone(), settings).expect("a tool");
+    let mut world = World::new(settings).expect("the settings are valid");
+    world.add(Object::fixed(body(soup), Pose::IDENTITY)).expect("the body is added");
+    let tool = world.add_tool(tool_body.clone(), settings).expect("the tool is added");
     let duration = Some(QUIET + ROUND * count as f64);
-    let mut servo =
-        Servo::new(ServoOptions { timing: Timing::Simulated, duration, ..ServoOptions::default() }).expect("options");
+    let mut servo = Servo::new(ServoOptions { timing: Timing::Simulated, duration, ..ServoOptions::default() })
+        .expect("the options are valid");
     let seen = RefCell::new((Cuts::NONE, DVec3::ZERO));
     let mut lowest: f64 = 0.0;
     servo.run(
@@ -146,7 +147,7 @@ fn thrown(what: &str, soup: &PolygonSoup, depth: f64, hand: HandImpedance, count
     assert!(!cuts.is_fault(), "{what}: {cuts:?}, seed {SEED:#x}");
 }
 
-/// `count` throws for each hand and target.
+/// Makes `count` throws for each hand and target.
 fn all(count: usize) {
     let mut random = Random::new(SEED);
     for (what, soup, depth) in &targets() {
@@ -159,18 +160,18 @@ fn all(count: usize) {
 }
 
 #[test]
-fn nothing_passes_through_a_thin_thing() {
+fn nothing_passes_through_a_thin_body() {
     all(20);
 }
 
 #[test]
 #[ignore = "long: a hundred thousand throws, half an hour"]
-fn nothing_passes_through_a_thin_thing_in_many_throws() {
+fn nothing_passes_through_a_thin_body_in_many_throws() {
     all(100_000 / 12 + 1);
 }
 
-/// The witness of a corner is close to the sides of the block that meet there, and none of that
-/// says that the sheet is not above it.
+/// The witness point of a corner lies near the sides of the block that meet there. These sides must
+/// not hide the sheet above the corner.
 #[test]
 fn corner_below_a_holed_sheet_is_pushed_back() {
     let [.., (_, soup, _)] = targets();
@@ -179,7 +180,7 @@ fn corner_below_a_holed_sheet_is_pushed_back() {
     let mut query = ContactQuery::new(block.clone(), body(&soup), settings);
     let mut random = Random::new(SEED);
     for _ in 0..2000 {
-        // Nearly flat, with one corner lowest, above a strip without holes.
+        // The block is nearly flat, with one corner lowest, above a strip without holes.
         let axis = DVec3::new(random.signed(), random.signed(), 0.0).normalize_or(DVec3::X);
         let rotation =
             DQuat::from_axis_angle(axis, random.between(0.02, 0.2)) * DQuat::from_rotation_z(random.between(0.0, 6.0));

@@ -1,4 +1,4 @@
-//! Impacts that ring: in a loop with a simulated device, a simulated hand and the safety chain.
+//! Tests of impacts that ring, in a loop with a simulated device and the safety chain.
 
 mod bodies;
 
@@ -16,12 +16,12 @@ use palpus_device::{
 use palpus_scenes::shape::cuboid;
 
 const TICK: f64 = 1e-3;
-/// m: of the hand's way up and down; as much above the plate as below.
+/// Amplitude of the hand's motion, m. It reaches as far above the plate as below.
 const SWING: f64 = 0.01;
-/// s: until the chain is engaged.
+/// Time until the chain is engaged, s.
 const QUIET: f64 = 1.5;
 
-/// A plate, and a tool over it.
+/// A plate, and a tool above it.
 struct Plate {
     world: World,
     tool: ToolId,
@@ -30,9 +30,9 @@ struct Plate {
 impl Plate {
     fn new(limits: Limits, material: Option<Material>) -> Self {
         let settings = Settings { material, ..Settings::coupled(limits, TICK, 2e-4) };
-        let mut world = World::new(settings).expect("settings");
-        world.add(Object::fixed(body(&cuboid(DVec3::new(0.1, 0.1, 0.02))), Pose::IDENTITY)).expect("a plate");
-        let tool = world.add_tool(body(&cuboid(DVec3::new(0.01, 0.01, 0.02))), settings).expect("a tool");
+        let mut world = World::new(settings).expect("the settings are valid");
+        world.add(Object::fixed(body(&cuboid(DVec3::new(0.1, 0.1, 0.02))), Pose::IDENTITY)).expect("the body is added");
+        let tool = world.add_tool(body(&cuboid(DVec3::new(0.01, 0.01, 0.02))), settings).expect("the tool is added");
         Self { world, tool }
     }
 
@@ -42,7 +42,8 @@ impl Plate {
     }
 }
 
-/// A hand that taps the plate with about `speed` (m/s), after a while above it.
+/// Returns a device whose simulated operator rests above the plate, then taps it with about `speed`
+/// (m/s), and the limits of the device.
 fn tapping(hand: HandImpedance, speed: f64) -> (SimulatedDevice<impl Fn(f64) -> Pose>, Limits) {
     let settings = SimulationSettings { hand, ..SimulationSettings::default() };
     let limits = Limits { force: settings.spec.force_max, torque: settings.spec.torque_max };
@@ -50,19 +51,19 @@ fn tapping(hand: HandImpedance, speed: f64) -> (SimulatedDevice<impl Fn(f64) -> 
         let angle = speed / SWING * (time - QUIET).max(0.0);
         Pose::from_translation(DVec3::Z * (0.0205 + SWING * angle.cos()))
     };
-    (SimulatedDevice::new(settings, intent).expect("a device"), limits)
+    (SimulatedDevice::new(settings, intent).expect("the settings are valid"), limits)
 }
 
 #[test]
-fn taps_give_the_hand_nothing() {
+fn taps_give_the_hand_no_energy() {
     for (name, material) in Material::NAMED {
         for hand in ["relaxed", "normal", "firm", "tight"] {
             for speed in [0.05, 0.1, 0.2, 0.3] {
-                let (mut device, limits) = tapping(hand_preset(hand).expect("a hand"), speed);
+                let (mut device, limits) = tapping(hand_preset(hand).expect("the preset exists"), speed);
                 let mut plate = Plate::new(limits, Some(material));
                 let duration = Some(QUIET + 4.0 * TAU * SWING / speed);
                 let options = ServoOptions { timing: Timing::Simulated, duration, ..ServoOptions::default() };
-                let mut servo = Servo::new(options).expect("options");
+                let mut servo = Servo::new(options).expect("the options are valid");
                 let (mut loudest, mut cuts): (f64, Cuts) = (0.0, Cuts::NONE);
                 let mut observer = |tick: &ServoTick, (): &()| cuts = cuts.or(tick.cuts);
                 let statistics = servo.run(
@@ -76,7 +77,7 @@ fn taps_give_the_hand_nothing() {
                     &AtomicBool::new(false),
                 );
                 let what = format!("{name}, {hand}, {speed} m/s: {loudest} N, {:?}, {cuts:?}", statistics.energy);
-                assert!(loudest > 0.1, "no ring: {what}");
+                assert!(loudest > 0.1, "there must be a transient: {what}");
                 assert!(statistics.energy.highest <= 1e-6, "{what}");
                 let shaped = [Cut::Passivity, Cut::Slew, Cut::LimitCycle, Cut::Saturation];
                 assert!(!cuts.is_fault() && !shaped.iter().any(|&cut| cuts.has(cut)), "{what}");
@@ -85,14 +86,14 @@ fn taps_give_the_hand_nothing() {
     }
 }
 
-/// m/s²: of the grip, as it truly is, from the first impact on; and of that the first tick of its
-/// ring, N.
+/// Returns the true accelerations of the grip (m/s²) from the first impact on, and the first
+/// force of the transient (N).
 fn struck(hand: HandImpedance, material: Material) -> (Vec<f64>, f64) {
     let (mut device, limits) = tapping(hand, 0.1);
     let mut plate = Plate::new(limits, Some(material));
     let (mut accelerations, mut ring, mut last) = (Vec::new(), None, 0.0);
     while accelerations.len() < WINDOW {
-        let state = device.read().expect("a state");
+        let state = device.read().expect("the device returns a state");
         let velocity = device.true_twist().linear.z;
         if ring.is_some() {
             accelerations.push((velocity - last) / TICK);
@@ -100,28 +101,29 @@ fn struck(hand: HandImpedance, material: Material) -> (Vec<f64>, f64) {
         last = velocity;
         let tick = plate.step(&state);
         ring = ring.or(Some(tick.transient.z).filter(|force| *force != 0.0));
-        device.write(&tick.commanded).expect("written");
+        device.write(&tick.commanded).expect("the wrench is accepted");
     }
-    (accelerations, ring.expect("an impact"))
+    (accelerations, ring.expect("the tool hits the plate"))
 }
 
-/// Ticks of an impact that are looked at.
+/// Number of ticks of an impact that are evaluated.
 const WINDOW: usize = 80;
 
 #[test]
-fn the_grip_rings_as_the_material_does() {
+fn grip_vibrates_as_the_material_does() {
     for (name, material) in Material::NAMED {
         for preset in ["relaxed", "normal", "firm", "tight"] {
-            let hand = hand_preset(preset).expect("a hand");
+            let hand = hand_preset(preset).expect("the preset exists");
             let mass = hand.mass + SimulationSettings::default().apparatus.mass;
             let Material { frequency, decay, gain } = material;
-            // Against the same tap on something that does not ring: so little that it is only seen
-            // when it begins.
+            // The reference is the same tap with a transient so small that it only marks the
+            // time of the impact.
             let (rung, first) = struck(hand, material);
             let (quiet, _) = struck(hand, Material { gain: 1e-9, ..material });
             let own = TAU * frequency;
             let speed = first / (gain * (-decay * TICK).exp() * (own * TICK).sin());
-            // Low and in a relaxed hand, the coupling's own spring resonates with the hand's mass.
+            // At low frequencies and in a relaxed hand, the spring of the coupling resonates with
+            // the hand's mass.
             for (share, most) in [(0.8, 3.5), (0.9, 3.0), (1.0, 3.0), (1.25, 3.0)] {
                 let angular = own * share;
                 let part = |(k, (rung, quiet)): (usize, (f64, f64))| {

@@ -1,5 +1,5 @@
-//! Two simulated hands with a tool each: pressed against each other they are at rest, pushed along
-//! nothing brakes them, and neither hand is given energy.
+//! Tests of two simulated operators with one tool each. Pressed against each other, the tools must
+//! rest. Pushed along, they must not be braked, and no hand may receive energy.
 
 mod closed_loop;
 mod own_loop;
@@ -17,16 +17,18 @@ use palpus_device::{HandImpedance, HapticDevice, Jitter, SimulatedDevice, Simula
 use palpus_scenes::shape;
 
 const SEED: u64 = 0xd0e;
-/// Sides of the blocks, m.
+/// Edge lengths of the blocks, m.
 const SIZE: DVec3 = DVec3::new(0.04, 0.03, 0.02);
 
-/// Two blocks through couplings as the simulated device bears them, over a table that is far below.
+/// Two blocks, through couplings that the simulated device can render stably, far above a table.
 fn blocks(friction: bool) -> (World, [ToolId; 2]) {
-    let make = |soup| Arc::new(Body::from_soup(&soup, &BodySettings::default(), &mut |_| ()).expect("a body"));
+    let make =
+        |soup| Arc::new(Body::from_soup(&soup, &BodySettings::default(), &mut |_| ()).expect("the mesh is valid"));
     let (block, table) = (make(shape::cuboid(SIZE)), make(shape::table()));
     let limits = limits();
     let usual = Settings::default();
-    let stiffness = VirtualCoupling::contact_stiffness(&limits, usual.contact_tolerance).expect("a limit");
+    let stiffness =
+        VirtualCoupling::contact_stiffness(&limits, usual.contact_tolerance).expect("the force limit is finite");
     let settings = Settings {
         stiffness,
         limits,
@@ -38,23 +40,23 @@ fn blocks(friction: bool) -> (World, [ToolId; 2]) {
         coupling: Some(VirtualCoupling::tuned(&limits, TICK, usual.contact_tolerance)),
         ..usual
     };
-    let mut world = World::new(settings).expect("valid settings");
-    world.add(Object::fixed(table, Pose::IDENTITY)).expect("valid settings");
-    let tools = [0, 1].map(|_| world.add_tool(block.clone(), settings).expect("valid settings"));
+    let mut world = World::new(settings).expect("the settings are valid");
+    world.add(Object::fixed(table, Pose::IDENTITY)).expect("the settings are valid");
+    let tools = [0, 1].map(|_| world.add_tool(block.clone(), settings).expect("the settings are valid"));
     (world, tools)
 }
 
-/// Statistics of a loop.
+/// Results of a loop.
 struct Felt {
     forces: [Vec<DVec3>; 2],
     /// Work done on each hand.
     work: [HandWork; 2],
-    /// The most that was ever given to both together, J.
+    /// Largest energy given to both hands together at any time, J.
     together: f64,
     touched: u32,
 }
 
-/// `seconds` of the closed loop with two hands, its servo uneven like a logged one.
+/// Runs the closed loop with two operators for `seconds`, with the logged timing jitter.
 fn run(
     (mut world, tools): (World, [ToolId; 2]),
     hands: [HandImpedance; 2],
@@ -64,12 +66,12 @@ fn run(
     let default = SimulationSettings::default();
     let mut devices = [0, 1].map(|k| {
         let settings = SimulationSettings { hand: hands[k], jitter: Some(Jitter::logged(SEED)), ..default.clone() };
-        SimulatedDevice::new(settings, move |time: f64| intent(k, time)).expect("usual settings")
+        SimulatedDevice::new(settings, move |time: f64| intent(k, time)).expect("the settings are valid")
     });
     let mut felt = Felt { forces: [Vec::new(), Vec::new()], work: [HandWork::default(); 2], together: 0.0, touched: 0 };
     let mut time = 0.0;
     for _ in 0..(seconds / TICK) as usize {
-        let states = devices.each_mut().map(|device| device.read().expect("it is simulated"));
+        let states = devices.each_mut().map(|device| device.read().expect("a simulated device can be read"));
         for (work, device) in felt.work.iter_mut().zip(&devices) {
             work.moved_to(&device.true_pose());
         }
@@ -80,7 +82,7 @@ fn run(
         let ticks = tools.map(|tool| world.tick(tool));
         felt.touched += u32::from(ticks[0].from_other.force != DVec3::ZERO);
         for k in 0..2 {
-            devices[k].write(&ticks[k].commanded).expect("it is finite");
+            devices[k].write(&ticks[k].commanded).expect("a finite wrench is accepted");
             felt.work[k].act(devices[k].true_pose(), devices[k].applied());
             felt.forces[k].push(ticks[k].commanded.force);
         }
@@ -88,20 +90,21 @@ fn run(
     felt
 }
 
-/// Intended pose of tool `k`: `press` m into the other one, moved by `along`.
+/// Returns the intended pose of tool `k`: pressed `press` m into the other tool, and shifted by
+/// `along`.
 fn opposed(k: usize, press: f64, along: DVec3) -> Pose {
     let side = if k == 0 { -1.0 } else { 1.0 };
     Pose::from_translation(DVec3::new(side * (SIZE.x / 2.0 - press), 0.0, 0.1) + along)
 }
 
 #[test]
-fn tools_pressed_against_each_other_lie_still_in_all_hands() {
+fn pressed_tools_are_stable_in_all_hands() {
     let hands = [HandImpedance::RELAXED, HandImpedance::NORMAL, HandImpedance::FIRM, HandImpedance::TIGHT];
     for first in hands {
         for second in hands {
             for friction in [false, true] {
                 let stiffness = 1.0 / (1.0 / first.stiffness + 1.0 / second.stiffness);
-                // Hands that press with 1.5 N.
+                // The hands press with 1.5 N.
                 let press = 0.5 * 1.5 / stiffness;
                 let intent =
                     |k: usize, time: f64| opposed(k, (press + 2e-3) * (time / 0.5).min(1.0) - 2e-3, DVec3::ZERO);
@@ -120,7 +123,7 @@ fn tools_pressed_against_each_other_lie_still_in_all_hands() {
 }
 
 #[test]
-fn hands_that_carry_one_another_along_are_given_no_energy() {
+fn hands_that_push_each_other_get_no_energy() {
     for friction in [false, true] {
         let intent = |k: usize, time: f64| {
             let along = DVec3::new((3.0 * time).sin(), 0.5 * (2.0 * time).sin(), 0.3 * (5.0 * time).sin()) * 0.02;
@@ -129,7 +132,7 @@ fn hands_that_carry_one_another_along_are_given_no_energy() {
         };
         let felt = run(blocks(friction), [HandImpedance::NORMAL; 2], intent, 30.0);
         assert!(felt.touched > 20_000, "{} ticks", felt.touched);
-        // One hand may well be moved by the other; both together get nothing.
+        // One hand may move the other, but both together must get no energy.
         assert!(felt.together <= 1e-6, "{} J, {:?}, seed {SEED:#x}", felt.together, felt.work.map(|work| work.most));
     }
 }

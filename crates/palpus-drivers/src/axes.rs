@@ -1,7 +1,7 @@
-//! One frame for all makers: x to the user's right, y away from the user, z up.
+//! One frame for the devices of all makers: x to the user's right, y away from the user, z up.
 //!
-//! Axes are only permuted and negated, which is exact. The grip's own axes are converted in the
-//! same way, so the maker's identity orientation is the identity here too.
+//! Axes are only permuted and negated, which is exact. The axes of the grip are converted in the
+//! same way, so the maker's identity orientation is also the identity here.
 
 use glam::{DMat3, DQuat, DVec3};
 use palpus::algebra::Pose;
@@ -9,9 +9,9 @@ use palpus::algebra::Pose;
 /// Directions of a maker's axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Axes {
-    /// x towards the user, y to the user's right, z up.
+    /// x toward the user, y to the user's right, z up.
     ForceDimension,
-    /// x to the right, y up, z towards the user.
+    /// x to the right, y up, z toward the user.
     OpenHaptics,
 }
 
@@ -32,9 +32,10 @@ impl Axes {
         }
     }
 
-    /// A grip of the maker's in ours; `rotation` has the grip's axes as columns.
+    /// Converts the pose of a grip from the maker's frame to ours. `rotation` has the grip's axes
+    /// as columns.
     pub(crate) fn pose(self, rotation: DMat3, translation: DVec3) -> Pose {
-        // The axis of a rotation is converted like any vector; its angle stays.
+        // The axis of a rotation is converted like a vector. The angle stays the same.
         let q = DQuat::from_mat3(&rotation);
         let axis = self.ours(DVec3::new(q.x, q.y, q.z));
         Pose {
@@ -49,14 +50,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_frames_stay_right_handed_and_lead_back() {
+    fn frames_are_right_handed_and_invertible() {
         for axes in [Axes::ForceDimension, Axes::OpenHaptics] {
             let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|v| axes.ours(v));
             assert_eq!(x.cross(y), z, "{axes:?}");
             let v = DVec3::new(0.1, -2.0, 30.0);
             assert_eq!(axes.theirs(axes.ours(v)), v, "{axes:?}");
         }
-        // Up is up, and away is away.
+        // Up stays up, and away stays away.
         assert_eq!(Axes::ForceDimension.ours(DVec3::Z), DVec3::Z);
         assert_eq!(Axes::ForceDimension.ours(DVec3::X), -DVec3::Y);
         assert_eq!(Axes::OpenHaptics.ours(DVec3::Y), DVec3::Z);
@@ -64,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn a_turn_about_their_axis_is_the_turn_about_ours() {
+    fn rotations_convert_like_vectors() {
         for axes in [Axes::ForceDimension, Axes::OpenHaptics] {
             let turn = DVec3::new(0.3, -0.5, 0.7);
             let theirs = DMat3::from_quat(DQuat::from_scaled_axis(turn));

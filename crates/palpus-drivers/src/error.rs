@@ -1,37 +1,37 @@
-//! Why a maker's library does not give a device.
+//! Errors of the makers' libraries.
 
 use std::path::PathBuf;
 
-/// Why a maker's library does not give a device. Displayed, it says what is wrong and what mends
-/// it.
+/// Why no device could be opened through a maker's library. The text says what is wrong and how to
+/// fix it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DriverError {
-    /// There is no library.
-    #[error("the library is missing (looked for {looked_for}); {mend}")]
+    /// The library was not found.
+    #[error("the library was not found (searched for {looked_for}); {mend}")]
     LibraryMissing {
-        /// Which files, where.
+        /// The file names and the folders that were searched.
         looked_for: String,
-        /// Advice, in one line.
+        /// How to fix the problem, in one line.
         mend: String,
     },
-    /// There is a file, but the system cannot load it.
+    /// The file exists, but the system cannot load it.
     #[error("{} cannot be loaded: {why}; {mend}", path.display())]
     LibraryBroken {
         /// The file.
         path: PathBuf,
-        /// As the system says.
+        /// The reason that the system gives.
         why: String,
-        /// Advice, in one line.
+        /// How to fix the problem, in one line.
         mend: String,
     },
     /// The library lacks a function.
-    #[error("{} has no function `{symbol}`: it is another library, or too old; {mend}", path.display())]
+    #[error("{} has no function `{symbol}`: it is the wrong library or too old; {mend}", path.display())]
     SymbolMissing {
         /// The file.
         path: PathBuf,
         /// The function's name.
         symbol: &'static str,
-        /// Advice, in one line.
+        /// How to fix the problem, in one line.
         mend: String,
     },
     /// The library was loaded but finds no usable device.
@@ -39,19 +39,19 @@ pub enum DriverError {
     NoDevice {
         /// Message of the library.
         why: String,
-        /// Advice, in one line.
+        /// How to fix the problem, in one line.
         mend: String,
     },
 }
 
 impl DriverError {
-    /// The problem, without advice.
+    /// Returns the problem, without how to fix it.
     pub fn why(&self) -> String {
         let all = self.to_string();
         all.strip_suffix(self.mend()).map_or(all.clone(), |why| why.trim_end_matches("; ").to_owned())
     }
 
-    /// Advice, in one line.
+    /// Returns how to fix the problem, in one line.
     pub fn mend(&self) -> &str {
         match self {
             Self::LibraryMissing { mend, .. }

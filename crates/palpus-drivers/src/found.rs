@@ -1,4 +1,4 @@
-//! Devices that the manufacturers' libraries find.
+//! Devices that the makers' libraries find.
 
 use std::sync::mpsc::{self, Receiver};
 use std::time::{Duration, Instant};
@@ -12,33 +12,34 @@ use crate::open_haptics::{self, OpenHaptics};
 
 const FORCE_DIMENSION: (&str, &str) = ("force-dimension", "omega, delta, sigma, lambda, Falcon");
 const OPEN_HAPTICS: (&str, &str) = ("openhaptics", "Touch, Touch X, Phantom");
-/// Timeout of the search; a connected device usually answers sooner.
+/// Timeout of the search. A connected device usually answers sooner.
 const MOST: Duration = Duration::from_secs(1);
 
-/// Findings for Force Dimension's and OpenHaptics' devices, one each. Devices are opened for a
-/// moment and give no force.
+/// Returns one finding for the devices of Force Dimension and one for those of OpenHaptics. Opens
+/// devices for a short time, without force.
 pub fn look() -> Vec<Finding> {
     let begun = Instant::now();
     let asked = [ask(FORCE_DIMENSION, force_dimension), ask(OPEN_HAPTICS, open_haptics)];
     let answer = |(backend, answered): ((&'static str, &'static str), Receiver<Finding>)| {
         let left = MOST.saturating_sub(begun.elapsed());
         answered.recv_timeout(left).unwrap_or_else(|_| {
-            let mend = format!("try it all the same: palpus run --device {}; or plug it out and in", backend.0);
-            let why = "the library is there, but does not answer within a second";
+            let mend = format!("try palpus run --device {}, or unplug the device and plug it in again", backend.0);
+            let why = "the library was found, but does not answer within a second";
             Finding::missing(backend.0, backend.1, "a device behind the maker's library", why, mend)
         })
     };
     asked.into_iter().map(answer).collect()
 }
 
-/// Searches on a separate thread, which is abandoned if a maker's library hangs.
+/// Searches on a separate thread. The thread is abandoned if a maker's library hangs.
 fn ask(
     backend: (&'static str, &'static str),
     look: fn() -> Finding,
 ) -> ((&'static str, &'static str), Receiver<Finding>) {
     let (answer, answered) = mpsc::channel();
     let thread = std::thread::Builder::new().name(backend.0.to_owned());
-    // The receiver is gone after the timeout. If no thread can be started, there is no answer.
+    // After the timeout the receiver no longer exists. If the thread cannot be started, there is no
+    // answer.
     drop(thread.spawn(move || drop(answer.send(look()))));
     (backend, answered)
 }
@@ -47,9 +48,9 @@ fn force_dimension() -> Finding {
     match ForceDimension::open(&ForceDimensionOptions::default()) {
         Ok(device) => {
             let note = if device.has_watchdog() {
-                "takes its force away by itself when the program stops answering"
+                "switches off its force by itself if the program stops"
             } else {
-                "has no watchdog of its own"
+                "has no watchdog in the device"
             };
             Finding::found(FORCE_DIMENSION.0, FORCE_DIMENSION.0, device.spec().clone(), device.rate_hz(), note)
         }
@@ -60,7 +61,7 @@ fn force_dimension() -> Finding {
 fn open_haptics() -> Finding {
     match OpenHaptics::look(&Place::Usual) {
         Ok(spec) => {
-            let note = "HDAPI's own thread drives it";
+            let note = "is driven by HDAPI's thread";
             Finding::found(OPEN_HAPTICS.0, OPEN_HAPTICS.0, spec, open_haptics::RATE_HZ, note)
         }
         Err(error) => missing(OPEN_HAPTICS, &open_haptics::LIBRARY, &error),

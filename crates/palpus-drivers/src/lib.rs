@@ -1,23 +1,23 @@
-//! Haptic devices whose makers ship a C library.
+//! Haptic devices whose makers provide a C library.
 //!
 //! * [`ForceDimension`] — omega, delta, sigma, lambda and Falcon, through the maker's `libdhd`.
 //! * [`OpenHaptics`] — Touch, Touch X and Phantom, through the maker's HDAPI (`libHD`).
-//! * [`look`] — which of them are there, and what it takes to find the rest.
+//! * [`look`] — the devices that are connected, and for the others what is missing.
 //!
-//! The libraries are opened while the program runs: nothing is linked, nothing of theirs is in this
-//! repository. If a library is missing, the error ([`DriverError`]) has its name, the searched
-//! places, and the command that helps. The folder `ffi`, the only one with `unsafe`, declares by
-//! hand just the functions that are called.
+//! The libraries are loaded at run time. Nothing is linked, and this repository contains no files
+//! of the makers. If a library is missing, the error ([`DriverError`]) has its name, the searched
+//! folders, and how to install it. The folder `ffi` is the only one with `unsafe`. It declares only
+//! the functions that are called, written by hand.
 //!
-//! Both makers' frames are converted to ours (`axes`): x to the user's right, y away from the user,
+//! The makers' frames are converted to ours (`axes`): x to the user's right, y away from the user,
 //! z up.
 //!
-//! Neither driver was tested on hardware, since none was available. The tests build stand-ins for
-//! both libraries, which export the same names.
+//! Neither driver was tested on hardware, because no device was available. The tests build a
+//! stand-in for each library, which exports the same names.
 
 mod axes;
 mod error;
-#[allow(unsafe_code, reason = "the way into libraries of others, and the only one")]
+#[allow(unsafe_code, reason = "calls of the makers' libraries need it; no other folder has it")]
 mod ffi;
 mod force_dimension;
 mod found;

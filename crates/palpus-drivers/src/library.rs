@@ -1,33 +1,34 @@
 //! Search for a maker's library.
 //!
-//! 1. Where the user says, and nowhere else.
-//! 2. Else by its usual names, as the system's loader finds them (`LD_LIBRARY_PATH`,
+//! 1. If the user names a file, only that file is tried.
+//! 2. Otherwise the system's loader searches for the usual names (`LD_LIBRARY_PATH`,
 //!    `/etc/ld.so.conf`, `PATH`).
-//! 3. Else in the folders in which the makers' own guides put it; also under a name with a version
-//!    behind it, since an unpacked kit comes without the plain names.
+//! 3. Then the folders are searched that the makers' guides use for installation. There, a name may
+//!    be followed by a version, because an unpacked kit does not have the plain names.
 
 use std::path::{Path, PathBuf};
 
 use crate::error::DriverError;
 use crate::ffi::{self, Loaded};
 
-/// Places to search for a library.
+/// Where to search for a library.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Place {
-    /// In the usual places.
+    /// Search in the usual folders.
     #[default]
     Usual,
-    /// This file: also a vendor's simulator, or a stand-in.
+    /// Use this file. It can also be a simulator of the maker, or a stand-in.
     File(PathBuf),
 }
 
-/// Names and places of a library.
+/// Names and folders of a library.
 pub(crate) struct Known {
     /// File names of the library, in order of preference.
     pub(crate) names: &'static [&'static str],
-    /// A variable that leads to the unpacked kit, and folders with libraries below it.
+    /// An environment variable with the path of the unpacked kit, and the kit's subfolders with
+    /// libraries.
     pub(crate) kit: (&'static str, &'static [&'static str]),
-    /// Advice if it is not found.
+    /// What to do if the library is not found.
     pub(crate) mend: &'static str,
 }
 
@@ -39,10 +40,10 @@ const FOLDERS: [&str; 5] =
 const FOLDERS: [&str; 0] = [];
 
 impl Known {
-    /// Opens it.
+    /// Loads the library.
     ///
     /// # Errors
-    /// When it is nowhere, or is somewhere and cannot be loaded.
+    /// Fails if the library is not found, or cannot be loaded.
     pub(crate) fn open(&self, place: &Place) -> Result<Loaded, DriverError> {
         match place {
             Place::File(path) => self.open_file(path),
@@ -55,10 +56,10 @@ impl Known {
             let looked_for = path.display().to_string();
             return Err(DriverError::LibraryMissing {
                 looked_for,
-                mend: "give the path of the file itself".to_owned(),
+                mend: "give the path of the library file".to_owned(),
             });
         }
-        // A bare name would be looked for by the loader, and not here.
+        // The loader would search its own folders for a bare name. An absolute path avoids that.
         let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
         ffi::load(&absolute).map_err(|why| self.broken(path, why))
     }
@@ -68,8 +69,8 @@ impl Known {
         for name in self.names {
             match ffi::load(Path::new(name)) {
                 Ok(loaded) => return Ok(loaded),
-                // The loader names the file that it does not find: another one is one that this one
-                // needs.
+                // The error names the file that was not found. If it names another file, a
+                // dependency of this library is missing.
                 Err(why) if cfg!(unix) && !why.contains(name) => {
                     broken = broken.or(Some(self.broken(Path::new(name), why)));
                 }
@@ -89,11 +90,12 @@ impl Known {
     }
 
     fn broken(&self, path: &Path, why: String) -> DriverError {
-        let mend = "check with `ldd` that it is made for this processor and that all it needs is installed".to_owned();
+        let mend =
+            "check with `ldd` that it is built for this processor and that its dependencies are installed".to_owned();
         DriverError::LibraryBroken { path: path.to_owned(), why, mend }
     }
 
-    /// In words: which names, where.
+    /// Returns a text with the names and the folders that are searched.
     pub(crate) fn looked_for(&self) -> String {
         let (variable, _) = self.kit;
         let kit = match std::env::var(variable) {
@@ -104,7 +106,7 @@ impl Known {
         format!("{} on the loader's path{folders}, and {kit}", self.names.join(", "))
     }
 
-    /// All files in the usual folders that are called like it, the plain names first.
+    /// Returns all files in the usual folders with one of the names, plain names first.
     fn files(&self) -> Vec<PathBuf> {
         let (variable, below) = self.kit;
         let kit = std::env::var_os(variable).filter(|folder| !folder.is_empty()).map(PathBuf::from);
@@ -114,7 +116,7 @@ impl Known {
     }
 }
 
-/// The folder itself, or where its last part is `*`, all folders in its parent.
+/// Returns the folder. If its last part is `*`, returns all folders in its parent.
 fn folders_like(folder: &Path) -> Vec<PathBuf> {
     if folder.file_name().is_none_or(|name| name != "*") {
         return vec![folder.to_owned()];
@@ -125,7 +127,7 @@ fn folders_like(folder: &Path) -> Vec<PathBuf> {
     folders
 }
 
-/// Files in `folder` called like one of `names`, or like one with a version behind it.
+/// Returns the files in `folder` with one of the `names`, or with a version after such a name.
 fn files_like(folder: &Path, names: &[&str]) -> Vec<PathBuf> {
     let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
     let mut found: Vec<(usize, PathBuf)> = Vec::new();
@@ -148,7 +150,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_with_a_version_are_found_and_others_are_not() {
+    fn versioned_library_names_are_found() {
         let folder = std::env::temp_dir().join(format!("palpus-drivers-names-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
         for name in ["libdhd.so.3.17.6", "libdhd.so", "libdhd.a", "libdhd.so.txt", "libhd.so", "libdrd.so.3"] {

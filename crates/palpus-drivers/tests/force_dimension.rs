@@ -1,4 +1,4 @@
-//! Force Dimension's back end against a stand-in for its library.
+//! Tests of the Force Dimension driver with a stand-in for its library.
 
 mod stand_in;
 
@@ -40,7 +40,7 @@ fn push(force: DVec3) -> Wrench {
 }
 
 #[test]
-fn a_device_is_read_and_pushed_in_our_axes() {
+fn state_and_wrench_are_in_our_axes() {
     let stand_in = ready();
     stand_in.set(ACTIVE_WRIST, 1.0).set(BUTTONS, 5.0);
     let mut device = open(&stand_in).unwrap();
@@ -49,7 +49,7 @@ fn a_device_is_read_and_pushed_in_our_axes() {
     assert_eq!((stand_in.get(WINDOW), stand_in.get(WATCHDOG)), (4.0, 160.0));
     assert!(device.has_watchdog());
     assert_eq!(device.rate_hz(), 4000.0);
-    // No force before the first write.
+    // There is no force before the first write.
     let state = device.read().unwrap();
     assert_eq!(stand_in.get(ENABLED), 0.0);
     assert_eq!(state.pose.translation, DVec3::new(0.02, -0.01, 0.03));
@@ -67,7 +67,7 @@ fn a_device_is_read_and_pushed_in_our_axes() {
 }
 
 #[test]
-fn a_wrist_without_motors_gets_no_torque() {
+fn passive_wrist_gets_no_torque() {
     let stand_in = ready();
     let mut device = open(&stand_in).unwrap();
     assert_eq!(device.spec().name, "omega.6");
@@ -77,7 +77,7 @@ fn a_wrist_without_motors_gets_no_torque() {
 }
 
 #[test]
-fn saturated_motors_are_counted_and_a_time_guard_is_the_same_sample() {
+fn saturation_is_counted_and_repeated_samples_keep_time() {
     let stand_in = ready();
     let mut device = open(&stand_in).unwrap();
     stand_in.set(WRITE_CODE, 2.0);
@@ -96,22 +96,22 @@ fn saturated_motors_are_counted_and_a_time_guard_is_the_same_sample() {
 }
 
 #[test]
-fn errors_come_in_the_librarys_words() {
+fn errors_contain_the_librarys_text() {
     let stand_in = ready();
     let mut device = open(&stand_in).unwrap();
     device.read().unwrap();
     stand_in.set(READ_CODE, -1.0);
-    let Err(DeviceError::Lost(why)) = device.read() else { panic!("the device is gone") };
+    let Err(DeviceError::Lost(why)) = device.read() else { panic!("the read must fail") };
     assert!(why.contains("fails on request") && why.contains("cable"), "{why}");
     stand_in.set(WRITE_CODE, -1.0);
-    let Err(DeviceError::Refused(why)) = device.write(&push(DVec3::X)) else { panic!("the device refuses") };
+    let Err(DeviceError::Refused(why)) = device.write(&push(DVec3::X)) else { panic!("the write must fail") };
     assert!(why.contains("fails on request"), "{why}");
     drop(device);
     assert_eq!((stand_in.three(FORCE), stand_in.get(ENABLED)), ([0.0; 3], 0.0));
 }
 
 #[test]
-fn what_is_not_finite_never_reaches_the_library() {
+fn non_finite_wrench_never_reaches_the_library() {
     let stand_in = ready();
     let mut device = open(&stand_in).unwrap();
     assert!(matches!(device.write(&push(DVec3::NAN)), Err(DeviceError::Refused(_))));
@@ -119,13 +119,13 @@ fn what_is_not_finite_never_reaches_the_library() {
 }
 
 #[test]
-fn a_device_that_could_not_push_is_refused_with_a_mend() {
+fn unusable_device_is_rejected_with_advice() {
     type Prepare = fn(&StandIn);
     let cases: [(&str, Prepare); 4] = [
         ("sees no device", |s| _ = s.set(DEVICES, 0.0)),
         ("could not be opened", |s| _ = s.set(OPEN_CODE, -1.0)),
         ("no power", |s| _ = s.set(POWERED, 0.0)),
-        ("does not know where it is", |s| _ = s.set(OUT_OF_RESET, 0.0)),
+        ("not calibrated", |s| _ = s.set(OUT_OF_RESET, 0.0)),
     ];
     for (words, prepare) in cases {
         let stand_in = ready();
@@ -142,7 +142,7 @@ fn a_device_that_could_not_push_is_refused_with_a_mend() {
 }
 
 #[test]
-fn a_watchdog_for_experts_only_is_set_all_the_same() {
+fn watchdog_is_set_even_in_expert_mode_only() {
     let stand_in = ready();
     stand_in.set(EXPERT_ONLY, 1.0);
     assert!(open(&stand_in).unwrap().has_watchdog());
@@ -150,14 +150,14 @@ fn a_watchdog_for_experts_only_is_set_all_the_same() {
 }
 
 #[test]
-fn velocities_that_the_library_does_not_know_are_estimated() {
+fn missing_velocities_are_estimated() {
     let stand_in = ready();
     stand_in.set(NO_VELOCITY, 1.0);
     let mut device = open(&stand_in).unwrap();
     let mut state = device.read().unwrap();
     assert_eq!(state.twist.linear, DVec3::ZERO);
     let begun = state.time;
-    // Along the maker's x, which is against our y, at about 0.2 m/s.
+    // The motion is along the maker's x, which is opposite to our y, at about 0.2 m/s.
     let mut fastest = DVec3::ZERO;
     for _ in 0..60 {
         std::thread::sleep(Duration::from_millis(1));
@@ -176,7 +176,7 @@ fn velocities_that_the_library_does_not_know_are_estimated() {
 }
 
 #[test]
-fn the_brake_takes_the_force_away_and_gives_it_back() {
+fn brake_switches_the_force_off_and_on() {
     let stand_in = ready();
     let mut device = open(&stand_in).unwrap();
     device.write(&push(DVec3::X)).unwrap();
@@ -189,14 +189,14 @@ fn the_brake_takes_the_force_away_and_gives_it_back() {
     brake.release();
     device.write(&push(DVec3::X)).unwrap();
     assert_eq!((stand_in.three(FORCE), stand_in.get(ENABLED)), ([0.0, 1.0, 0.0], 1.0));
-    // After the device is closed the brake touches nothing.
+    // After the device is closed, the brake does nothing.
     drop(device);
     brake.release();
     assert_eq!(stand_in.get(ENABLED), 0.0);
 }
 
 #[test]
-fn the_brake_does_not_wait_for_a_call_that_hangs() {
+fn brake_does_not_wait_for_a_hanging_call() {
     let stand_in = ready();
     let mut device = open(&stand_in).unwrap();
     device.write(&push(DVec3::X)).unwrap();
@@ -207,7 +207,7 @@ fn the_brake_does_not_wait_for_a_call_that_hangs() {
         let reading = scope.spawn(|| device.read().map(drop));
         assert!(stand_in.comes_to(|s| s.get(READS) > reads));
         brake.apply();
-        // Came back while the read hangs, and is made good as soon as that ends.
+        // `apply` has returned while the read hangs. It takes effect as soon as the read ends.
         assert_eq!(stand_in.get(ENABLED), 1.0);
         reading.join().unwrap().unwrap();
     });
@@ -215,22 +215,22 @@ fn the_brake_does_not_wait_for_a_call_that_hangs() {
 }
 
 #[test]
-fn a_pause_switches_the_force_on_again_from_zero() {
+fn force_returns_from_zero_after_a_pause() {
     let stand_in = ready();
     let mut device = open(&stand_in).unwrap();
     device.write(&push(DVec3::X)).unwrap();
-    // The device's own watchdog.
+    // The device's watchdog has switched off the force.
     stand_in.set(ENABLED, 0.0).set(OFF_CAUSE, 3.0);
     std::thread::sleep(Duration::from_millis(25));
     device.write(&push(DVec3::X)).unwrap();
     assert_eq!((stand_in.get(ENABLED), stand_in.three(FORCE)), (1.0, [0.0; 3]));
-    assert!(device.read().unwrap().withheld, "the loop must know that nothing was felt");
+    assert!(device.read().unwrap().withheld, "the loop must know that there was no force");
     device.write(&push(DVec3::X)).unwrap();
     assert!(stand_in.three(FORCE) != [0.0; 3] && !device.read().unwrap().withheld);
 }
 
 #[test]
-fn the_device_passes_its_self_test_or_is_not_used() {
+fn self_test_passes_or_rejects_the_device() {
     let stand_in = ready();
     let mut device = open(&stand_in).unwrap();
     let passed = self_test(&mut device, &WallTime::new()).unwrap();
@@ -247,7 +247,7 @@ fn the_device_passes_its_self_test_or_is_not_used() {
 }
 
 #[test]
-fn the_library_is_told_the_largest_force_and_torque() {
+fn library_gets_the_limits_of_force_and_torque() {
     let stand_in = ready();
     stand_in.set(ACTIVE_WRIST, 1.0);
     let device = open(&stand_in).unwrap();
@@ -255,7 +255,8 @@ fn the_library_is_told_the_largest_force_and_torque() {
     assert!(device.is_limited());
 }
 
-/// Writes and reads until `until` is so, for at most a thousand ticks; says whether it came to it.
+/// Writes and reads until `until` is true, for at most a thousand ticks. Returns whether it became
+/// true.
 fn ticks(device: &mut ForceDimension, until: impl Fn(&DeviceState) -> bool) -> bool {
     (0..1000).any(|_| {
         device.write(&push(DVec3::X)).unwrap();
@@ -264,8 +265,8 @@ fn ticks(device: &mut ForceDimension, until: impl Fn(&DeviceState) -> bool) -> b
 }
 
 #[test]
-fn a_force_that_a_person_switched_off_is_never_switched_on() {
-    // The button, too fast a motion, the dead-man's switch.
+fn force_switched_off_by_a_person_stays_off() {
+    // The causes are the button, too fast a motion, and the dead-man's switch.
     for by in [1.0, 2.0, 6.0] {
         let stand_in = ready();
         let mut device = open(&stand_in).unwrap();
@@ -273,14 +274,14 @@ fn a_force_that_a_person_switched_off_is_never_switched_on() {
         assert!(!ticks(&mut device, |state| state.withheld));
         stand_in.set(SWITCHED_OFF, by);
         assert!(ticks(&mut device, |state| state.withheld));
-        // Neither a pause nor a brake that is released switches it on.
+        // Neither a pause nor the release of a brake switches it on.
         std::thread::sleep(Duration::from_millis(25));
         assert!(!ticks(&mut device, |state| !state.withheld));
         brake.apply();
         brake.release();
         assert!(!ticks(&mut device, |state| !state.withheld));
         assert_eq!((stand_in.get(OVERRIDDEN), stand_in.three(FORCE)), (0.0, [0.0; 3]), "cause {by}");
-        // The person does.
+        // The person switches it on.
         stand_in.set(SWITCHED_OFF, 0.0).set(ENABLED, 1.0);
         assert!(ticks(&mut device, |state| !state.withheld));
         assert!(ticks(&mut device, |_| stand_in.three(FORCE) != [0.0; 3]));
@@ -288,7 +289,7 @@ fn a_force_that_a_person_switched_off_is_never_switched_on() {
 }
 
 #[test]
-fn a_force_that_is_switched_off_at_the_start_waits_for_the_person() {
+fn force_switched_off_at_start_stays_off() {
     let stand_in = ready();
     stand_in.set(SWITCHED_OFF, 1.0);
     let mut device = open(&stand_in).unwrap();
@@ -303,19 +304,19 @@ fn a_force_that_is_switched_off_at_the_start_waits_for_the_person() {
 }
 
 #[test]
-fn a_panic_leaves_no_force() {
+fn panic_leaves_no_force() {
     let stand_in = ready();
     let mut device = open(&stand_in).unwrap();
     let panicked = std::panic::catch_unwind(std::panic::AssertUnwindSafe(move || {
         device.write(&push(DVec3::X)).unwrap();
-        panic!("as a test");
+        panic!("panics on purpose");
     }));
     assert!(panicked.is_err());
     assert_eq!((stand_in.get(LARGEST), stand_in.three(FORCE), stand_in.get(ENABLED)), (1.0, [0.0; 3], 0.0));
 }
 
 #[test]
-fn a_tick_does_not_allocate() {
+fn tick_does_not_allocate() {
     let stand_in = ready();
     let mut device = open(&stand_in).unwrap();
     device.read().unwrap();
@@ -329,7 +330,7 @@ fn a_tick_does_not_allocate() {
 }
 
 #[test]
-fn a_simulator_is_asked_for() {
+fn simulator_is_enabled_on_request() {
     let stand_in = ready();
     stand_in.set(DEVICES, 0.0);
     let options = ForceDimensionOptions { library: Place::File(stand_in.path()), simulator: true, which: None };
@@ -338,7 +339,7 @@ fn a_simulator_is_asked_for() {
 }
 
 #[test]
-fn a_library_that_is_not_there_or_none_is_an_answer() {
+fn missing_or_wrong_library_gives_an_error() {
     let of = |path: &str| {
         ForceDimension::open(&ForceDimensionOptions {
             library: Place::File(path.into()),
@@ -356,7 +357,7 @@ fn a_library_that_is_not_there_or_none_is_an_answer() {
     assert!(error.to_string().contains("`dhdOpen`") && error.to_string().contains("install"), "{error}");
 }
 
-/// The servo loop in real time, pushing with half a newton; `at` sees every tick.
+/// Runs the servo loop in real time with a force of 0.5 N. `at` is called with every tick.
 fn run(device: &mut ForceDimension, seconds: f64, at: impl Fn(&ServoTick)) -> RunEnd {
     let options = ServoOptions { duration: Some(seconds), ..ServoOptions::default() };
     let step = |_: &DeviceState, _: f64| StepOutcome::of(Wrench { torque: DVec3::ZERO, force: DVec3::X * 0.5 });
@@ -366,22 +367,22 @@ fn run(device: &mut ForceDimension, seconds: f64, at: impl Fn(&ServoTick)) -> Ru
 }
 
 #[test]
-fn a_servo_loop_drives_it_and_ends_with_zero() {
+fn servo_loop_ends_with_zero_force() {
     let stand_in = ready();
     stand_in.set(MOVING, 0.0);
     let mut device = open(&stand_in).unwrap();
     assert_eq!(run(&mut device, 0.6, |_| {}), RunEnd::Duration);
-    assert!(stand_in.get(LARGEST) > 0.0, "it was felt");
+    assert!(stand_in.get(LARGEST) > 0.0, "there must be a force during the run");
     assert_eq!(stand_in.three(FORCE), [0.0; 3]);
 }
 
 #[test]
-fn a_force_that_a_person_switches_off_and_on_returns_gently() {
+fn force_rises_gradually_after_switching_on() {
     let stand_in = ready();
     stand_in.set(MOVING, 0.0);
     let mut device = open(&stand_in).unwrap();
     let (off, on) = (700, 800);
-    // Up to 4 N within a tenth of a second, long after the ramp of the engagement.
+    // The force rises to 4 N within 0.1 s, long after the ramp of the engagement.
     let mut tick = 0u32;
     let step = |_: &DeviceState, _: f64| {
         tick += 1;
@@ -401,7 +402,7 @@ fn a_force_that_a_person_switches_off_and_on_returns_gently() {
     let run = Servo::new(options).unwrap().run(&mut device, step, &mut observer, &AtomicBool::new(false));
     assert!(run.safety.ticks(Cut::Withheld) >= 50, "{:?}", run.safety);
     assert_eq!(stand_in.get(OVERRIDDEN), 0.0);
-    // From zero to the omega's 12 N in 50 ms at most.
+    // The force may rise from zero to the omega's 12 N in 50 ms at the fastest.
     let most = 12.0 / 50.0 * (1.0 + 1e-9);
     for pair in forces.windows(2).filter(|pair| pair[0].0 > off) {
         let [(_, last), (at, force)] = pair else { continue };
@@ -410,7 +411,7 @@ fn a_force_that_a_person_switches_off_and_on_returns_gently() {
 }
 
 #[test]
-fn a_cable_pulled_mid_run_ends_it_without_force() {
+fn pulled_cable_ends_the_run_without_force() {
     let stand_in = ready();
     stand_in.set(MOVING, 0.0);
     let mut device = open(&stand_in).unwrap();
@@ -425,7 +426,7 @@ fn a_cable_pulled_mid_run_ends_it_without_force() {
 }
 
 #[test]
-fn two_devices_are_told_apart_by_their_number() {
+fn two_devices_are_selected_by_number() {
     let stand_in = ready();
     stand_in.set(DEVICES, 2.0);
     let open = |which| {
@@ -433,7 +434,7 @@ fn two_devices_are_told_apart_by_their_number() {
         ForceDimension::open(&ForceDimensionOptions { library, simulator: false, which: Some(which) })
     };
     let (first, second) = (open(0).unwrap(), open(1).unwrap());
-    let none = open(2).err().expect("there are two").to_string();
+    let none = open(2).err().expect("there are only two devices").to_string();
     assert!(none.contains("number 3") && none.contains("sees 2"), "{none}");
     drop(second);
     let closed = stand_in.get(LAST_ID);

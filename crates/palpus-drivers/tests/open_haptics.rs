@@ -1,5 +1,5 @@
-//! OpenHaptics' back end against a stand-in for its library, which has a thread of its own as HDAPI
-//! does.
+//! Tests of the OpenHaptics driver with a stand-in for its library. Like HDAPI, the stand-in has a
+//! thread.
 
 mod stand_in;
 
@@ -22,7 +22,7 @@ static ALLOCATOR: CountingAllocator = CountingAllocator;
 /// Return value of the stand-in's `hdInitDevice`.
 const HANDLE: f64 = 7.0;
 
-/// One at a time: there is one scheduler in a process.
+/// Makes tests run one at a time, because a process has only one scheduler.
 fn alone() -> MutexGuard<'static, ()> {
     static ONE: Mutex<()> = Mutex::new(());
     ONE.lock().unwrap_or_else(PoisonError::into_inner)
@@ -52,10 +52,11 @@ fn push(force: DVec3) -> Wrench {
     Wrench { torque: DVec3::new(0.01, 0.02, 0.03), force }
 }
 
-/// Reads and writes `wrench` as a loop does until the library has it, or is not going to have it.
+/// Reads and writes `wrench` as a loop does, until `until` is true. Returns false if that does not
+/// happen.
 fn hold(device: &mut OpenHaptics, stand_in: &StandIn, wrench: Wrench, until: impl Fn(&StandIn) -> bool) -> bool {
     for _ in 0..2000 {
-        // A device that is lost still gives no force.
+        // A device that is lost still applies no force.
         let _ = device.read();
         device.write(&wrench).unwrap();
         if until(stand_in) {
@@ -67,7 +68,7 @@ fn hold(device: &mut OpenHaptics, stand_in: &StandIn, wrench: Wrench, until: imp
 }
 
 #[test]
-fn a_touch_is_read_and_pushed_in_our_units_and_axes() {
+fn state_and_wrench_are_in_our_units_and_axes() {
     let _alone = alone();
     let stand_in = ready();
     stand_in.set(BUTTONS, 2.0);
@@ -78,14 +79,14 @@ fn a_touch_is_read_and_pushed_in_our_units_and_axes() {
     assert!(spec.workspace.unwrap().abs_diff_eq(DVec3::new(0.16, 0.07, 0.12), 1e-12));
     let state = device.read().unwrap();
     assert!(state.pose.translation.abs_diff_eq(DVec3::new(0.01, -0.03, 0.02), 1e-12), "{state:?}");
-    // About the maker's y, which is up.
+    // The rotation is about the maker's y, which points up.
     assert!(state.pose.rotation.angle_between(DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2)) < 1e-7);
     assert!(state.twist.linear.abs_diff_eq(DVec3::new(0.1, -0.3, 0.2), 1e-12));
     assert_eq!(state.buttons, 2);
     assert_eq!((stand_in.get(ENABLED), stand_in.get(LARGEST)), (1.0, 0.0));
     let held = |s: &StandIn| s.three(FORCE) == [0.5, 1.0, -0.25];
     assert!(hold(&mut device, &stand_in, push(DVec3::new(0.5, 0.25, 1.0)), held));
-    // It has no torque, and so none was written.
+    // The device has no torque output, so no torque was written.
     assert_eq!(stand_in.three(TORQUE), [0.0; 3]);
     assert_eq!(stand_in.get(OUT_OF_FRAME), 0.0);
     drop(device);
@@ -95,13 +96,13 @@ fn a_touch_is_read_and_pushed_in_our_units_and_axes() {
 }
 
 #[test]
-fn six_axes_get_their_torque_in_millinewton_metres() {
+fn torque_is_sent_in_millinewton_metres() {
     let _alone = alone();
     let stand_in = ready();
     stand_in.set(DOF, 6.0).set(STATED_FORCE, 30.0);
     let mut device = open(&stand_in).unwrap();
     let spec = device.spec();
-    // It states more than is known of it.
+    // The device states more than the known limit of its model.
     assert_eq!((spec.name.as_ref(), spec.force_max), ("Phantom Premium 1.5/6DOF", 8.5));
     assert!((spec.torque_max - 0.188).abs() < 1e-12);
     let held = |s: &StandIn| {
@@ -112,7 +113,7 @@ fn six_axes_get_their_torque_in_millinewton_metres() {
 }
 
 #[test]
-fn a_wrench_that_nobody_renews_ends_within_milliseconds_and_the_loop_is_told() {
+fn outdated_wrench_ends_and_is_reported() {
     let _alone = alone();
     let stand_in = ready();
     let mut device = open(&stand_in).unwrap();
@@ -123,7 +124,7 @@ fn a_wrench_that_nobody_renews_ends_within_milliseconds_and_the_loop_is_told() {
     let turns = stand_in.get(TURNS);
     assert!(stand_in.comes_to(|s| s.get(TURNS) > turns + 10.0));
     assert_eq!(stand_in.three(FORCE), [0.0; 3]);
-    // And goes on, without having looked: it does not know, and so nothing is given.
+    // The loop continues without a read. It does not know of the gap, so no force is applied.
     let turns = stand_in.get(TURNS);
     while stand_in.get(TURNS) < turns + 10.0 {
         device.write(&wrench).unwrap();
@@ -136,7 +137,7 @@ fn a_wrench_that_nobody_renews_ends_within_milliseconds_and_the_loop_is_told() {
 }
 
 #[test]
-fn a_force_that_the_driver_does_not_give_is_withheld() {
+fn force_removed_by_the_driver_is_reported() {
     for code in [0x0201, 0x0202, 0x0203, 0x0204] {
         let _alone = alone();
         let stand_in = ready();
@@ -144,42 +145,42 @@ fn a_force_that_the_driver_does_not_give_is_withheld() {
         let wrench = push(DVec3::X * 2.0);
         assert!(hold(&mut device, &stand_in, wrench, |s| s.get(FORCE) == 2.0));
         stand_in.set(FRAME_ERROR, f64::from(code));
-        let told = stand_in.comes_to(|_| {
+        let reported = stand_in.comes_to(|_| {
             let withheld = device.read().unwrap().withheld;
             device.write(&wrench).unwrap();
             withheld
         });
-        assert!(told, "{code:x}");
+        assert!(reported, "{code:x}");
         stand_in.set(FRAME_ERROR, 0.0);
         assert!(hold(&mut device, &stand_in, wrench, |s| s.get(FORCE) == 2.0), "{code:x}");
     }
 }
 
 #[test]
-fn a_calibration_that_is_not_up_to_date_is_updated_or_refused() {
+fn outdated_calibration_is_updated_or_rejected() {
     let _alone = alone();
     let needing = |styles: f64, tries: f64| {
         let stand_in = ready();
         stand_in.set(CALIBRATION, f64::from(0x5001)).set(CALIBRATION_STYLES, styles).set(CALIBRATION_TRIES, tries);
         stand_in
     };
-    // By itself, or in the inkwell; the second update is the one that helps.
+    // The calibration is automatic or in the inkwell. The second update succeeds.
     for (styles, used) in [(2.0, 2.0), (4.0, 4.0), (7.0, 2.0)] {
         let stand_in = needing(styles, 2.0);
         assert!(open(&stand_in).is_ok());
         assert_eq!((stand_in.get(CALIBRATED), stand_in.get(CALIBRATION_TRIES)), (used, 0.0));
     }
-    // It would have to be held in its reset position; or it does not help.
+    // The arm would have to be held in its reset position, or the update does not help.
     for (styles, tries) in [(1.0, 1.0), (2.0, -1.0)] {
         let stand_in = needing(styles, tries);
         let error = open(&stand_in).map(drop).unwrap_err();
-        assert!(error.why().contains("does not know where it is") && error.mend().contains("inkwell"), "{error}");
+        assert!(error.why().contains("not calibrated") && error.mend().contains("inkwell"), "{error}");
         assert_eq!((stand_in.get(ENABLED), stand_in.get(LARGEST)), (0.0, 0.0));
     }
 }
 
 #[test]
-fn a_touch_passes_its_self_test_without_a_force() {
+fn self_test_passes_without_force() {
     let _alone = alone();
     let stand_in = ready();
     stand_in.set(MOVING, 0.0);
@@ -190,7 +191,7 @@ fn a_touch_passes_its_self_test_without_a_force() {
 }
 
 #[test]
-fn the_drivers_own_protections_are_switched_on() {
+fn protections_of_the_driver_are_on() {
     let _alone = alone();
     let stand_in = ready();
     let _device = open(&stand_in).unwrap();
@@ -198,7 +199,7 @@ fn the_drivers_own_protections_are_switched_on() {
 }
 
 #[test]
-fn never_more_than_the_device_has_reaches_the_library() {
+fn force_is_clamped_to_the_device_limit() {
     let _alone = alone();
     let stand_in = ready();
     let mut device = open(&stand_in).unwrap();
@@ -208,7 +209,7 @@ fn never_more_than_the_device_has_reaches_the_library() {
 }
 
 #[test]
-fn the_brake_damps_and_nothing_else() {
+fn brake_only_damps() {
     let _alone = alone();
     let stand_in = ready();
     let mut device = open(&stand_in).unwrap();
@@ -216,7 +217,7 @@ fn the_brake_damps_and_nothing_else() {
     assert!(hold(&mut device, &stand_in, wrench, |s| s.get(FORCE) == 2.0));
     let brake = device.brake().unwrap();
     brake.apply();
-    // The stand-in moves by (0.1, 0.2, 0.3) m/s in its axes, and so it is damped.
+    // The stand-in moves by (0.1, 0.2, 0.3) m/s in its axes, so the damping force is negative.
     assert!(hold(&mut device, &stand_in, wrench, |s| s.three(FORCE).iter().all(|f| *f < 0.0)));
     let [x, y, z] = stand_in.three(FORCE);
     assert!(DVec3::new(x, y, z).length() <= 0.3 + 1e-12);
@@ -225,7 +226,7 @@ fn the_brake_damps_and_nothing_else() {
 }
 
 #[test]
-fn a_driver_that_refuses_no_name_is_asked_by_name() {
+fn default_names_are_tried() {
     let _alone = alone();
     let stand_in = ready();
     stand_in.set(FAIL_NULL_NAME, 1.0);
@@ -234,13 +235,13 @@ fn a_driver_that_refuses_no_name_is_asked_by_name() {
 }
 
 #[test]
-fn a_device_that_could_not_push_is_refused_with_a_mend() {
+fn unusable_device_is_rejected_with_advice() {
     let _alone = alone();
     type Prepare = fn(&StandIn);
     let cases: [(&str, Prepare); 4] = [
         ("found no device", |s| _ = s.set(DEVICES, 0.0)),
         ("licence (HDAPI error 0x0600)", |s| _ = s.set(INIT_ERROR, f64::from(0x0600))),
-        ("does not know where it is", |s| _ = s.set(OUT_OF_RESET, 0.0)),
+        ("not calibrated", |s| _ = s.set(OUT_OF_RESET, 0.0)),
         ("thread does not start", |s| _ = s.set(SCHEDULER_DEAD, 1.0)),
     ];
     for (words, prepare) in cases {
@@ -253,7 +254,7 @@ fn a_device_that_could_not_push_is_refused_with_a_mend() {
 }
 
 #[test]
-fn one_device_at_a_time() {
+fn device_opens_only_once() {
     let _alone = alone();
     let stand_in = ready();
     let device = open(&stand_in).unwrap();
@@ -264,7 +265,7 @@ fn one_device_at_a_time() {
 }
 
 #[test]
-fn a_lost_connection_ends_the_run_and_the_force() {
+fn lost_connection_ends_the_run_and_the_force() {
     let _alone = alone();
     let stand_in = ready();
     let mut device = open(&stand_in).unwrap();
@@ -272,12 +273,12 @@ fn a_lost_connection_ends_the_run_and_the_force() {
     assert!(hold(&mut device, &stand_in, wrench, |s| s.get(FORCE) == 2.0));
     stand_in.set(FRAME_ERROR, f64::from(0x0302));
     assert!(hold(&mut device, &stand_in, wrench, |s| s.three(FORCE) == [0.0; 3]));
-    let Err(DeviceError::Lost(why)) = device.read() else { panic!("the device is gone") };
+    let Err(DeviceError::Lost(why)) = device.read() else { panic!("the read must fail") };
     assert!(why.contains("0x0302") && why.contains("cable"), "{why}");
 }
 
 #[test]
-fn errors_of_force_are_counted_and_end_the_run_when_they_stay() {
+fn persistent_force_errors_end_the_run() {
     let _alone = alone();
     let stand_in = ready();
     let mut device = open(&stand_in).unwrap();
@@ -287,12 +288,14 @@ fn errors_of_force_are_counted_and_end_the_run_when_they_stay() {
     assert!(device.read().is_ok() && device.write(&Wrench::ZERO).is_ok());
     stand_in.set(FRAME_ERROR, f64::from(0x0203));
     assert!(stand_in.comes_to(|_| counted(&device) + device.force_errors().exceeded > 260));
-    let Err(DeviceError::Refused(why)) = device.write(&push(DVec3::X)) else { panic!("it is no accident") };
+    let Err(DeviceError::Refused(why)) = device.write(&push(DVec3::X)) else {
+        panic!("the write must fail after many errors")
+    };
     assert!(why.contains("0x0203"), "{why}");
 }
 
 #[test]
-fn a_pose_that_is_none_spoils_nothing_that_follows() {
+fn invalid_pose_does_not_affect_later_states() {
     let _alone = alone();
     let stand_in = ready();
     let mut device = open(&stand_in).unwrap();
@@ -306,21 +309,21 @@ fn a_pose_that_is_none_spoils_nothing_that_follows() {
 }
 
 #[test]
-fn a_dead_scheduler_is_noticed_and_the_end_does_not_hang() {
+fn dead_scheduler_is_noticed_without_hanging() {
     let _alone = alone();
     let stand_in = ready();
     let mut device = open(&stand_in).unwrap();
     device.read().unwrap();
     stand_in.set(SCHEDULER_DEAD, 1.0);
     std::thread::sleep(Duration::from_millis(150));
-    let Err(DeviceError::Lost(why)) = device.read() else { panic!("nobody calls back") };
+    let Err(DeviceError::Lost(why)) = device.read() else { panic!("the read must fail") };
     assert!(why.contains("HDAPI's thread"), "{why}");
     drop(device);
     assert_eq!(stand_in.get(CLOSED), 1.0);
 }
 
 #[test]
-fn a_panic_leaves_no_force() {
+fn panic_leaves_no_force() {
     let _alone = alone();
     let stand_in = ready();
     let device = open(&stand_in).unwrap();
@@ -335,12 +338,12 @@ fn a_panic_leaves_no_force() {
 }
 
 fn panic_with(device: OpenHaptics) -> OpenHaptics {
-    assert!(device.spec().force_max < 0.0, "as a test");
+    assert!(device.spec().force_max < 0.0, "panics on purpose");
     device
 }
 
 #[test]
-fn a_tick_does_not_allocate() {
+fn tick_does_not_allocate() {
     let _alone = alone();
     let stand_in = ready();
     let mut device = open(&stand_in).unwrap();
@@ -353,7 +356,7 @@ fn a_tick_does_not_allocate() {
 }
 
 #[test]
-fn to_look_starts_no_thread_and_gives_no_force() {
+fn look_starts_no_thread_and_no_force() {
     let _alone = alone();
     let stand_in = ready();
     let spec = OpenHaptics::look(&Place::File(stand_in.path())).unwrap();
@@ -362,7 +365,7 @@ fn to_look_starts_no_thread_and_gives_no_force() {
 }
 
 #[test]
-fn a_library_that_is_none_is_named_with_what_it_lacks() {
+fn wrong_library_gives_an_error() {
     let _alone = alone();
     let other = build("nothing");
     let error =
@@ -371,17 +374,17 @@ fn a_library_that_is_none_is_named_with_what_it_lacks() {
 }
 
 #[test]
-fn a_servo_loop_drives_it_until_the_cable_is_pulled() {
+fn servo_loop_ends_when_the_cable_is_pulled() {
     let _alone = alone();
     let stand_in = ready();
-    // It has buttons, and so forces are asked for by pressing one.
+    // The device has buttons, so the user enables forces by pressing one.
     stand_in.set(BUTTONS, 0.0).set(MOVING, 0.0);
     let mut device = open(&stand_in).unwrap();
     let step = |_: &DeviceState, _: f64| StepOutcome::of(Wrench { torque: DVec3::ZERO, force: DVec3::X * 0.2 });
     let mut observer = |tick: &ServoTick, _: &()| match tick.index {
-        100 => assert!(stand_in.get(LARGEST) <= 0.0, "no button was pressed yet"),
+        100 => assert!(stand_in.get(LARGEST) <= 0.0, "no force before a button is pressed"),
         200 => _ = stand_in.set(BUTTONS, 1.0),
-        // By far enough later, however slow the machine: it has been felt.
+        // Pulls the cable as soon as there is a force, also on a slow machine.
         _ if stand_in.get(FORCE) > 0.1 => _ = stand_in.set(FRAME_ERROR, f64::from(0x0302)),
         _ => {}
     };
@@ -393,18 +396,18 @@ fn a_servo_loop_drives_it_until_the_cable_is_pulled() {
 }
 
 #[test]
-fn two_touches_have_their_own_poses_and_forces() {
+fn two_devices_have_separate_poses_and_forces() {
     let _alone = alone();
     let stand_in = ready();
     stand_in.set(DEVICES, 2.0);
     let mut left = open(&stand_in).unwrap();
-    let again = open(&stand_in).err().expect("the same device").to_string();
-    assert!(again.contains("open already"), "{again}");
+    let again = open(&stand_in).err().expect("the device is already open").to_string();
+    assert!(again.contains("already has that device open"), "{again}");
     let mut right = open_second(&stand_in).unwrap();
     assert!(stand_in.get(RUNNING) > 0.0);
     let x = |device: &mut OpenHaptics| device.read().unwrap().pose.translation.x;
     assert!(stand_in.comes_to(|_| (x(&mut left) - 0.01).abs() < 1e-12 && (x(&mut right) - 0.51).abs() < 1e-12));
-    // Each its own force, in the maker's axes.
+    // Each device has a different force, in the maker's axes.
     let mut both = false;
     for _ in 0..2000 {
         left.write(&push(DVec3::new(1.0, 0.0, 0.0))).unwrap();
@@ -416,7 +419,7 @@ fn two_touches_have_their_own_poses_and_forces() {
         std::thread::sleep(Duration::from_millis(1));
     }
     assert!(both, "{:?} {:?}", stand_in.three(FORCE), stand_in.three(SECOND_FORCE));
-    // One goes, the other stays.
+    // One device is closed, and the other continues.
     drop(left);
     assert_eq!((stand_in.three(FORCE), stand_in.get(RUNNING)), ([0.0; 3], 1.0));
     let begun = right.read().unwrap().time;
@@ -424,6 +427,6 @@ fn two_touches_have_their_own_poses_and_forces() {
     assert!(hold(&mut right, &stand_in, push(DVec3::X), |stand_in| stand_in.three(SECOND_FORCE)[0] == 1.0));
     drop(right);
     assert_eq!((stand_in.three(SECOND_FORCE), stand_in.get(RUNNING)), ([0.0; 3], 0.0));
-    // Nothing is left behind.
+    // Afterwards a device can be opened again.
     drop(open(&stand_in).unwrap());
 }

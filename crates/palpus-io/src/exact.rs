@@ -1,13 +1,13 @@
-//! Doubles as text that gives back the same bits.
+//! Writes doubles as text that reads back to the same bits.
 //!
-//! Finite numbers are written with the fewest digits that read back as the same double; the sign of
-//! zero is kept, infinities are `inf` and `-inf`. NaN is `NaN` or `-NaN` (x86 makes the negative
-//! one); a NaN with any other payload is `NaN:` and its sixteen hexadecimal digits. All but the
-//! last are read as they stand by Python, Rust and C.
+//! Finite numbers are written with the fewest digits that read back as the same double. The sign of
+//! zero is kept; infinities are `inf` and `-inf`. NaN is `NaN` or `-NaN` (x86 produces the negative
+//! one). A NaN with another payload is written as `NaN:` and sixteen hexadecimal digits. Python,
+//! Rust and C read all of these forms except the last.
 
 use std::fmt::{self, Write};
 
-/// The bits of the NaN written as `NaN`; its negative has the sign bit too.
+/// The bits of the NaN that is written as `NaN`; for `-NaN` the sign bit is set too.
 const PLAIN_NAN: u64 = 0x7FF8_0000_0000_0000;
 const SIGN: u64 = 1 << 63;
 
@@ -22,7 +22,7 @@ pub(crate) fn write(x: f64, out: &mut String) {
     };
 }
 
-/// The double that a text spells, or `None` where it spells none.
+/// Returns the double that the text stands for; `None` if the text is not a number.
 pub(crate) fn read(text: &str) -> Option<f64> {
     match text {
         "NaN" | "nan" => Some(f64::from_bits(PLAIN_NAN)),
@@ -39,11 +39,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_bit_comes_back() {
+    fn every_bit_is_restored() {
         let mut cases =
             vec![0.0, -0.0, 0.1 + 0.2, 5e-324, f64::MAX, f64::INFINITY, f64::NEG_INFINITY, f64::NAN, -f64::NAN];
         cases.push(f64::from_bits(0x7FF0_0000_0000_0001));
-        // Weyl's sequence walks through all exponents.
+        // Multiples of this odd number cover all exponents (a Weyl sequence).
         cases.extend((0..20_000u64).map(|k| f64::from_bits(k.wrapping_mul(0x9E37_79B9_7F4A_7C15))));
         for x in cases {
             let mut text = String::new();

@@ -1,7 +1,8 @@
-//! Bytes to values and back: meshes, scenes, recordings, prepared bodies, the CSV files of queries.
+//! Reads and writes files: meshes, scenes, recordings, prepared bodies, and the CSV files of
+//! queries.
 //!
-//! Each reader returns either a checked value or one error that says what is wrong, where, and what
-//! to do. Lengths are converted in one place, the scene file.
+//! Each reader returns either a checked value or an error that describes the problem, its location
+//! and how to fix it. Mesh readers do not convert lengths; the scene file states their unit.
 
 pub mod cache;
 mod exact;

@@ -1,21 +1,21 @@
-//! Tables in CSV: cells with the line and column of whatever is wrong in them.
+//! CSV tables whose errors contain the line and the column.
 
 use std::fmt;
 
 use crate::exact;
 
-/// Why a CSV file (poses, a recording) was not read.
+/// Why a CSV file (poses, a recording) cannot be read.
 ///
-/// Shows as `poses.csv, line 3, column qx: "abc" is not a number; correct it`.
+/// Displayed for example as `poses.csv, line 3, column qx: "abc" is not a number; correct it`.
 #[derive(Debug, thiserror::Error)]
 pub struct TableError {
-    /// The file as the caller named it.
+    /// Name of the file, as given by the caller.
     pub file: String,
-    /// Counted from 1; 0 when it is about the whole file.
+    /// Line, counted from 1; 0 if the error concerns the whole file.
     pub line: u64,
-    /// Name of the column, if it is about one.
+    /// Name of the column; `None` if the error concerns no single column.
     pub column: Option<String>,
-    /// The problem, and what to do.
+    /// The problem, and how to fix it.
     pub problem: String,
 }
 
@@ -33,18 +33,18 @@ impl fmt::Display for TableError {
 }
 
 impl TableError {
-    /// About a line, or about the whole file when `line` is 0.
+    /// Returns an error about a line, or about the whole file if `line` is 0.
     pub(crate) fn at(file: &str, line: u64, problem: impl Into<String>) -> Self {
         Self { file: file.to_owned(), line, column: None, problem: problem.into() }
     }
 }
 
-/// A value that stands in a cell.
+/// A value of a cell.
 pub(crate) trait Cell: Sized {
-    /// Expected content of the cell, for errors.
+    /// Description of the expected value, for error messages.
     const KIND: &'static str;
 
-    /// The value that the text spells.
+    /// Parses a cell; `None` if the text is invalid.
     fn of_text(text: &str) -> Option<Self>;
 }
 
@@ -92,7 +92,7 @@ impl<T: Cell> Cell for Option<T> {
     }
 }
 
-/// One line of a table whose columns are known by their order.
+/// One line of a table whose columns are identified by their order.
 pub(crate) struct Cells<'a> {
     pub(crate) file: &'a str,
     pub(crate) line: u64,
@@ -101,18 +101,18 @@ pub(crate) struct Cells<'a> {
 }
 
 impl<'a> Cells<'a> {
-    /// The cells of `text`, of which there must be as many as columns.
+    /// Splits `text` into cells; fails if their number differs from the number of columns.
     pub(crate) fn new(file: &'a str, line: u64, columns: &'a [&'a str], text: &'a str) -> Result<Self, TableError> {
         let cells = text.split(',').count();
         if cells != columns.len() {
             let problem =
-                format!("there are {cells} cells and should be {}; correct or remove the line", columns.len());
+                format!("there are {cells} cells but should be {}; correct or remove the line", columns.len());
             return Err(TableError::at(file, line, problem));
         }
         Ok(Self { file, line, columns: columns.iter(), texts: text.split(',') })
     }
 
-    /// The next cell.
+    /// Parses the next cell.
     pub(crate) fn next<T: Cell>(&mut self) -> Result<T, TableError> {
         let column = self.columns.next().copied().unwrap_or_default();
         let text = self.texts.next().unwrap_or_default().trim();
@@ -124,19 +124,19 @@ impl<'a> Cells<'a> {
     }
 }
 
-/// One line of a table being written.
+/// One line of a table that is being written.
 #[derive(Default)]
 pub(crate) struct Line {
     text: String,
 }
 
 impl Line {
-    /// Starts anew.
+    /// Starts a new line.
     pub(crate) fn clear(&mut self) {
         self.text.clear();
     }
 
-    /// Appends a cell of plain text, which must hold no comma.
+    /// Appends a cell of plain text, which must not contain a comma.
     pub(crate) fn cell(&mut self, value: impl fmt::Display) {
         use fmt::Write;
         self.separate();
@@ -144,7 +144,7 @@ impl Line {
         let _: fmt::Result = write!(self.text, "{value}");
     }
 
-    /// Appends numbers that read back bit for bit.
+    /// Appends numbers, which read back bit for bit.
     pub(crate) fn numbers(&mut self, values: impl IntoIterator<Item = f64>) {
         for value in values {
             self.separate();
@@ -158,7 +158,7 @@ impl Line {
         }
     }
 
-    /// The finished line with its line break.
+    /// Returns the finished line with a line break.
     pub(crate) fn end(&mut self) -> &[u8] {
         self.text.push('\n');
         self.text.as_bytes()

@@ -1,24 +1,24 @@
-//! The workers that programs lend to the engine: threads of the operating system.
+//! Workers that programs pass to the engine: threads of the operating system.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
 use palpus::algebra::Workers;
 
-/// A fixed number of threads, including the calling one; each takes the next part as soon as it is
-/// free.
+/// A fixed number of threads, including the calling thread. Each thread takes the next part of the
+/// work as soon as it is free.
 #[derive(Clone, Copy, Debug)]
 pub struct Threads {
     count: usize,
 }
 
 impl Threads {
-    /// One for each core that the operating system gives this program.
+    /// Uses one thread for each core that the operating system gives this program.
     pub fn all() -> Self {
         Self { count: thread::available_parallelism().map_or(1, usize::from) }
     }
 
-    /// Uses `count` threads, at least one.
+    /// Uses `count` threads, but at least one.
     pub fn of(count: usize) -> Self {
         Self { count: count.max(1) }
     }
@@ -55,7 +55,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_part_is_done_once_and_what_is_done_never_decreases() {
+    fn each_part_runs_once_and_progress_never_decreases() {
         for threads in [1, 2, 5] {
             for parts in [0, 1, 3, 1000] {
                 let times: Vec<AtomicU32> = (0..parts).map(|_| AtomicU32::new(0)).collect();

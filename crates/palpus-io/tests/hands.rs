@@ -1,4 +1,4 @@
-//! Files that a hand follows: kinds, errors, real ones.
+//! Files with the motion of a hand: formats, errors, and real files.
 
 use std::path::{Path, PathBuf};
 
@@ -18,7 +18,7 @@ fn error(text: &str) -> String {
 }
 
 #[test]
-fn the_three_kinds_are_told_apart() {
+fn hand_files_are_read_in_three_formats() {
     let tum =
         recorded("# remark\n100.5 1 2 3 0 0 0 1\n100.6 1 2 4 0 0 0 1\n100.6 9 9 9 0 0 0 1\n\n101 1 2 4 0 0 0.6 0.8\n");
     assert_eq!((tum.samples.len(), tum.repeated), (3, 1));
@@ -37,7 +37,7 @@ fn the_three_kinds_are_told_apart() {
 }
 
 #[test]
-fn errors_say_what_where_and_what_to_do() {
+fn errors_name_problem_place_and_remedy() {
     let header = "t,tx,ty,tz,qx,qy,qz,qw\n";
     for (text, parts) in [
         (String::new(), vec!["hand.txt", "no poses"]),
@@ -45,8 +45,8 @@ fn errors_say_what_where_and_what_to_do() {
         ("1 2 3\n".into(), vec!["line 1", "tz is missing"]),
         ("0 0 0 0 0 0 0 1 5\n".into(), vec!["line 1", "more than"]),
         ("0 0 0 0 0 0 0 1\n1 0 0 x 0 0 0 1\n".into(), vec!["line 2", "column tz", "\"x\" is not a finite number"]),
-        ("0 0 0 0 0 0 0 1\n".into(), vec!["1 samples", "needs two"]),
-        ("5 0 0 0 0 0 0 1\n4 0 0 0 0 0 0 1\n".into(), vec!["line 2", "backwards", "sort"]),
+        ("0 0 0 0 0 0 0 1\n".into(), vec!["1 samples", "at least two"]),
+        ("5 0 0 0 0 0 0 1\n4 0 0 0 0 0 0 1\n".into(), vec!["line 2", "decreases", "sort"]),
         ("0 0 0 0 0 0 0 2\n".into(), vec!["line 1", "length 2", "normalise"]),
         ("0 0 0 0 0 0 0 NaN\n".into(), vec!["line 1", "column qw"]),
         ("0 1e9 0 0 0 0 0 1\n".into(), vec!["line 1", "unit"]),
@@ -65,7 +65,7 @@ fn errors_say_what_where_and_what_to_do() {
 const SEED: u64 = 0x4a4d;
 
 #[test]
-fn bent_files_are_errors_or_hands_and_never_more() {
+fn damaged_hand_files_give_errors_or_valid_motions() {
     let good = "t_s,px_m,py_m,pz_m,qw,qx,qy,qz\n0,1,2,3,1,0,0,0\n0.1,1,2,3,1,0,0,0\n";
     let tum = "# x\n0 1 2 3 0 0 0 1\n0.5 1 2 3 0 0 0 1\n";
     let mut random = Random::new(SEED);
@@ -92,7 +92,7 @@ fn shared(name: &str) -> PathBuf {
 }
 
 #[test]
-fn real_hands_are_read() {
+fn real_hand_files_are_read() {
     for (name, samples, seconds, repeated) in [
         ("tum_fr2_desk_300hz.txt", 20_000..21_000, 99.36, true),
         ("ur_kinesthetic_teaching_500hz.csv", 5271..5272, 10.54, false),

@@ -1,4 +1,4 @@
-//! Poses in, results and contacts out.
+//! Tests of the files of poses, results and contacts.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use palpus_io::query::read_poses_from;
 use palpus_io::{ContactWriter, QueryRow, QueryWriter, read_poses};
 
 #[test]
-fn poses_are_read_by_the_names_of_their_columns() {
+fn pose_columns_are_found_by_name() {
     let text = "\u{FEFF}# from a tracker\n time , qw,qx,qy,qz,tz,ty,tx\r\n\r\n0, 1,0,0,0,3,2,1\r\n1,0.707,0,0.707,0, -0,1e-3,+5\r\n";
     let poses = read_poses_from(text.as_bytes(), "poses.csv").unwrap();
     assert_eq!(poses.len(), 2);
@@ -20,10 +20,10 @@ fn poses_are_read_by_the_names_of_their_columns() {
 }
 
 #[test]
-fn errors_of_poses_name_line_and_column() {
+fn pose_errors_name_line_and_column() {
     let expected = "tx,ty,tz,qx,qy,qz,qw";
     let cases = [
-        ("".to_owned(), format!("p.csv: there is no header; the first line must be {expected}")),
+        ("".to_owned(), format!("p.csv: the file has no header; the first line must be {expected}")),
         ("0,0,0,0,0,0,1\n".to_owned(), format!("p.csv, line 1: the header has no column tx; it must be {expected}")),
         (
             format!("{expected}\n0,0,0,0,0,0\n"),
@@ -54,11 +54,11 @@ fn errors_of_poses_name_line_and_column() {
         assert_eq!(read_poses_from(text.as_bytes(), "p.csv").unwrap_err().to_string(), expected);
     }
     let error = read_poses_from(b"tx,ty\n\xFF\n", "p.csv").unwrap_err().to_string();
-    assert_eq!(error, "p.csv, line 2: this is not UTF-8 text; is it a CSV file?");
+    assert_eq!(error, "p.csv, line 2: the file is not UTF-8 text; is it a CSV file?");
 }
 
 #[test]
-fn results_have_the_promised_columns_and_read_back() {
+fn results_have_documented_columns_and_are_read_back() {
     let row = QueryRow {
         frame: 3,
         separation: -0.1 - 0.2,
@@ -81,7 +81,7 @@ fn results_have_the_promised_columns_and_read_back() {
 }
 
 #[test]
-fn contacts_have_the_promised_columns() {
+fn contacts_have_documented_columns() {
     let contact = Contact {
         piece_a: 5,
         piece_b: 6,
@@ -91,6 +91,7 @@ fn contacts_have_the_promised_columns() {
         normal: DVec3::Z,
         separation: 0.5,
         slope: 0.0,
+        count: 1.0,
     };
     let mut writer = ContactWriter::new(Vec::new()).unwrap();
     writer.write(2, &[contact, contact]).unwrap();
@@ -101,7 +102,7 @@ fn contacts_have_the_promised_columns() {
 }
 
 #[test]
-fn the_reference_poses_are_read_where_they_are_at_hand() {
+fn reference_poses_are_read_if_present() {
     let above = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().map(|above| above.join("shared/reference"));
     let Some(reference) = above.filter(|folder| folder.is_dir()).last() else { return };
     let mut files = 0;

@@ -1,5 +1,5 @@
-//! Recordings of every format: what is written reads back bit for bit, also after a crash, and no
-//! bytes do harm.
+//! Recordings of every format are read back bit for bit, also after a crash. No input causes a
+//! panic.
 
 mod recorded;
 
@@ -32,7 +32,8 @@ fn at(tick: u64) -> RecordRow {
     RecordRow { tick, time_ns: tick * 1_000_000, depth_us: (!tick.is_multiple_of(3)).then_some(0.1), ..plain() }
 }
 
-/// A recording of so many ticks, in pieces of three, with a change before every fifth.
+/// Returns a recording with `ticks` ticks, in pieces of three, and with a change of settings before
+/// every fifth tick.
 fn recorded(format: RecordingFormat, ticks: u64) -> (Vec<u8>, Vec<(u64, Settings)>) {
     let mut writer = writer(format);
     let mut changes = Vec::new();
@@ -50,8 +51,8 @@ fn recorded(format: RecordingFormat, ticks: u64) -> (Vec<u8>, Vec<(u64, Settings
 }
 
 #[test]
-fn older_formats_are_read_and_written_as_they_were() {
-    // Neither knew when it was recorded, nor what the scene's file said.
+fn older_formats_are_read_and_written_unchanged() {
+    // Older formats contain neither the start time nor the text of the scene file.
     let mut old = RecordingHeader { format: 1, start_utc: None, ..header() };
     old.scene.text = None;
     let names = |bytes: &[u8], name: &str| bytes.windows(name.len()).any(|window| window == name.as_bytes());
@@ -67,7 +68,8 @@ fn older_formats_are_read_and_written_as_they_were() {
         assert_eq!(names(&bytes, "tool_tx"), version == 2, "{format:?} {version}");
         assert!(!names(&bytes, "utc_ns"), "{format:?} {version}");
     }
-    // Its device pose is that of the mesh's origin, which is the grip only if that is there.
+    // In format 1 the device pose is the pose of the mesh's origin, which differs from the grip in
+    // general.
     assert!(!old.has_grip_poses() && header().has_grip_poses());
     let mut at_origin = old;
     at_origin.scene.render.grip_a = DVec3::ZERO;
@@ -75,7 +77,7 @@ fn older_formats_are_read_and_written_as_they_were() {
 }
 
 #[test]
-fn columns_of_another_format_than_the_header_are_refused() {
+fn columns_must_match_the_format_in_the_header() {
     let mut writer = RecordingWriter::new(Cursor::new(Vec::new()), RecordingFormat::Csv, &header()).unwrap();
     writer.write(&plain()).unwrap();
     let text = String::from_utf8(bytes(writer)).unwrap().replacen("format = 3", "format = 2", 1);
@@ -84,7 +86,7 @@ fn columns_of_another_format_than_the_header_are_refused() {
 }
 
 #[test]
-fn every_bit_of_header_and_rows_comes_back() {
+fn header_and_rows_are_read_back_exactly() {
     let pieces = prop::collection::vec(prop::collection::vec(any_row(), 0..12), 0..5);
     let run = runner(150).run(&pieces, |pieces| {
         for format in FORMATS {
@@ -105,7 +107,7 @@ fn every_bit_of_header_and_rows_comes_back() {
 }
 
 #[test]
-fn changes_come_back_at_their_ticks_also_when_they_come_late() {
+fn late_changes_are_read_at_their_ticks() {
     for format in FORMATS {
         let (bytes, changes) = recorded(format, 23);
         let read = read(&bytes).unwrap();
@@ -115,7 +117,7 @@ fn changes_come_back_at_their_ticks_also_when_they_come_late() {
         let mut writer = writer(format);
         writer.write(&at(0)).unwrap();
         writer.write(&at(1)).unwrap();
-        // Held back by a full queue: it has held since tick 1.
+        // This change applies from tick 1, but is written late because of a full queue.
         writer.change(1, &Settings { stiffness: 1.0, ..settings() });
         writer.change(2, &Settings { stiffness: 2.0, ..settings() });
         writer.write(&at(2)).unwrap();
@@ -127,7 +129,7 @@ fn changes_come_back_at_their_ticks_also_when_they_come_late() {
 }
 
 #[test]
-fn after_every_piece_the_file_is_whole() {
+fn file_is_complete_after_each_piece() {
     for format in FORMATS {
         let mut file = Vec::new();
         for ticks in [0, 3, 6, 9] {
@@ -138,7 +140,7 @@ fn after_every_piece_the_file_is_whole() {
                     writer.flush().unwrap();
                 }
             }
-            // Killed here: what comes after the last piece never reaches the file.
+            // The program is killed here: the rows after the last piece never reach the file.
             writer.flush().unwrap();
             let left = bytes(writer);
             let read = read(&left).unwrap();
@@ -150,7 +152,7 @@ fn after_every_piece_the_file_is_whole() {
 }
 
 #[test]
-fn a_file_cut_anywhere_is_read_up_to_its_last_whole_piece() {
+fn truncated_file_is_read_to_last_complete_piece() {
     for format in [RecordingFormat::Parquet, RecordingFormat::Mcap] {
         let (bytes, _) = recorded(format, 9);
         let mut most = 0;
@@ -173,9 +175,9 @@ fn a_file_cut_anywhere_is_read_up_to_its_last_whole_piece() {
     }
 }
 
-/// The system writes only a part of a piece, over the old end, before the program ends.
+/// The system writes only a part of a piece over the old end before the program ends.
 #[test]
-fn a_piece_half_written_over_the_old_end_is_left_out() {
+fn half_written_piece_is_omitted() {
     for format in FORMATS {
         let mut before = writer(format);
         let mut after = writer(format);
@@ -187,7 +189,7 @@ fn a_piece_half_written_over_the_old_end_is_left_out() {
         before.flush().unwrap();
         after.flush().unwrap();
         (6..9).for_each(|tick| after.write(&at(tick)).unwrap());
-        // Without its end: `finish` would add one.
+        // `after` has one piece more than `before`; only a part of that piece is written below.
         let (before, after) = (bytes(before), bytes(after));
         let common = before.iter().zip(&after).take_while(|(a, b)| a == b).count();
         for length in common..after.len() {
@@ -201,7 +203,7 @@ fn a_piece_half_written_over_the_old_end_is_left_out() {
 }
 
 #[test]
-fn a_file_is_written_by_its_name_and_read_by_its_content() {
+fn name_selects_written_format_and_content_the_read_one() {
     let folder = std::env::temp_dir().join(format!("palpus-records-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     for (name, begin) in [("run.csv", "# format"), ("run.PARQUET", "PAR1"), ("run.mcap", "\u{89}MCAP0\r\n")] {
@@ -213,7 +215,7 @@ fn a_file_is_written_by_its_name_and_read_by_its_content() {
                 writer.flush().unwrap();
             }
         }
-        assert!(RecordingWriter::create(&path, &header()).is_err(), "a recording is never written over");
+        assert!(RecordingWriter::create(&path, &header()).is_err(), "a recording is never overwritten");
         writer.finish().unwrap();
         let elsewhere = folder.join("recording.bin");
         std::fs::rename(&path, &elsewhere).unwrap();
@@ -223,19 +225,19 @@ fn a_file_is_written_by_its_name_and_read_by_its_content() {
         let begin: Vec<u8> = begin.chars().map(|c| c as u8).collect();
         assert!(bytes.starts_with(&begin), "{name}");
         if name == "run.PARQUET" {
-            // Ten footers of six kilobytes are not in it any more.
+            // The file no longer contains the ten footers of six kilobytes.
             assert!(bytes.len() < 1000 * 346 + 12_000, "{}", bytes.len());
         }
     }
     assert!(
         RecordingWriter::create(&folder.join("run.txt"), &header()).err().unwrap().to_string().contains(".parquet")
     );
-    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1, "nothing is left beside it");
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1, "no other file remains");
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
 #[test]
-fn many_small_groups_become_a_large_one() {
+fn many_small_groups_are_merged() {
     let mut writer = writer(RecordingFormat::Parquet);
     let ticks = 200_000;
     for tick in 0..ticks {
@@ -255,7 +257,7 @@ fn many_small_groups_become_a_large_one() {
 }
 
 #[test]
-fn what_is_no_recording_is_refused_in_one_line() {
+fn other_files_give_errors_of_one_line() {
     for bytes in [
         &b"PAR1"[..],
         b"PAR1\0\0\0\0PAR1",
@@ -267,8 +269,8 @@ fn what_is_no_recording_is_refused_in_one_line() {
         assert!(error.starts_with("run: ") && !error.contains('\n'), "{error}");
     }
     let comments = "# a = \"0123456789\"\n".repeat(100_000);
-    assert!(read(comments.as_bytes()).unwrap_err().to_string().starts_with("run: the header is far too long"));
-    // A list in the footer that claims an endless length.
+    assert!(read(comments.as_bytes()).unwrap_err().to_string().starts_with("run: the header is too long"));
+    // A list in the footer with a very large length.
     let endless =
         [&b"PAR1"[..], &[0x29, 0xFC, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x01], b"\x0b\0\0\0PAR1"].concat();
     assert_eq!(read(&endless).unwrap_err().to_string(), "run: the footer is damaged");
@@ -277,7 +279,7 @@ fn what_is_no_recording_is_refused_in_one_line() {
 }
 
 #[test]
-fn any_bytes_are_read_or_refused() {
+fn random_bytes_never_panic() {
     let edits = prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..4);
     let files = FORMATS.map(|format| recorded(format, 7).0);
     let run = runner(250).run(&(edits, prop::collection::vec(any::<u8>(), 0..200)), |(edits, noise)| {

@@ -1,4 +1,4 @@
-//! Recordings against the crates of the formats' own makers, `parquet` (arrow-rs) and `mcap`
+//! Compares recordings with the reference crates of the formats: `parquet` (arrow-rs) and `mcap`
 //! (Foxglove).
 
 mod recorded;
@@ -32,7 +32,7 @@ fn rows() -> Vec<RecordRow> {
         .collect()
 }
 
-/// A recording in three pieces, with other settings from tick 7 on.
+/// Returns a recording in three pieces, with other settings from tick 7 on.
 fn written(format: RecordingFormat) -> Vec<u8> {
     let mut writer = RecordingWriter::new(Cursor::new(Vec::new()), format, &header()).unwrap();
     writer.change(7, &Settings { stiffness: 1234.5, ..settings() });
@@ -45,7 +45,7 @@ fn written(format: RecordingFormat) -> Vec<u8> {
     writer.finish().unwrap().into_inner()
 }
 
-/// A cell as the CSV has it.
+/// Returns a cell as it is written in the CSV format.
 fn cell(field: &Field) -> String {
     match field {
         Field::Double(value) => format!("{:x}", value.to_bits()),
@@ -62,7 +62,7 @@ fn parquet_rows(file: Vec<u8>) -> ParquetResult<Vec<parquet::record::Row>> {
 }
 
 #[test]
-fn parquets_own_reader_finds_every_cell() {
+fn parquet_crate_reads_every_cell() {
     let csv = String::from_utf8(written(RecordingFormat::Csv)).unwrap();
     let lines: Vec<&str> = csv.lines().filter(|line| !line.starts_with('#')).skip(1).collect();
     let file = written(RecordingFormat::Parquet);
@@ -87,7 +87,7 @@ fn parquets_own_reader_finds_every_cell() {
 }
 
 #[test]
-fn mcaps_own_reader_finds_every_message() {
+fn mcap_crate_reads_every_message() {
     let file = written(RecordingFormat::Mcap);
     let summary = mcap::Summary::read(&file).unwrap().unwrap();
     let stats = summary.stats.unwrap();
@@ -111,8 +111,8 @@ fn mcaps_own_reader_finds_every_message() {
     assert!(counts.iter().map(|(topic, count)| (topic.as_str(), *count)).eq(expected), "{counts:?}");
 }
 
-/// The recording as the crate `mcap` writes it, with its end or as a program leaves it that is
-/// killed.
+/// Returns the recording as the crate `mcap` writes it: either finished, or as a killed program
+/// leaves it.
 fn rewritten(is_finished: bool) -> Vec<u8> {
     let own = written(RecordingFormat::Mcap);
     let mut file = Cursor::new(Vec::new());
@@ -129,12 +129,12 @@ fn rewritten(is_finished: bool) -> Vec<u8> {
     if is_finished {
         writer.finish().unwrap();
     }
-    // Without an end: the file of a program that was killed.
+    // Does not finish the file, as if the program had been killed.
     let _ = writer.into_inner();
     file.into_inner()
 }
 
-/// Content of the metadata record.
+/// Returns the content of the metadata record.
 fn header_text(file: &[u8]) -> String {
     let summary = mcap::Summary::read(file).unwrap().unwrap();
     let record = mcap::read::metadata(file, &summary.metadata_indexes[0]).unwrap();
@@ -142,23 +142,23 @@ fn header_text(file: &[u8]) -> String {
 }
 
 #[test]
-fn what_mcaps_own_writer_writes_is_read() {
+fn files_of_the_mcap_crate_are_read() {
     let read = read_recording_from(rewritten(true).as_slice(), "theirs").unwrap();
     assert_eq!((read.notice, read.header, read.rows), (None, header(), rows()));
     assert_eq!(read.changes[0].0, 7);
-    // Killed between two flushes: all chunks so far.
+    // The program is killed between two flushes, so the file contains all earlier chunks.
     let killed = rewritten(false);
     let read = read_recording_from(killed.as_slice(), "theirs").unwrap();
     assert!(read.rows.len() + 15 > TICKS as usize && read.rows == rows()[..read.rows.len()]);
-    // There is no index then for readers that begin with it, which is why palpus writes an end
-    // after each piece.
+    // This file has no index for readers that start with the index. This is why palpus writes an
+    // end after each piece.
     assert!(!matches!(mcap::Summary::read(&killed), Ok(Some(_))));
 }
 
-/// Why palpus has a reader of its own: if this fails, `parquet` may have learnt it.
-/// docs/recordings.md has the whole comparison.
+/// Shows why palpus has a separate reader: if this test fails, `parquet` may have become robust.
+/// docs/recordings.md contains the whole comparison.
 #[test]
-fn parquets_own_reader_panics_on_a_damaged_footer() {
+fn parquet_crate_panics_on_a_damaged_footer() {
     let good = written(RecordingFormat::Parquet);
     let length = u32::from_le_bytes(*good[good.len() - 8..].first_chunk().unwrap()) as usize;
     let footer = (good.len() - 8 - length..good.len() - 8).step_by(5);

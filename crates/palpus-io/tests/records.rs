@@ -1,4 +1,4 @@
-//! Recordings as text: what a line says, what is left after a crash, and what errors say.
+//! CSV recordings: content of a line, files after a crash, and error messages.
 
 mod recorded;
 
@@ -20,7 +20,7 @@ fn error(bytes: &[u8]) -> TableError {
 }
 
 #[test]
-fn the_file_is_a_table_behind_comments() {
+fn csv_file_is_a_table_after_comments() {
     let text = String::from_utf8(recorded(&[plain()])).unwrap();
     let table: Vec<&str> = text.lines().filter(|line| !line.starts_with('#')).collect();
     assert_eq!(table.len(), 2, "{text}");
@@ -29,7 +29,7 @@ fn the_file_is_a_table_behind_comments() {
 }
 
 #[test]
-fn a_recording_cut_anywhere_is_read_up_to_its_last_whole_line() {
+fn truncated_recording_is_read_to_last_complete_line() {
     let bytes = recorded(&[plain(); 3]);
     let text = String::from_utf8(bytes.clone()).unwrap();
     let start = text.find("\ntick,").unwrap() + 1;
@@ -46,7 +46,7 @@ fn a_recording_cut_anywhere_is_read_up_to_its_last_whole_line() {
     }
     let read = read_recording_from(&bytes[..bytes.len() - 3], "run.csv").unwrap();
     let notice = read.notice.unwrap();
-    assert!(notice.ends_with("the last line was cut off and is left out; 2 ticks are whole"), "{notice}");
+    assert!(notice.ends_with("the last line is incomplete and omitted; 2 ticks are complete"), "{notice}");
 }
 
 #[test]
@@ -68,12 +68,12 @@ fn errors_name_line_and_column() {
     );
     assert_eq!(
         change("format = 3", "format = 4"),
-        "run.csv, line 1: recordings of format 4 are not read, only 1 to 3; use the palpus that wrote it"
+        "run.csv, line 1: recordings of format 4 are not supported, only 1 to 3; use the palpus version that wrote it"
     );
     let error = change("stiffness = 0.3333333333333333", "stiffness = -1.0");
-    assert!(error.contains("the header is wrong: setting `stiffness` is -1"), "{error}");
+    assert!(error.contains("the header is invalid: setting `stiffness` is -1"), "{error}");
     let error = change("seed = \"18446744073709551615\"", "seed = \"x\"");
-    assert!(error.starts_with("run.csv, line 6: the header is wrong: invalid digit"), "{error}");
+    assert!(error.starts_with("run.csv, line 6: the header is invalid: invalid digit"), "{error}");
     let error = change("stiffness = 0.3333333333333333", &format!("stiffness = \"{}\"", "long\\n".repeat(1000)));
     assert!(error.len() < 400 && !error.contains('\n'), "{error}");
     let error = change("tick,time_ns", "tick,time_ms");
@@ -84,7 +84,7 @@ fn errors_name_line_and_column() {
 }
 
 #[test]
-fn changes_of_settings_come_back_at_their_ticks() {
+fn changes_of_settings_are_read_at_their_ticks() {
     let at = |tick| RecordRow { tick, ..plain() };
     let stiffer = |stiffness| Settings { stiffness, ..settings() };
     let mut writer = RecordingWriter::new(Cursor::new(Vec::new()), RecordingFormat::Csv, &header()).unwrap();
@@ -103,7 +103,7 @@ fn changes_of_settings_come_back_at_their_ticks() {
     let text = String::from_utf8(bytes).unwrap();
     let wrong = error(text.replace("stiffness = 0.30000000000000004", "stiffness = -1").as_bytes()).to_string();
     assert!(
-        wrong.contains("the change of settings is wrong: setting `stiffness` is -1") && !wrong.contains('\n'),
+        wrong.contains("the change of settings is invalid: setting `stiffness` is -1") && !wrong.contains('\n'),
         "{wrong}"
     );
     let line = text.lines().find(|line| line.starts_with("# change")).unwrap();

@@ -1,4 +1,4 @@
-//! docs/scene-file.md names every key that the parser accepts, and no other one.
+//! docs/scene-file.md lists exactly the keys that the parser accepts.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use palpus_io::scene::parse_scene;
 
 const PAGE: &str = include_str!("../../../docs/scene-file.md");
 
-/// The headings of the page, and a scene with a wrong key in that table.
+/// The headings of the page and, for each, a scene with an unknown key in that table.
 const TABLES: [(&str, &str); 12] = [
     ("## Top of the file", "x = 1\n"),
     ("## `[probe]`", "[probe]\nmesh = \"a\"\nx = 1\n"),
@@ -27,7 +27,7 @@ fn parse(text: &str) -> Result<(), String> {
     parse_scene(text, Path::new("scene.toml"), FilePolicy::Inside).map(|_| ()).map_err(|error| error.to_string())
 }
 
-/// The keys that the parser's error lists for a table.
+/// Returns the keys that the parser's error lists for a table.
 fn accepted(scene: &str) -> Vec<String> {
     let bodies = [("[probe]", "probe"), ("[environment]", "environment")];
     let missing = |(table, _): &&(&str, &str)| !scene.contains(*table) && !scene.contains("[[tool]]");
@@ -35,7 +35,7 @@ fn accepted(scene: &str) -> Vec<String> {
     let rest = if scene.contains("[[tool]]") { "[environment]\nmesh = \"a\"\n".to_owned() } else { others };
     let (top, tables) = if scene.starts_with('x') { (scene, "") } else { ("", scene) };
     let error = parse(&format!("unit = \"mm\"\n{top}{rest}{tables}")).unwrap_err();
-    let (_, list) = error.split_once("(it may have ").unwrap_or_else(|| panic!("{error}"));
+    let (_, list) = error.split_once("(valid keys: ").unwrap_or_else(|| panic!("{error}"));
     sorted(list.trim_end_matches(')').split(", "))
 }
 
@@ -45,7 +45,7 @@ fn sorted<'a>(keys: impl Iterator<Item = &'a str>) -> Vec<String> {
     keys
 }
 
-/// The first column of the table under a heading of the page.
+/// Returns the first column of the table under a heading of the page.
 fn documented(heading: &str) -> Vec<String> {
     let after = PAGE.lines().skip_while(|line| *line != heading).skip(1);
     let rows = after.skip_while(|line| !line.starts_with('|')).take_while(|line| line.starts_with('|')).skip(2);
@@ -53,14 +53,14 @@ fn documented(heading: &str) -> Vec<String> {
 }
 
 #[test]
-fn the_page_lists_the_accepted_keys() {
+fn page_lists_the_accepted_keys() {
     for (heading, scene) in TABLES {
         assert_eq!(documented(heading), accepted(scene), "{heading}");
     }
 }
 
 #[test]
-fn the_example_of_the_page_is_a_scene() {
+fn examples_of_the_page_are_valid_scenes() {
     let examples: Vec<&str> = PAGE.split("```toml\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
     assert!(examples.len() >= 3);
     for example in examples {

@@ -1,4 +1,5 @@
-//! A scene file as a world: all its bodies, settings after the device, driven objects, errors.
+//! Opens a scene file as a world: all bodies, settings from the device's limits, driven objects,
+//! errors.
 
 use std::path::{Path, PathBuf};
 
@@ -49,15 +50,16 @@ fn open(file: &Path) -> Result<SceneWorld, OpenError> {
 }
 
 #[test]
-fn a_scene_is_a_world_that_steps() {
+fn opened_scene_can_be_stepped() {
     let mut scene = open(&folder("world", SCENE)).unwrap();
     assert_eq!((scene.tools.len(), scene.starts.len(), scene.objects.len()), (2, 2, 2));
     let settings = *scene.world.tool_settings(scene.tools[0]);
-    assert_eq!(settings.limits, Limits { force: 3.0, torque: 0.1 }, "the tighter of both");
+    assert_eq!(settings.limits, Limits { force: 3.0, torque: 0.1 }, "the smaller of both limits");
     let whole = scene.file.coupling.settings(&settings, 1.0 / 500.0);
     assert_eq!(settings.coupling, whole.coupling, "tuned for the scene's rate");
 
-    // One second, in which the first tool is pressed into the environment by half a millimetre.
+    // Simulates one second, in which the first tool is pressed half a millimetre into the
+    // environment.
     let down = Pose { translation: scene.starts[0].translation - DVec3::Z * 1e-3, ..scene.starts[0] };
     let probes = [ProbeState::at(down), ProbeState::at(scene.starts[1])];
     for _ in 0..500 {

@@ -1,4 +1,5 @@
-//! Scene files: the documented one, what is said about wrong ones, and which files they may name.
+//! Scene files: the documented example, errors of invalid files, and the files that a scene may
+//! refer to.
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +11,7 @@ use palpus_io::{FilePolicy, SceneFile, read_scene};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 
-/// Seed of every random test here.
+/// Seed of all random tests in this file.
 const SEED: [u8; 32] = *b"palpus-io scene files, damaged 1";
 
 const EXPERIENCE: &str = r#"unit = "mm"
@@ -28,7 +29,7 @@ shading = true
 mode = "coupled"       # or "direct"
 "#;
 
-/// The scene in the module's description.
+/// Returns the scene in the description of the module.
 fn documented() -> String {
     let source = include_str!("../src/scene/mod.rs");
     let lines = source.lines().skip_while(|line| *line != "//! ```toml").skip(1).take_while(|line| *line != "//! ```");
@@ -40,7 +41,7 @@ fn parse(text: &str) -> Result<SceneFile, String> {
 }
 
 #[test]
-fn the_scene_of_the_design_is_read_in_si() {
+fn example_scene_is_converted_to_si() {
     let scene = parse(EXPERIENCE).unwrap();
     assert_eq!(scene.metres_per_unit, 1e-3);
     assert_eq!(scene.probe.mesh, PathBuf::from("set/spoon.obj"));
@@ -56,14 +57,14 @@ fn the_scene_of_the_design_is_read_in_si() {
 }
 
 #[test]
-fn a_material_is_a_name_or_three_numbers() {
+fn material_is_a_name_or_three_numbers() {
     let with = |material: &str| parse(&EXPERIENCE.replace("shading = true", &format!("material = {material}")));
     assert_eq!(with("\"steel\"").unwrap().render.material, Some(Material::STEEL));
     let own = with("{ frequency = 120, decay = 70.5, gain = 9 }").unwrap().render.material;
     assert_eq!(own, Some(Material { frequency: 120.0, decay: 70.5, gain: 9.0 }));
     assert_eq!(parse(EXPERIENCE).unwrap().render.material, None);
     for (wrong, problem) in [
-        ("\"glass\"", "material is \"glass\" and must be \"rubber\" or \"wood\" or \"steel\""),
+        ("\"glass\"", "material is \"glass\" but must be \"rubber\" or \"wood\" or \"steel\""),
         ("{ frequency = 120 }", "a material needs frequency, decay and gain"),
         ("{ frequency = 0, decay = 1, gain = 1 }", "from 1 to 1000 Hz"),
         ("3", "a table"),
@@ -74,7 +75,7 @@ fn a_material_is_a_name_or_three_numbers() {
 }
 
 #[test]
-fn every_documented_key_is_read() {
+fn all_documented_keys_are_read() {
     let scene = parse(&documented()).unwrap();
     assert_eq!((scene.rate_hz, scene.hand.preset, scene.hand.seed), (1000.0, HandPreset::Normal, 1));
     assert_eq!(scene.hand.path.as_deref(), Some(Path::new("set/stir.csv")));
@@ -91,11 +92,15 @@ fn every_documented_key_is_read() {
     assert_eq!((scene.objects.len(), scene.gravity.z), (2, -9.81));
     let motions = [ObjectMotion::FreeOfDensity(7800.0), scene.objects[1].motion];
     assert!(scene.objects[0].motion == motions[0] && matches!(motions[1], ObjectMotion::Driven(_)));
-    assert_eq!(documented().lines().filter(|line| line.contains('=')).count(), 51, "a key was added: check it above");
+    assert_eq!(
+        documented().lines().filter(|line| line.contains('=')).count(),
+        51,
+        "a key was added: check its value above"
+    );
 }
 
 #[test]
-fn objects_are_free_driven_or_fixed() {
+fn objects_are_free_or_driven_or_fixed() {
     let text = EXPERIENCE.to_owned()
         + "[[object]]\nmesh = \"nut.obj\"\nposition = [20, 0, 5]\ndensity = 7800\n\
            [[object]]\nmesh = \"nut.obj\"\nmass = 0.02\n\
@@ -120,21 +125,21 @@ fn objects_are_free_driven_or_fixed() {
     assert_eq!(floating.gravity, DVec3::ZERO);
     for (wrong, said) in [
         ("[[object]]\nmotion = \"free\"\n", "[[object]] has no mesh"),
-        ("[[object]]\nmesh = \"a.obj\"\ndensity = 0\n", "density is 0.0 and must be greater than 0 kg/m³"),
+        ("[[object]]\nmesh = \"a.obj\"\ndensity = 0\n", "density is 0.0 but must be greater than 0 kg/m³"),
         ("[[object]]\nmesh = \"a.obj\"\ndensity = 1\nmass = 1\n", "either density or mass"),
-        ("[[object]]\nmesh = \"a.obj\"\nmotion = \"fixed\"\nmass = 1\n", "leave them out"),
+        ("[[object]]\nmesh = \"a.obj\"\nmotion = \"fixed\"\nmass = 1\n", "remove them"),
         ("[[object]]\nmesh = \"a.obj\"\nvelocity = [1, 0, 0]\n", "motion = \"driven\""),
         ("[[object]]\nmesh = \"a.obj\"\nmotion = \"loose\"\n", "\"free\" or \"driven\" or \"fixed\""),
         ("[[object]]\nmesh = \"a.obj\"\nweight = 1\n", "did you mean"),
-        ("[object]\nmesh = \"a.obj\"\n", "each begun by [[object]]"),
+        ("[object]\nmesh = \"a.obj\"\n", "each starting with [[object]]"),
     ] {
         let error = parse(&(EXPERIENCE.to_owned() + wrong)).unwrap_err();
         assert!(error.contains(said) && error.contains("line "), "{wrong}: {error}");
     }
 }
 
-/// Three tools: the first says nothing of itself, the second all that it can, the third where it
-/// is.
+/// Three tools: the first has only a mesh, the second sets all keys, and the third sets its
+/// position.
 const TOOLS: &str = r#"unit = "mm"
 [coupling]
 stiffness = 700
@@ -162,7 +167,7 @@ position = [0, 0, 90]
 "#;
 
 #[test]
-fn tools_have_their_own_hand_coupling_and_device() {
+fn each_tool_has_its_hand_coupling_and_device() {
     let scene = parse(TOOLS).unwrap();
     let of_scene = SceneCoupling {
         stiffness: Some(700.0),
@@ -184,7 +189,7 @@ fn tools_have_their_own_hand_coupling_and_device() {
 }
 
 #[test]
-fn tools_are_a_probe_and_a_second_one_in_other_words() {
+fn tool_tables_equal_probe_and_second() {
     let around = "unit = \"mm\"\n[environment]\nmesh = \"cup.obj\"\n";
     let probe = "mesh = \"spoon.obj\"\nposition = [0, 0, 9]\n";
     let second = "mesh = \"lid.obj\"\ngrip = [1, 2, 3]\n";
@@ -197,8 +202,8 @@ fn tools_are_a_probe_and_a_second_one_in_other_words() {
     let [old, new] = [old, new].map(|text| SceneFile { text: String::new(), ..parse(&text).unwrap() });
     assert_eq!(old, new);
     for (wrong, said) in [
-        ("[probe]\nmesh = \"a.obj\"\n", "[probe] and [[tool]] are two ways to write the same"),
-        ("[second]\nmesh = \"a.obj\"\n", "[second] and [[tool]] are two ways to write the same"),
+        ("[probe]\nmesh = \"a.obj\"\n", "[probe] and [[tool]] cannot be combined"),
+        ("[second]\nmesh = \"a.obj\"\n", "[second] and [[tool]] cannot be combined"),
         ("[hand]\nseed = 1\n", "write hand = { … } in each [[tool]]"),
         ("[[tool]]\ngrip = [0, 0, 0]\n", "[[tool]] has no mesh"),
         ("[[tool]]\nmesh = \"a.obj\"\ndevice = { rate = 500 }\n", "no key \"rate\""),
@@ -207,14 +212,14 @@ fn tools_are_a_probe_and_a_second_one_in_other_words() {
         let error = parse(&(TOOLS.to_owned() + wrong)).unwrap_err();
         assert!(error.contains(said) && error.contains("line "), "{wrong}: {error}");
     }
-    let crowd = "[[tool]]\nmesh = \"a.obj\"\n".repeat(14);
-    assert!(parse(&(TOOLS.to_owned() + &crowd)).unwrap_err().contains("may have 16 tools"));
+    let many = "[[tool]]\nmesh = \"a.obj\"\n".repeat(14);
+    assert!(parse(&(TOOLS.to_owned() + &many)).unwrap_err().contains("may have at most 16 tools"));
     let none = parse(&format!("tool = []\n{around}")).unwrap_err();
     assert!(none.contains("[probe] has no mesh"), "{none}");
 }
 
 #[test]
-fn what_is_left_out_has_the_documented_default() {
+fn missing_keys_have_documented_defaults() {
     let scene = parse("unit = 0.08\nprobe.mesh = 'a.obj'\nenvironment = { mesh = 'b.obj' }\n").unwrap();
     assert_eq!(scene.metres_per_unit, 0.08);
     assert_eq!(scene.render, Settings::default());
@@ -223,7 +228,7 @@ fn what_is_left_out_has_the_documented_default() {
 }
 
 #[test]
-fn every_length_follows_the_unit() {
+fn all_lengths_follow_the_unit() {
     let text = r#"
         unit = "inch"
         [probe]
@@ -247,7 +252,7 @@ fn every_length_follows_the_unit() {
     assert_eq!(scene.probe.pose.translation, DVec3::new(1.0, 2.0, -3.0) * 0.0254);
     assert!(scene.probe.pose.is_valid());
     assert_eq!(scene.render.grip_a, DVec3::Y * 10.0 * 0.0254);
-    // A mesh may have its own unit; where it stands is the scene's.
+    // A mesh may have a separate unit, but its position uses the scene's unit.
     assert_eq!((scene.probe.metres_per_unit, scene.environment.metres_per_unit), (0.0254, 0.15));
     assert_eq!(scene.environment.pose.translation, DVec3::X * 0.0254);
     assert_eq!((scene.render.contact_tolerance, scene.render.cluster_radius), (0.5 * 0.0254, 0.0));
@@ -256,47 +261,47 @@ fn every_length_follows_the_unit() {
 }
 
 #[test]
-fn errors_say_what_where_and_what_to_do() {
+fn errors_name_problem_place_and_remedy() {
     let change = |from: &str, to: &str| parse(&EXPERIENCE.replace(from, to)).unwrap_err();
     let cases = [
         (
             change("tolerance", "tolerence"),
-            "line 7, column 1: [contact] has no key \"tolerence\"; did you mean \"tolerance\"? (it may have tolerance, \
+            "line 7, column 1: [contact] has no key \"tolerence\"; did you mean \"tolerance\"? (valid keys: tolerance, \
           cluster_radius, clustering, split_angle, stiffness, damping, friction, material, shading, crease_angle, shading_limit, \
           time_budget)",
         ),
         (
             change("[coupling]", "[cuopling]"),
-            "line 12, column 2: a scene has no key \"cuopling\"; did you mean \"coupling\"? (it may have unit, probe, \
+            "line 12, column 2: a scene file has no key \"cuopling\"; did you mean \"coupling\"? (valid keys: unit, probe, \
           second, tool, environment, object, gravity, contact, coupling, device, hand)",
         ),
         (
             change("dynamic = 0.3", "kinetic = 0.3"),
-            "line 10, column 28: [contact], friction has no key \"kinetic\"; did you mean \"static\"? (it may have static, \
+            "line 10, column 28: [contact], friction has no key \"kinetic\"; did you mean \"static\"? (valid keys: static, \
           dynamic, stiffness)",
         ),
-        (change("tolerance = 1.0", "tolerance = 0"), "line 7, column 13: tolerance is 0.0 and must be greater than 0"),
+        (change("tolerance = 1.0", "tolerance = 0"), "line 7, column 13: tolerance is 0.0 but must be greater than 0"),
         (
             change("tolerance = 1.0", "tolerance = nan"),
-            "line 7, column 13: tolerance is NaN and must be greater than 0",
+            "line 7, column 13: tolerance is NaN but must be greater than 0",
         ),
-        (change("= 800 ", "= \"800\""), "line 9, column 13: stiffness must be a number and is a value of type string"),
+        (change("= 800 ", "= \"800\""), "line 9, column 13: stiffness must be a number but has type string"),
         (
             change("\"coupled\"", "\"couple\""),
-            "line 13, column 8: mode is \"couple\" and must be \"coupled\" or \"direct\"",
+            "line 13, column 8: mode is \"couple\" but must be \"coupled\" or \"direct\"",
         ),
         (
             change("static = 0.4", "static = 0.2"),
-            "line 10, column 12: static friction is 0.2 and must be at least the dynamic 0.3",
+            "line 10, column 12: static friction is 0.2 but must not be less than the dynamic friction 0.3",
         ),
         (
             change("\"mm\"", "\"mil\""),
-            "line 1, column 8: \"mil\" is no unit; use one of \"mm\", \"cm\", \"m\", \"inch\", \"um\", \"dm\", \"km\", \"ft\", \
+            "line 1, column 8: \"mil\" is not a unit; use one of \"mm\", \"cm\", \"m\", \"inch\", \"um\", \"dm\", \"km\", \"ft\", \
           or metres as a number",
         ),
         (
             change("unit = \"mm\"", ""),
-            "line 1, column 1: unit is missing: a mesh file has none, so write unit = \"mm\" (or cm, m, inch, …) above the first section",
+            "line 1, column 1: unit is missing: mesh files contain no unit, so write unit = \"mm\" (or cm, m, inch, …) above the first section",
         ),
         (
             change("mesh = \"spoon.obj\"", ""),
@@ -304,7 +309,7 @@ fn errors_say_what_where_and_what_to_do() {
         ),
         (
             change("shading = true", "shading = 1"),
-            "line 11, column 11: shading must be true or false and is a value of type integer",
+            "line 11, column 11: shading must be true or false but has type integer",
         ),
         (
             change("shading = true", "crease_angle = 30"),
@@ -312,18 +317,18 @@ fn errors_say_what_where_and_what_to_do() {
         ),
         (
             change("mesh = \"cup.obj\"", "mesh = \"cup.obj\"\norientation = [0, 0, 0, 2]"),
-            "line 6, column 15: orientation has length 2.0 and must have 1; normalise it (the order is x, y, z, w)",
+            "line 6, column 15: orientation has length 2.0 but must have 1; normalise it (the order is x, y, z, w)",
         ),
         (
             change("mesh = \"cup.obj\"", "mesh = \"cup.obj\"\nposition = [0, 0]"),
             "line 6, column 12: position must be a list of 3 finite numbers",
         ),
-        // Found by fuzzing: the error was one of two lines.
+        // This case was found by fuzzing: the error had two lines.
         (
             change("\"cup.obj\"", "\"cup.o\\nbj\""),
             "line 5, column 8: a file name is expected here, without control characters",
         ),
-        (change("[contact]", "[contact"), "line 6, column 9: this is not TOML: unclosed table, expected `]`"),
+        (change("[contact]", "[contact"), "line 6, column 9: this is not valid TOML: unclosed table, expected `]`"),
     ];
     for (found, expected) in cases {
         assert_eq!(found, format!("set/tea.toml, {expected}"));
@@ -331,7 +336,7 @@ fn errors_say_what_where_and_what_to_do() {
 }
 
 #[test]
-fn files_outside_the_folder_are_refused_unless_asked_for() {
+fn files_outside_the_folder_need_permission() {
     for named in ["../cup.obj", "/etc/passwd", "a/../../cup.obj", "C:cup.obj", "a\\..\\..\\cup.obj"] {
         let text = EXPERIENCE.replace("\"cup.obj\"", &format!("'{named}'"));
         let error = parse(&text).unwrap_err();
@@ -346,7 +351,7 @@ fn files_outside_the_folder_are_refused_unless_asked_for() {
 }
 
 #[test]
-fn the_files_must_be_there_and_links_do_not_lead_out() {
+fn files_must_exist_and_links_must_stay_inside() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("scene_files");
     std::fs::create_dir_all(folder.join("in")).unwrap();
     let scene = folder.join("in/tea.toml");
@@ -371,7 +376,7 @@ fn the_files_must_be_there_and_links_do_not_lead_out() {
 }
 
 #[test]
-fn damaged_scenes_are_read_or_refused_in_one_line() {
+fn damaged_scenes_never_panic() {
     let config = Config { cases: 1500, failure_persistence: None, ..Config::default() };
     let mut runner = TestRunner::new_with_rng(config, TestRng::from_seed(RngAlgorithm::ChaCha, &SEED));
     let piece = prop::sample::select(vec![

@@ -1,4 +1,4 @@
-//! Values that the engine's feature `serde` writes are read back to the bit.
+//! Values that the engine's feature `serde` writes are read back bit for bit.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ struct Document {
 }
 
 #[test]
-fn settings_and_contacts_are_read_back_to_the_bit() {
+fn settings_and_contacts_are_read_back_exactly() {
     let corners = [-0.5, 0.5].map(|x| [-0.5, 0.5].map(|y| [-0.5, 0.5].map(|z| DVec3::new(x, y, z))));
     let cube = Arc::new(Body::from_convex(corners.as_flattened().as_flattened()).unwrap());
     let asked = QuerySettings { tolerance: 0.01, patch_angle: Some(0.1), ..QuerySettings::default() };

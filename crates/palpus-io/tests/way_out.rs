@@ -1,5 +1,5 @@
-//! Which way a query has out of a wall, held against a known answer and the proven depth of the
-//! whole bodies.
+//! Compares the direction in which a query leaves a wall with a known answer and with the proven
+//! depth of the whole bodies.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use palpus::glam::{DQuat, DVec3};
 use palpus::{Body, BodySettings, GlobalDepth, GlobalMemory, GlobalSettings, Pose};
 use palpus_io::read_mesh;
 
-/// rad: the peg leans towards the wall.
+/// Angle between the peg's axis and the vertical, toward the wall (rad).
 const LEAN: f64 = 0.2;
 
 fn example(name: &str) -> Arc<Body> {
@@ -19,12 +19,12 @@ fn example(name: &str) -> Arc<Body> {
     Arc::new(Body::from_soup(&read_mesh(&path).unwrap(), &BodySettings::default(), &mut |_| ()).unwrap())
 }
 
-/// The peg's foot, 30 mm below its top, at these coordinates (mm).
+/// Returns the pose of the leaning peg whose foot, 30 mm below its top, has these coordinates (mm).
 fn leaning(x: f64, z: f64) -> Pose {
     Pose::new(DQuat::from_rotation_y(-LEAN), DVec3::new(x, 15.0, z))
 }
 
-/// How far the rim of the peg's top is beyond the wall's face at x = 6 mm.
+/// Returns how far the rim of the peg's top is beyond the wall's face at x = 6 mm.
 fn in_wall(x: f64) -> f64 {
     6.0 - (x - 30.0 * LEAN.sin() - 5.0 * LEAN.cos())
 }
@@ -33,10 +33,10 @@ fn of_wall(contacts: &[Contact]) -> Option<&Contact> {
     contacts.iter().find(|contact| contact.normal.x.abs() > 0.9)
 }
 
-/// The wall is 6 mm thick. Beyond its middle, its far side is nearer to the rim; the way out of the
-/// peg is still the near side.
+/// The wall is 6 mm thick. Beyond its middle, its far side is nearer to the rim, but the peg must
+/// leave through the near side.
 #[test]
-fn peg_beyond_the_middle_of_a_wall_comes_out_where_it_went_in() {
+fn peg_leaves_a_wall_on_the_side_it_entered() {
     let (peg, bracket) = (example("peg.obj"), example("bracket.obj"));
     let mut query =
         ContactQuery::new(peg.clone(), bracket.clone(), QuerySettings { tolerance: 1.0, ..QuerySettings::default() });
@@ -54,7 +54,7 @@ fn peg_beyond_the_middle_of_a_wall_comes_out_where_it_went_in() {
 }
 
 #[test]
-fn deepest_contact_of_a_leaning_peg_is_the_proven_depth() {
+fn deepest_contact_of_leaning_peg_is_proven_depth() {
     let (peg, bracket) = (example("peg.obj"), example("bracket.obj"));
     let [inside_peg, inside_bracket] = [&peg, &bracket].map(|body| Interior::new(body, &Alone, &mut |_| ()));
     let whole = GlobalDepth::new(&peg, &inside_peg, &bracket, &inside_bracket);

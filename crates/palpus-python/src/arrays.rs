@@ -1,4 +1,4 @@
-//! Numbers from Python: anything that numpy makes an array of.
+//! Conversion of numbers from Python: accepts anything that numpy converts to an array.
 
 use glam::DVec3;
 use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
@@ -8,12 +8,13 @@ use pyo3::prelude::*;
 
 use crate::refused::refused;
 
-/// Columns of a pose.
+/// Number of columns of a pose.
 const POSE: usize = 7;
-/// Columns of a twist.
+/// Number of columns of a twist.
 const TWIST: usize = 6;
 
-/// `given` as an array of doubles, itself if it is one; `name` is how errors call it.
+/// Returns `given` as an array of doubles, without a copy if it already is one. `name` is its name
+/// in errors.
 fn doubles<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
     let numpy = given.py().import("numpy")?;
     let array = numpy.call_method1("asarray", (given, "float64")).map_err(|error| {
@@ -23,7 +24,8 @@ fn doubles<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArr
     Ok(array.cast_into::<PyArrayDyn<f64>>()?.try_readonly()?)
 }
 
-/// Rows of `N` numbers. A single row may come without the first dimension.
+/// Returns rows of `N` numbers. A single row may have no first dimension. `columns` describes the
+/// columns in errors.
 pub(crate) fn rows<const N: usize>(name: &str, columns: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; N]>> {
     let array = doubles(name, given)?;
     let view = array.as_array();
@@ -40,14 +42,14 @@ pub(crate) fn rows<const N: usize>(name: &str, columns: &str, given: &Bound<'_, 
     Ok(rows)
 }
 
-/// Poses, in the order of the columns of the program's files.
+/// Returns poses. Their columns have the same order as in the files of the program.
 pub(crate) fn poses(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<Pose>> {
     let rows = rows::<POSE>(name, "tx, ty, tz, qx, qy, qz, qw", given)?;
     let checked = |(k, row)| pose_of(row).map_err(|problem| refused(format!("{name}[{k}]: {problem}")));
     rows.into_iter().enumerate().map(checked).collect()
 }
 
-/// One pose.
+/// Returns one pose.
 pub(crate) fn pose(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Pose> {
     match poses(name, given)?[..] {
         [pose] => Ok(pose),
@@ -55,7 +57,7 @@ pub(crate) fn pose(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Pose> {
     }
 }
 
-/// Twists: linear, then angular.
+/// Returns twists: linear (m/s), then angular (rad/s).
 pub(crate) fn twists(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<Twist>> {
     let rows = rows::<TWIST>(name, "vx, vy, vz, wx, wy, wz", given)?;
     let twist = |[vx, vy, vz, wx, wy, wz]: [f64; TWIST]| Twist {
@@ -64,12 +66,12 @@ pub(crate) fn twists(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<Twist
     };
     let twists: Vec<Twist> = rows.into_iter().map(twist).collect();
     match twists.iter().position(|twist| !(twist.linear.is_finite() && twist.angular.is_finite())) {
-        Some(k) => Err(refused(format!("{name}[{k}] has a number that is not finite; correct it"))),
+        Some(k) => Err(refused(format!("{name}[{k}] contains a number that is not finite; correct it"))),
         None => Ok(twists),
     }
 }
 
-/// One twist; at rest if it is not given.
+/// Returns one twist, or zero if it is not given.
 pub(crate) fn twist(name: &str, given: Option<&Bound<'_, PyAny>>) -> PyResult<Twist> {
     let Some(given) = given else { return Ok(Twist::default()) };
     match twists(name, given)?[..] {
@@ -78,7 +80,7 @@ pub(crate) fn twist(name: &str, given: Option<&Bound<'_, PyAny>>) -> PyResult<Tw
     }
 }
 
-/// One point or vector.
+/// Returns one point or vector.
 pub(crate) fn vector(name: &str, given: &Bound<'_, PyAny>) -> PyResult<DVec3> {
     match rows::<3>(name, "x, y, z", given)?[..] {
         [vector] if vector.iter().all(|x| x.is_finite()) => Ok(DVec3::from_array(vector)),
@@ -86,14 +88,14 @@ pub(crate) fn vector(name: &str, given: &Bound<'_, PyAny>) -> PyResult<DVec3> {
     }
 }
 
-/// A pose as it came in.
+/// Returns a pose as a row of numbers.
 pub(crate) fn of_pose(pose: &Pose) -> [f64; POSE] {
     let [tx, ty, tz] = pose.translation.to_array();
     let [qx, qy, qz, qw] = pose.rotation.to_array();
     [tx, ty, tz, qx, qy, qz, qw]
 }
 
-/// Two vectors, one after the other.
+/// Returns two vectors as one row of numbers.
 pub(crate) fn of_pair(first: DVec3, second: DVec3) -> [f64; TWIST] {
     let ([a, b, c], [d, e, f]) = (first.to_array(), second.to_array());
     [a, b, c, d, e, f]

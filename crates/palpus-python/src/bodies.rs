@@ -1,4 +1,4 @@
-//! Bodies: from files and arrays, and what is known about them.
+//! Bodies: creation from files and arrays, and their properties.
 
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
@@ -19,7 +19,8 @@ use crate::arrays::rows;
 use crate::refused::{failed, refused};
 use crate::workers::{detached, threads};
 
-/// A solid, ready for queries. Never changes, and can be used by several threads at once.
+/// A solid that is prepared for queries. It never changes, and several threads can use it at the
+/// same time.
 #[pyclass(frozen, module = "palpus")]
 pub(crate) struct Body {
     body: Arc<palpus::Body>,
@@ -30,7 +31,7 @@ pub(crate) struct Body {
 type Points<'py> = Bound<'py, PyArray2<f64>>;
 type Triangles<'py> = Bound<'py, PyArray2<u32>>;
 
-/// Arguments of the preparation of a body.
+/// Arguments for the preparation of a body.
 struct Wanted {
     settings: BodySettings,
     threads: Threads,
@@ -46,11 +47,11 @@ impl Wanted {
         workers: Option<usize>,
     ) -> PyResult<Self> {
         let scale = match (scale, unit) {
-            (Some(_), Some(_)) => return Err(refused("scale and unit say the same; give one of them")),
+            (Some(_), Some(_)) => return Err(refused("scale and unit set the same thing; give one of them")),
             (Some(scale), None) => scale,
             (None, None) => 1.0,
             (None, Some(name)) => metres(name)
-                .map_err(|known| refused(format!("unit {name:?} is not a unit of length; known are {known}")))?,
+                .map_err(|known| refused(format!("unit {name:?} is not a unit of length; use one of {known}")))?,
         };
         let default = BodySettings::default();
         let settings = BodySettings { scale, flatness: flatness.unwrap_or(default.flatness), ..default };
@@ -72,18 +73,18 @@ impl Wanted {
 
 #[pymethods]
 impl Body {
-    /// For measuring: distances are exact to this share of the model's size.
+    /// Flatness for measurements: distances are exact to this fraction of the model's size.
     #[classattr]
     const EXACT: f64 = BodySettings::EXACT;
-    /// For touching: planes that were written with few digits are one face.
+    /// Flatness for haptic rendering: planes that were written with few digits become one face.
     #[classattr]
     const HAPTIC: f64 = BodySettings::HAPTIC;
 
     /// Reads a mesh (obj, stl, ply, off, gltf, glb) and prepares it.
     ///
-    /// Lengths stay in model units unless `unit` ("mm", "m", …) or `scale` (metres for each unit)
-    /// is given; then they are metres. `flatness` is Body.EXACT (if not given) or Body.HAPTIC. A
-    /// prepared body is kept in the user's cache folder, which it shares with the program, unless
+    /// Lengths stay in model units, unless `unit` ("mm", "m", …) or `scale` (metres per model unit)
+    /// is given; then they are metres. `flatness` is Body.EXACT (the default) or Body.HAPTIC. The
+    /// prepared body is stored in the user's cache folder, which the program also uses, unless
     /// `cache` is False.
     #[staticmethod]
     #[pyo3(signature = (path, *, scale=None, unit=None, flatness=None, cache=true, workers=None))]
@@ -101,13 +102,13 @@ impl Body {
         wanted.prepare(py, &path.display().to_string(), &soup)
     }
 
-    /// Makes a body of vertices (N, 3) and faces (M, K) of K vertex numbers each, counter-clockwise
-    /// seen from outside.
+    /// Creates a body from vertices (N, 3) and faces (M, K). A face is K vertex indices,
+    /// counter-clockwise as seen from outside.
     ///
-    /// The other arguments are those of `load`.
+    /// The other arguments are the same as for `load`.
     #[staticmethod]
     #[pyo3(signature = (vertices, faces, *, scale=None, unit=None, flatness=None, cache=false, workers=None))]
-    #[expect(clippy::too_many_arguments, reason = "in Python all but two of them are named")]
+    #[expect(clippy::too_many_arguments, reason = "in Python all except two of them are passed by name")]
     fn from_arrays(
         py: Python<'_>,
         vertices: &Bound<'_, PyAny>,
@@ -126,9 +127,9 @@ impl Body {
         wanted.prepare(py, "the mesh", &soup)
     }
 
-    /// Makes a body of anything that has `vertices` and `faces`, such as a mesh of trimesh's.
+    /// Creates a body from any object that has `vertices` and `faces`, such as a trimesh mesh.
     ///
-    /// The other arguments are those of `load`.
+    /// The other arguments are the same as for `load`.
     #[staticmethod]
     #[pyo3(signature = (mesh, *, scale=None, unit=None, flatness=None, cache=false, workers=None))]
     fn from_mesh(
@@ -148,13 +149,13 @@ impl Body {
         Self::from_arrays(mesh.py(), &vertices, &faces, scale, unit, flatness, cache, workers)
     }
 
-    /// Vertices (N, 3) of the mesh as it was cleaned.
+    /// Vertices (N, 3) of the mesh after cleaning.
     #[getter]
     fn vertices<'py>(&self, py: Python<'py>) -> PyResult<Points<'py>> {
         table(py, self.body.mesh().vertices().iter().map(DVec3::to_array).collect())
     }
 
-    /// Triangles (M, 3) of vertex numbers.
+    /// Triangles (M, 3) as vertex indices.
     #[getter]
     fn triangles<'py>(&self, py: Python<'py>) -> PyResult<Triangles<'py>> {
         table(py, self.body.mesh().triangles().to_vec())
@@ -166,24 +167,24 @@ impl Body {
         self.body.pieces().len()
     }
 
-    /// Vertices (N, 3) and triangles (M, 3) of a convex piece.
+    /// Returns the vertices (N, 3) and triangles (M, 3) of a convex piece.
     fn piece<'py>(&self, py: Python<'py>, number: usize) -> PyResult<(Points<'py>, Triangles<'py>)> {
         let count = self.piece_count();
         let Some(piece) = self.body.polytopes().get(number) else {
-            return Err(refused(format!("there is no piece {number}; the body has {count}, counted from 0")));
+            return Err(refused(format!("there is no piece {number}; the body has {count} pieces, counted from 0")));
         };
         let fan = |f: u32| piece.face_vertices(f).fan().collect::<Vec<[u32; 3]>>();
         let triangles = (0..piece.face_count() as u32).filter(|&f| !piece.is_rim(f)).flat_map(fan).collect();
         Ok((table(py, piece.vertices().iter().map(DVec3::to_array).collect())?, table(py, triangles)?))
     }
 
-    /// Volume, in cubed lengths.
+    /// Volume, in cubed length units of the body.
     #[getter]
     fn volume(&self) -> f64 {
         self.body.mass().volume
     }
 
-    /// Centre of mass (3,).
+    /// Centre of mass (3,) in the model's frame.
     #[getter]
     fn center_of_mass<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.body.mass().center_of_mass.to_array().to_vec().into_pyarray(py)
@@ -195,7 +196,8 @@ impl Body {
         table(py, self.body.mass().inertia.to_cols_array_2d().to_vec())
     }
 
-    /// Source of volume and inertia: "mesh", or "hull" if it is open, or "sheet" if it is flat.
+    /// How volume and inertia were computed: "mesh", "hull" if the mesh is open, or "sheet" if it
+    /// is flat.
     #[getter]
     fn mass_source(&self) -> &'static str {
         match self.body.mass().source {
@@ -205,13 +207,13 @@ impl Body {
         }
     }
 
-    /// Bounding diagonal.
+    /// Diagonal of the bounding box.
     #[getter]
     fn size(&self) -> f64 {
         self.body.size()
     }
 
-    /// State of the mesh, self-intersections included: counts, and `notices` in words.
+    /// Returns the state of the mesh, including self-intersections: counts, and `notices` as text.
     fn health<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let body = &self.body;
         let health = py.detach(|| Health::full(body.mesh(), body.half_edges(), body.tree(), body.health().cleaning));
@@ -238,7 +240,7 @@ impl Body {
         &self.body
     }
 
-    /// The convex cells inside, made at the first call.
+    /// Returns the convex cells of the body's inside. Computes them at the first call.
     pub(crate) fn interior(&self, workers: &dyn Workers) -> &Interior {
         self.interior.get_or_init(|| Interior::new(&self.body, workers, &mut |_| ()))
     }
@@ -247,8 +249,8 @@ impl Body {
 /// Appends the faces of an array to the soup.
 fn push_faces(soup: &mut PolygonSoup, given: &Bound<'_, PyAny>) -> PyResult<()> {
     let numpy = given.py().import("numpy")?;
-    let wrong = |what: String| refused(format!("faces {what}, but must be (M, 3) or (M, K) vertex numbers from 0"));
-    let array = numpy.call_method1("asarray", (given,)).map_err(|_| wrong("are no array".to_owned()))?;
+    let wrong = |what: String| refused(format!("faces {what}, but must be (M, 3) or (M, K) vertex indices from 0"));
+    let array = numpy.call_method1("asarray", (given,)).map_err(|_| wrong("are not an array".to_owned()))?;
     let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
     if kind != "i" && kind != "u" {
         return Err(wrong(format!("are of type {}", array.getattr("dtype")?)));
@@ -271,7 +273,7 @@ fn push_faces(soup: &mut PolygonSoup, given: &Bound<'_, PyAny>) -> PyResult<()> 
     Ok(())
 }
 
-/// Rows as an array of two dimensions, without a copy.
+/// Returns rows as a two-dimensional array, without a copy.
 fn table<'py, T: numpy::Element, const N: usize>(
     py: Python<'py>,
     rows: Vec<[T; N]>,

@@ -1,4 +1,4 @@
-//! Proven bounds of the depth at many poses, as `palpus depth` finds them.
+//! Proven bounds of the depth at many poses, with the same results as `palpus depth`.
 
 use std::ops::Range;
 use std::sync::atomic::Ordering;
@@ -14,15 +14,16 @@ use crate::refused::refused;
 use crate::rows::DepthRow;
 use crate::workers::{detached, threads};
 
-/// Bounds of the penetration depth at each pose (N, 7) of a in b's frame: an array (N,) of DEPTH,
-/// in b's frame.
+/// Returns bounds of the penetration depth at each pose (N, 7) of a in b's frame: an array (N,) of
+/// DEPTH, in b's frame.
 ///
-/// No translation shorter than `lower` frees the bodies; moving a by `translation`, of length
-/// `upper`, does. The search at a pose ends when the bounds are within `gap` (a length; 1 % of the
-/// smaller body's size if not given), and `certified` is then true, or after `budget` evaluations.
-/// `outside` counts only translations as free from which a can leave b in a straight line.
-/// `contained`: 1 if a lies in b, 2 if b in a, else 0. `distance` is that of the surfaces, with a
-/// minus if one body lies in the other, NaN if they cross.
+/// No translation shorter than `lower` separates the bodies. Moving a by `translation`, which has
+/// the length `upper`, separates them. The search at a pose ends when upper - lower is at most
+/// `gap` (a length; default: 1 % of the smaller body's size), and then `certified` is true. It also
+/// ends after `budget` evaluations. With `outside`, a translation counts as free only if a can then
+/// leave b along a straight line. `contained` is 1 if a lies in b, 2 if b lies in a, and 0
+/// otherwise. `distance` is the distance of the surfaces. It is negative if one body lies in the
+/// other, and NaN if the surfaces cross.
 #[pyfunction]
 #[pyo3(signature = (a, b, poses, *, gap=None, budget=None, outside=false, workers=None))]
 pub(crate) fn depth<'py>(

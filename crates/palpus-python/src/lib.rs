@@ -1,8 +1,8 @@
-//! palpus in Python: what `import palpus` finds is in `python/palpus`, and most of it comes from
-//! here.
+//! palpus in Python. `import palpus` loads the package in `python/palpus`, which re-exports most of
+//! its names from this crate.
 //!
 //! Array arguments can be anything that numpy converts to an array. Results are numpy arrays that
-//! own the engine's output without a copy. Slow functions release Python's lock.
+//! take over the engine's output without a copy. Slow functions release Python's global lock.
 
 mod arrays;
 mod bodies;
@@ -17,7 +17,7 @@ mod settings;
 mod workers;
 mod world;
 
-/// The compiled part of the package; `palpus` shows its names.
+/// The compiled part of the package. `palpus` re-exports its names.
 #[pyo3::pymodule(name = "_native", gil_used = false)]
 mod native {
     #[pymodule_export]

@@ -1,4 +1,4 @@
-//! The device loop: a world, a device and the safety chain between them, in a thread of Rust.
+//! The device loop: runs a world, a device and the safety chain between them in a Rust thread.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -19,17 +19,18 @@ use crate::servo_thread::{Drive, Ended, Now, ServoThread};
 use crate::settings::Settings;
 use crate::world::{World, row};
 
-/// Runs a world's tool on a device at 1 kHz, in a thread of its own, behind the safety chain.
+/// Runs a world's tool on a device at 1 kHz, in a separate thread, with the safety chain in
+/// between.
 ///
-/// `device` is a name as `palpus run --device` has it: "simulated" (a device in a simulated hand),
-/// "haply", "bridge:/path/to.sock", and so on. The tool's frame starts at the pose `start`. The
-/// world must have exactly one tool, and belongs to the loop while it runs. Use it in a
-/// with-statement, or call `start` and `stop`.
+/// `device` is a name as for `palpus run --device`: "simulated" (a device that a simulated operator
+/// holds), "haply", "bridge:/path/to.sock", and so on. The tool's frame starts at the pose `start`.
+/// The world must have exactly one tool, and the loop owns the world while it runs. Use the loop in
+/// a with-statement, or call `start` and `stop`.
 ///
-/// `hand` holds a simulated device: relaxed, normal, firm, tight or none. `duration` (s) ends the
-/// loop by itself. With `real_time` off, ticks follow each other as fast as they can, which only
-/// simulated devices allow. With `priority`, the system is asked for real-time priority, locked
-/// memory and a core.
+/// `hand` is the simulated operator's grip on a simulated device: relaxed, normal, firm, tight or
+/// none. With `duration` (s) the loop ends by itself. If `real_time` is False, ticks follow each
+/// other as fast as possible, which only simulated devices allow. With `priority`, the loop
+/// requests real-time priority, locked memory and a processor core from the system.
 #[pyclass(module = "palpus")]
 pub(crate) struct Loop {
     world: Py<World>,
@@ -50,12 +51,12 @@ struct Running {
     now: Newest<Now>,
     settings: Publisher<palpus::Settings>,
     drives: Mutex<rtrb::Producer<Drive>>,
-    /// Guide of a simulated device.
+    /// Target of the simulated operator. `None` for a real device.
     guide: Option<Publisher<Guide>>,
     grip_a: glam::DVec3,
 }
 
-/// Updates of driven bodies that may wait for the next tick.
+/// Maximum number of updates of driven bodies that wait for the next tick.
 const DRIVES: usize = 1024;
 
 #[pymethods]
@@ -63,7 +64,7 @@ impl Loop {
     #[new]
     #[pyo3(signature = (world, start, *, device="simulated", hand="normal", rate=1000.0, duration=None,
         real_time=true, priority=false))]
-    #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
+    #[expect(clippy::too_many_arguments, reason = "in Python they are passed by name")]
     fn new(
         world: Py<World>,
         start: &Bound<'_, PyAny>,
@@ -85,11 +86,11 @@ impl Loop {
         Ok(Self { world, device, start, options, hand, priority, running: None, ended: None, last: None })
     }
 
-    /// Opens and tests the device, and starts the loop. Forces grow in once the tool is free of
-    /// contact or presses lightly.
+    /// Opens and tests the device, and starts the loop. Forces increase gradually as soon as the
+    /// tool is free of contact or presses only lightly.
     fn start(&mut self, py: Python<'_>) -> PyResult<()> {
         if self.running.is_some() {
-            return Err(refused("the loop is running already"));
+            return Err(refused("the loop is already running"));
         }
         let servo = Servo::new(self.options).map_err(|error| failed(&error))?;
         let settings = self.world.borrow(py).tool_settings()?;
@@ -128,14 +129,13 @@ impl Loop {
         Ok(())
     }
 
-    /// Ends the loop; the last wrench that the device gets is zero. Returns the summary of the run.
+    /// Stops the loop. The last wrench sent to the device is zero. Returns the summary of the run.
     fn stop<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         self.join(py, true)?;
         self.summary(py)
     }
 
-    /// Waits until the loop's `duration` is over, and returns the summary of the run. Ctrl-C stops
-    /// the loop.
+    /// Waits until the loop ends, and returns the summary of the run. Ctrl-C stops the loop.
     fn wait<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         while self.is_running() {
             py.detach(|| thread::sleep(std::time::Duration::from_millis(5)));
@@ -148,15 +148,16 @@ impl Loop {
         self.summary(py)
     }
 
-    /// Is the servo thread turning?
+    /// True while the loop's thread is running.
     #[getter]
     fn is_running(&self) -> bool {
         self.running.as_ref().is_some_and(|running| !running.thread.is_finished())
     }
 
-    /// State of the newest tick: `tick`, `time` (s), `tool` (7, its frame in the world), `grip` (7,
-    /// as the device said), `wrench` (6, as written to the device), `contacts` (how many),
-    /// `phase` of the engagement ("engaged" when the whole wrench is given) and `running`.
+    /// Returns the state of the newest tick: `tick`, `time` (s), `tool` (7, pose of its frame in
+    /// the world), `grip` (7, pose reported by the device), `wrench` (6, as sent to the device),
+    /// `contacts` (their number), `phase` of the engagement ("engaged" when the whole wrench is
+    /// applied) and `running`.
     fn status<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let is_running = self.is_running();
         if let Some(running) = &mut self.running {
@@ -175,7 +176,7 @@ impl Loop {
         Ok(status)
     }
 
-    /// The last wrench of the device (6,), about the grip.
+    /// The last wrench sent to the device (6,), about the grip.
     #[getter]
     fn wrench<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         if let Some(running) = &mut self.running {
@@ -185,13 +186,17 @@ impl Loop {
         Ok(row(py, of_pair(now.wrench.force, now.wrench.torque)))
     }
 
-    /// Has the simulated hand lead the tool's frame to this pose (world), as a person would: no
-    /// faster than hands move.
+    /// Makes the simulated operator move the tool's frame to this pose (in the world), no faster
+    /// than a person's hand moves.
     fn lead(&mut self, pose: &Bound<'_, PyAny>) -> PyResult<()> {
         let pose = self::pose("pose", pose)?;
         let running = self.running.as_mut().ok_or_else(still)?;
-        let refuse =
-            || refused(format!("device {:?} is in a hand of its own; only simulated ones are led", self.device));
+        let refuse = || {
+            refused(format!(
+                "device {:?} is held by a person; only the operator of a simulated device can be led",
+                self.device
+            ))
+        };
         let guide = running.guide.as_mut().ok_or_else(refuse)?;
         guide.publish(Guide::Held(pose.with_origin(running.grip_a)));
         Ok(())
@@ -214,7 +219,7 @@ impl Loop {
         drives.push(update).map_err(full)
     }
 
-    /// Goes on with other settings of the tool from the next tick on; its grip must stay.
+    /// Changes the tool's settings from the next tick on. The grip must stay the same.
     fn set_settings(&mut self, settings: &Bound<'_, Settings>) -> PyResult<()> {
         let running = self.running.as_mut().ok_or_else(still)?;
         let settings = settings.get().settings;
@@ -235,9 +240,10 @@ impl Loop {
         self.join(py, true)
     }
 
-    /// The summary of the last run: `ticks`, `duration` (s), `rate` (Hz), `late` (ticks more than
-    /// half a millisecond late), `skipped`, `step_us` (p50, p99, p99.9, largest), `force_max` (N),
-    /// `torque_max` (N·m), `faults`, `allocations` of the ticks, `end` in words.
+    /// Returns the summary of the last run: `ticks`, `duration` (s), `rate` (Hz), `late` (ticks
+    /// more than half a millisecond late), `skipped`, `step_us` (p50, p99, p99.9, maximum),
+    /// `force_max` (N), `torque_max` (N·m), `faults`, `allocations` during the ticks, and `end`
+    /// (the reason as text).
     fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let (run, allocations) = self.ended.as_ref().ok_or_else(|| refused("no run of the loop has ended yet"))?;
         let summary = PyDict::new(py);
@@ -270,11 +276,11 @@ fn still() -> PyErr {
 type Opened = (Box<dyn HapticDevice + Send>, Option<Publisher<Guide>>);
 
 impl Loop {
-    /// The device, with its grip at `start`.
+    /// Opens the device, with its grip at `start`.
     fn open(&self, py: Python<'_>, start: Pose) -> PyResult<Opened> {
         if self.device == SIMULATED {
             let hand = hand_preset(&self.hand).ok_or_else(|| {
-                refused(format!("there is no hand {:?}; hands are relaxed, normal, firm, tight and none", self.hand))
+                refused(format!("there is no hand {:?}; use relaxed, normal, firm, tight or none", self.hand))
             })?;
             let (guide, guided) = latest(Guide::Script);
             let hand = SimulationSettings { hand, rate_hz: self.options.rate_hz, ..SimulationSettings::default() };
@@ -285,18 +291,18 @@ impl Loop {
         match opened.map_err(|error| refused(format!("{error:#}")))? {
             Some(device) => Ok((device, None)),
             None => Err(refused(format!(
-                "there is no device {:?}; give \"simulated\", or a name as `palpus run --device` has it",
+                "there is no device {:?}; give \"simulated\", or a name as for `palpus run --device`",
                 self.device
             ))),
         }
     }
 
-    /// Joins the thread and gives the world back. With `end`, it stops the loop first.
+    /// Joins the thread, and gives the world back to Python. With `end`, stops the loop first.
     fn join(&mut self, py: Python<'_>, end: bool) -> PyResult<()> {
         let Some(mut running) = self.running.take() else { return Ok(()) };
         running.stop.fetch_or(end, Ordering::Relaxed);
         let ended = py.detach(|| running.thread.join());
-        let ended = ended.map_err(|_| refused("the servo thread failed outside of a step; please report this"))?;
+        let ended = ended.map_err(|_| refused("the loop's thread failed outside a step; please report this"))?;
         self.last = Some(*running.now.get());
         self.world.borrow_mut(py).give_back(ended.world);
         let failure = match &ended.statistics.end {
@@ -311,7 +317,7 @@ impl Loop {
 }
 
 impl Drop for Loop {
-    /// A loop without an owner must stop, since it still sends forces.
+    /// If Python drops the loop, the loop must stop, because it still sends forces.
     fn drop(&mut self) {
         if let Some(running) = self.running.take() {
             running.stop.store(true, Ordering::Relaxed);

@@ -1,4 +1,4 @@
-//! Contacts and distances at many poses, as `palpus query` finds them.
+//! Contacts and distances at many poses, with the same results as `palpus query`.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -18,9 +18,9 @@ use crate::refused::refused;
 use crate::rows::{ContactRow, DistanceRow};
 use crate::workers::{detached, threads};
 
-/// Default tolerance, as a share of the smaller body's size. As the program's.
+/// Default tolerance, as a fraction of the smaller body's size. The program uses the same value.
 const DEFAULT_TOLERANCE: f64 = 0.01;
-/// Contacts that one pose can have. As the program's.
+/// Maximum number of contacts at one pose. The program uses the same value.
 const CAPACITY: usize = 1 << 16;
 
 /// Input of a batch.
@@ -32,12 +32,12 @@ struct Asked<'a> {
     threads: Threads,
 }
 
-/// Result of one run of poses.
+/// Result of one run of consecutive poses.
 #[derive(Default)]
 struct Found {
     nearest: Vec<DistanceRow>,
     contacts: Vec<ContactRow>,
-    /// Contacts over the capacity.
+    /// Number of contacts beyond the capacity.
     dropped: u64,
 }
 
@@ -63,7 +63,7 @@ impl<'a> Asked<'a> {
         Ok(Self { a, b, poses: poses("poses", given)?, settings, threads: threads(workers)? })
     }
 
-    /// Answers all poses; the answers of contacts are left out unless `keep`.
+    /// Computes the results of all poses. Contacts are omitted unless `keep` is true.
     fn answer(&self, py: Python<'_>, keep: bool) -> PyResult<Found> {
         let found = detached(py, |stop, look| {
             let containment = ContainmentQuery::new(self.a, self.b);
@@ -85,7 +85,7 @@ impl<'a> Asked<'a> {
         }
         if all.dropped > 0 {
             let text = format!(
-                "{} contacts over {CAPACITY} at a pose were left out; a smaller tolerance has fewer\0",
+                "{} contacts beyond {CAPACITY} at one pose were left out; a smaller tolerance gives fewer\0",
                 all.dropped
             );
             let text = std::ffi::CStr::from_bytes_with_nul(text.as_bytes()).unwrap_or_default();
@@ -110,8 +110,8 @@ impl<'a> Asked<'a> {
             let nearest = query.nearest(&self.poses[k]);
             let (counters, contacts) = (query.counters(), query.found());
             found.dropped += u64::from(counters.traversal.dropped);
-            // Closest points prove themselves by the planes through them; depths are counted if
-            // they are not proven.
+            // A distance is proven by the planes through its nearest points. Depths without a proof
+            // are counted.
             let certified = counters.unproven == 0;
             let contained = containment.run(&self.poses[k]);
             found.nearest.extend(nearest.map(|near| DistanceRow::new(&near, contacts.len(), certified, contained)));
@@ -126,8 +126,8 @@ impl<'a> Asked<'a> {
 type Contacts<'py> = Bound<'py, PyArray1<ContactRow>>;
 type Distances<'py> = Bound<'py, PyArray1<DistanceRow>>;
 
-/// Nearest points and all contacts at each pose: what `distance` and `contacts` return, in one
-/// pass.
+/// Returns the nearest points and all contacts at each pose: the results of `distance` and
+/// `contacts`, computed in one pass.
 #[pyfunction]
 #[pyo3(signature = (a, b, poses, tolerance=None, *, prove=true, workers=None))]
 pub(crate) fn query<'py>(
@@ -142,13 +142,13 @@ pub(crate) fn query<'py>(
     Ok((found.nearest.into_pyarray(a.py()), found.contacts.into_pyarray(a.py())))
 }
 
-/// All contacts nearer than `tolerance` at each pose (N, 7) of a in b's frame: an array of CONTACT,
-/// in b's frame.
+/// Returns all contacts with a separation below `tolerance` at each pose (N, 7) of a in b's frame:
+/// an array of CONTACT, in b's frame.
 ///
-/// `separation` is minus the depth where convex pieces overlap; `point_a - point_b = separation *
-/// normal`. Without a tolerance, 1 % of the smaller body's size. Unless `prove` is False, each
-/// depth is proven the least of its pieces. `workers` is the number of threads, which changes no
-/// bit of the answer; all cores if it is not given.
+/// `point_a - point_b = separation * normal`. `separation` is negative where convex pieces overlap:
+/// minus the penetration depth. The default tolerance is 1 % of the smaller body's size. Unless
+/// `prove` is False, each depth is proven to be the smallest depth of its two pieces. `workers` is
+/// the number of threads (default: all cores). It does not change the results.
 #[pyfunction]
 #[pyo3(signature = (a, b, poses, tolerance=None, *, prove=true, workers=None))]
 pub(crate) fn contacts<'py>(
@@ -163,11 +163,11 @@ pub(crate) fn contacts<'py>(
     Ok(found.contacts.into_pyarray(a.py()))
 }
 
-/// The nearest points at each pose (N, 7) of a in b's frame, or the deepest contact: an array
-/// (N,) of DISTANCE.
+/// Returns the nearest points at each pose (N, 7) of a in b's frame: an array (N,) of DISTANCE. If
+/// the bodies overlap, it contains the deepest contact.
 ///
-/// `contacts` counts those within `tolerance`, which makes no other difference. The other arguments
-/// are those of `contacts`.
+/// `contacts` is the number of contacts within `tolerance`; the tolerance has no other effect. The
+/// other arguments are the same as for `contacts`.
 #[pyfunction]
 #[pyo3(signature = (a, b, poses, tolerance=None, *, prove=true, workers=None))]
 pub(crate) fn distance<'py>(

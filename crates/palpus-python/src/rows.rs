@@ -1,10 +1,10 @@
-//! Rows for Python: numpy reads them as structured arrays where the engine wrote them.
+//! Rows for Python. numpy uses them as structured arrays in the engine's memory.
 //!
-//! Every byte of a row is defined, since numpy compares and writes rows as bytes; the field `fill`
-//! covers the padding.
+//! Every byte of a row is initialised, because numpy compares and writes rows as bytes. The field
+//! `fill` covers the padding.
 #![expect(
     unsafe_code,
-    reason = "numpy believes what a row says of its layout, which the layouts' macro takes from the row"
+    reason = "numpy trusts the layout of a row, which the macro `layout` derives from the row's type"
 )]
 
 use std::mem::{offset_of, size_of};
@@ -18,7 +18,7 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{IntoPyDict, PyDict};
 
-/// A contact at a pose; lengths in model units, in b's frame.
+/// A contact at a pose. Lengths are in model units; vectors are in b's frame.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub(crate) struct ContactRow {
@@ -36,7 +36,7 @@ pub(crate) struct ContactRow {
     fill: [u8; 6],
 }
 
-/// The nearest points at a pose; lengths in model units, in b's frame.
+/// The nearest points at a pose. Lengths are in model units; vectors are in b's frame.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub(crate) struct DistanceRow {
@@ -50,7 +50,7 @@ pub(crate) struct DistanceRow {
     fill: [u8; 2],
 }
 
-/// The depth at a pose; lengths in model units, in b's frame.
+/// The depth at a pose. Lengths are in model units; vectors are in b's frame.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub(crate) struct DepthRow {
@@ -80,14 +80,14 @@ macro_rules! layout {
             }
         }
 
-        // SAFETY: all fields are plain numbers, named with their types and places; none lies beyond
-        // the row.
+        // SAFETY: all fields are plain numbers, listed with their types and offsets. All of them
+        // lie within the row.
         unsafe impl Element for $row {
             const IS_COPY: bool = true;
 
             fn get_dtype(py: Python<'_>) -> Bound<'_, PyArrayDescr> {
                 static KNOWN: PyOnceLock<Py<PyArrayDescr>> = PyOnceLock::new();
-                let make = || Self::layout(py).expect("numpy knows the layout, as `add_types` has seen").unbind();
+                let make = || Self::layout(py).expect("numpy accepts the layout, as it did in `add_types`").unbind();
                 KNOWN.get_or_init(py, make).clone_ref(py).into_bound(py)
             }
 
@@ -188,7 +188,8 @@ impl DepthRow {
     }
 }
 
-/// 0 neither body lies in the other, 1 a in b, 2 b in a: as in the program's files.
+/// Returns 0 if neither body lies in the other, 1 if a lies in b, 2 if b lies in a. The program's
+/// files use the same numbers.
 fn number(containment: Containment) -> u8 {
     match containment {
         Containment::Neither => 0,

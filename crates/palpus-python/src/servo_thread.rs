@@ -1,6 +1,6 @@
-//! The servo thread of a loop: it has the world and the device until it ends. Newest values come
-//! and go through exchanges of three slots and a bounded queue; nothing here waits, locks or
-//! allocates once the loop runs.
+//! The servo thread of a loop. It owns the world and the device until it ends. Python exchanges the
+//! newest values with it through triple buffers and a bounded queue. Once the loop runs, nothing
+//! here waits, locks or allocates.
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -20,20 +20,20 @@ use palpus_device::{
 pub(crate) struct Now {
     pub(crate) tick: u64,
     pub(crate) time: f64,
-    /// Pose of the tool's frame, world.
+    /// Pose of the tool's frame in the world.
     pub(crate) tool: Pose,
-    /// Pose of the grip, as the device said, world.
+    /// Pose of the grip in the world, as reported by the device.
     pub(crate) grip: Pose,
-    /// As written to the device.
+    /// Wrench sent to the device.
     pub(crate) wrench: Wrench,
     pub(crate) contacts: usize,
     pub(crate) phase: Phase,
 }
 
-/// A host's update of a driven body.
+/// An update of a driven body from Python: the body, its pose and its twist.
 pub(crate) type Drive = (BodyId, Pose, Twist);
 
-/// All that the thread needs.
+/// Everything that the thread needs.
 pub(crate) struct ServoThread {
     pub(crate) servo: Servo,
     pub(crate) device: Box<dyn HapticDevice + Send>,
@@ -47,11 +47,11 @@ pub(crate) struct ServoThread {
     pub(crate) stop: Arc<AtomicBool>,
 }
 
-/// Result of an ended loop.
+/// Result of a loop that has ended.
 pub(crate) struct Ended {
     pub(crate) world: World,
     pub(crate) statistics: RunStatistics,
-    /// Number of allocations in ticks.
+    /// Number of allocations during ticks.
     pub(crate) allocations: u64,
 }
 
@@ -63,7 +63,7 @@ struct Detail {
 }
 
 impl ServoThread {
-    /// The loop, from its first tick to its last.
+    /// Runs the loop from its first tick to its last.
     pub(crate) fn turn(self) -> Ended {
         let Self { mut servo, mut device, mut world, tool, rate_hz, claims, mut settings, mut drives, now, stop } =
             self;
@@ -106,7 +106,7 @@ impl ServoThread {
     }
 }
 
-/// Values of the last tick for the next step.
+/// Values of the last tick that the next step needs.
 struct Told {
     available: Cell<Limits>,
     panicked: Cell<bool>,
@@ -116,7 +116,7 @@ struct Told {
 struct Watcher<'a> {
     now: Publisher<Now>,
     told: &'a Told,
-    /// The last tool and its contacts.
+    /// The last pose of the tool, and its number of contacts.
     last: Option<(Pose, usize)>,
     allocations: u64,
 }

@@ -1,4 +1,4 @@
-//! Settings of rendering.
+//! Settings of haptic rendering.
 
 use glam::DVec3;
 use palpus::{Limits, Settings as EngineSettings, SettingsError};
@@ -7,14 +7,14 @@ use pyo3::prelude::*;
 use crate::arrays::vector;
 use crate::refused::failed;
 
-/// How contacts feel. Never changes.
+/// How contacts are rendered. Settings never change.
 #[pyclass(frozen, module = "palpus")]
 #[derive(Clone, Copy)]
 pub(crate) struct Settings {
     pub(crate) settings: EngineSettings,
 }
 
-/// Returns the settings if they are valid.
+/// Returns the settings. Fails if they are invalid.
 fn checked(settings: EngineSettings) -> PyResult<Settings> {
     settings.validate().map_err(|error: SettingsError| failed(&error))?;
     Ok(Settings { settings })
@@ -22,13 +22,13 @@ fn checked(settings: EngineSettings) -> PyResult<Settings> {
 
 #[pymethods]
 impl Settings {
-    /// For a tool on a device that gives `force` (N) and `torque` (N·m) and whose loop turns every
-    /// `period` seconds.
+    /// Returns settings for a tool that is coupled to a device. `force` (N) and `torque` (N·m) are
+    /// the device's limits, and `period` (s) is the period of the loop.
     ///
-    /// Contacts are looked for within `tolerance` (m; a good one is a hundredth of the smaller
-    /// body) and are as hard as the device can show. `friction` is the pair of the static and the
-    /// dynamic coefficient. `grip` is where the hand holds the tool (m, in the tool's frame):
-    /// wrenches are about that point.
+    /// Contacts are found within `tolerance` (m); a hundredth of the smaller body's size is a good
+    /// value. They are as stiff as the device can render. `friction` is the pair of the static and
+    /// the dynamic coefficient. `grip` is the point where the tool is held (m, in the tool's
+    /// frame). Wrenches are about that point.
     #[staticmethod]
     #[pyo3(signature = (*, force, torque, tolerance, period=1e-3, friction=None, grip=None))]
     fn coupled(
@@ -42,11 +42,11 @@ impl Settings {
         Self::of(EngineSettings::coupled(Limits { force, torque }, period, tolerance), friction, grip)
     }
 
-    /// For a tool that is where its device is, without a coupling: each contact pushes with
-    /// `stiffness` (N/m) from `tolerance` (m) on, and brakes with `damping` (N·s/m), up to `force`
-    /// (N) and `torque` (N·m) together.
+    /// Returns settings for a tool that is at its device's pose, without a coupling. Each contact
+    /// pushes with `stiffness` (N/m) below the separation `tolerance` (m), and brakes with
+    /// `damping` (N·s/m). All contacts together give at most `force` (N) and `torque` (N·m).
     ///
-    /// The other arguments are those of `coupled`.
+    /// The other arguments are the same as for `coupled`.
     #[staticmethod]
     #[pyo3(signature = (
         *, tolerance=1e-3, stiffness=800.0, damping=0.0, force=f64::INFINITY, torque=f64::INFINITY, friction=None, grip=None
@@ -66,43 +66,43 @@ impl Settings {
         Self::of(settings, friction, grip)
     }
 
-    /// m: contacts are looked for up to this separation.
+    /// Contacts are found up to this separation, m.
     #[getter]
     fn tolerance(&self) -> f64 {
         self.settings.contact_tolerance
     }
 
-    /// N/m: how stiff a contact feels.
+    /// Stiffness of a contact, N/m.
     #[getter]
     fn stiffness(&self) -> f64 {
         self.settings.stiffness
     }
 
-    /// N·s/m, of the normal motion.
+    /// Damping of the normal motion, N·s/m.
     #[getter]
     fn damping(&self) -> f64 {
         self.settings.damping
     }
 
-    /// N and N·m: the most that a wrench has.
+    /// Maximum force (N) and torque (N·m).
     #[getter]
     fn limits(&self) -> (f64, f64) {
         (self.settings.limits.force, self.settings.limits.torque)
     }
 
-    /// Static and dynamic coefficient, if there is friction.
+    /// Static and dynamic friction coefficient. None if there is no friction.
     #[getter]
     fn friction(&self) -> Option<(f64, f64)> {
         self.settings.friction.map(|friction| (friction.static_coefficient, friction.dynamic_coefficient))
     }
 
-    /// m, in the tool's frame: where the hand holds the tool.
+    /// Point where the tool is held, m, in the tool's frame.
     #[getter]
     fn grip(&self) -> (f64, f64, f64) {
         self.settings.grip_a.into()
     }
 
-    /// Does a coupling tie the tool to the device?
+    /// True if a coupling connects the tool to the device.
     #[getter]
     fn is_coupled(&self) -> bool {
         self.settings.coupling.is_some()

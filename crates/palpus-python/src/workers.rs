@@ -1,4 +1,4 @@
-//! The threads of a batch, and how Ctrl-C ends it.
+//! The threads of a batch, and the handling of Ctrl-C.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -7,18 +7,18 @@ use pyo3::prelude::*;
 
 use crate::refused::refused;
 
-/// The threads that the argument `workers` asks for: all cores if it is not given.
+/// Returns the threads for the argument `workers`. All cores if it is not given.
 pub(crate) fn threads(workers: Option<usize>) -> PyResult<Threads> {
     match workers {
         None => Ok(Threads::all()),
-        Some(0) => Err(refused("workers is 0, but must be 1 or more; leave it out for all cores")),
+        Some(0) => Err(refused("workers is 0, but must be 1 or more; omit it to use all cores")),
         Some(count) => Ok(Threads::of(count)),
     }
 }
 
-/// Runs `work` while other Python threads run, and ends it early at Ctrl-C.
+/// Runs `work` while other Python threads can run. Ctrl-C ends it early.
 ///
-/// `work` gets a flag that tells it to stop, and a function that it must call regularly on the
+/// `work` gets a flag that requests a stop, and a function that it must call regularly on the
 /// calling thread.
 pub(crate) fn detached<T: Send>(
     py: Python<'_>,

@@ -12,12 +12,12 @@ use crate::settings::Settings;
 
 /// Tools, which follow devices, and objects, which are fixed, driven by the host, or free.
 ///
-/// Lengths are metres. A pose is (tx, ty, tz, qx, qy, qz, qw), a twist (vx, vy, vz, wx, wy, wz) in
-/// m/s and rad/s, a wrench (fx, fy, fz, tx, ty, tz) in N and N·m, all along the world's axes.
-/// Bodies have the numbers in which they were added, from 0.
+/// Lengths are metres. A pose is (tx, ty, tz, qx, qy, qz, qw). A twist is (vx, vy, vz, wx, wy, wz)
+/// in m/s and rad/s. A wrench is (fx, fy, fz, tx, ty, tz) in N and N·m. Vectors are in the world's
+/// axes. Bodies are numbered from 0 in the order in which they were added.
 #[pyclass(module = "palpus")]
 pub(crate) struct World {
-    /// `None` while a loop has it.
+    /// `None` while a loop runs the world.
     world: Option<palpus::World>,
     members: Vec<Member>,
     probes: Vec<ProbeState>,
@@ -32,7 +32,8 @@ struct Member {
 
 #[pymethods]
 impl World {
-    /// An empty world. `settings` hold between objects; tools bring their own.
+    /// Creates an empty world. `settings` applies to contacts between objects; each tool has its
+    /// own settings.
     #[new]
     #[pyo3(signature = (settings, *, gravity=None))]
     fn new(settings: &Bound<'_, Settings>, gravity: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
@@ -48,13 +49,13 @@ impl World {
         self.add(Object::fixed(body.get().shared().clone(), self::pose("pose", pose)?), false)
     }
 
-    /// Adds a body that the host moves by `drive`, and returns its number.
+    /// Adds a body that the host moves with `drive`, and returns its number.
     fn add_driven(&mut self, body: &Bound<'_, Body>, pose: &Bound<'_, PyAny>) -> PyResult<usize> {
         self.add(Object::driven(body.get().shared().clone(), self::pose("pose", pose)?), true)
     }
 
-    /// Adds a body that moves under contact, friction and gravity, and returns its number. Give its
-    /// `density` (kg/m³) or its `mass` (kg).
+    /// Adds a body that moves under contact, friction and gravity, and returns its number. Give
+    /// either its `density` (kg/m³) or its `mass` (kg).
     #[pyo3(signature = (body, pose, *, density=None, mass=None))]
     fn add_free(
         &mut self,
@@ -71,7 +72,7 @@ impl World {
         }
     }
 
-    /// Adds a tool, and returns its number. Its row among the poses of `step` is the next.
+    /// Adds a tool, and returns its number. Its pose is the next row of the poses of `step`.
     fn add_tool(&mut self, body: &Bound<'_, Body>, settings: &Bound<'_, Settings>) -> PyResult<usize> {
         let added = self.inner_mut()?.add_tool(body.get().shared().clone(), settings.get().settings);
         let tool = added.map_err(|error| failed(&error))?;
@@ -80,12 +81,11 @@ impl World {
         Ok(self.members.len() - 1)
     }
 
-    /// Steps by `dt` seconds, and returns what each tool feels: the wrenches (tools, 6) about the
-    /// grips.
+    /// Makes a step of `dt` seconds. Returns the wrench of each tool (tools, 6), about its grip.
     ///
-    /// `poses` (tools, 7) place the tools' frames in the world, in the order in which tools were
-    /// added; `twists` (tools, 6), of the grips, are zero if not given. A single tool's may come
-    /// without the first dimension.
+    /// `poses` (tools, 7) are the poses of the tools' frames in the world, in the order in which
+    /// the tools were added. `twists` (tools, 6) are the twists of the grips; they are zero if not
+    /// given. With a single tool, the first dimension may be omitted.
     #[pyo3(signature = (poses, dt=1e-3, *, twists=None))]
     fn step<'py>(
         &mut self,
@@ -121,18 +121,18 @@ impl World {
         wrenches.into_pyarray(py).reshape([count, 6])
     }
 
-    /// The wrench of a tool in the last step (6,), about the grip, within its limits.
+    /// Returns the wrench of a tool in the last step (6,), about the grip, within its limits.
     fn wrench<'py>(&self, py: Python<'py>, tool: usize) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let member = self.member(tool)?;
         let Some(id) = member.tool else {
-            return Err(refused(format!("body {tool} is an object; only tools feel a wrench")));
+            return Err(refused(format!("body {tool} is an object; only tools have a wrench")));
         };
         let commanded = &self.inner()?.tick(id).commanded;
         Ok(row(py, of_pair(commanded.force, commanded.torque)))
     }
 
-    /// The contacts of two bodies in the last step, in the world's frame, the first of the two as
-    /// a: an array of CONTACT.
+    /// Returns the contacts of two bodies in the last step, in the world's frame: an array of
+    /// CONTACT. The first body is a.
     fn contacts<'py>(&self, py: Python<'py>, of: usize, other: usize) -> PyResult<Bound<'py, PyArray1<ContactRow>>> {
         let (of, with) = (self.member(of)?.body, self.member(other)?.body);
         let rows: Vec<ContactRow> =
@@ -140,8 +140,8 @@ impl World {
         Ok(rows.into_pyarray(py))
     }
 
-    /// Sets the pose and the velocity of a driven body, at the host's own rate; between calls it
-    /// keeps this velocity.
+    /// Sets the pose and the velocity of a driven body. You can call this at any rate; between two
+    /// calls the body continues at this velocity.
     #[pyo3(signature = (body, pose, twist=None))]
     fn drive(&mut self, body: usize, pose: &Bound<'_, PyAny>, twist: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         let (id, pose) = (self.member(body)?.body, self::pose("pose", pose)?);
@@ -150,7 +150,7 @@ impl World {
         if is_driven { Ok(()) } else { Err(refused(format!("body {body} is not driven"))) }
     }
 
-    /// Puts an object somewhere else, at rest.
+    /// Moves an object to `pose`, at rest.
     fn put(&mut self, body: usize, pose: &Bound<'_, PyAny>) -> PyResult<()> {
         let (id, pose) = (self.member(body)?.body, self::pose("pose", pose)?);
         if self.inner_mut()?.put(id, pose) {
@@ -160,18 +160,19 @@ impl World {
         }
     }
 
-    /// Gives a free body a velocity, of its centre of mass.
+    /// Gives a free body a velocity (of its centre of mass).
     fn throw(&mut self, body: usize, twist: &Bound<'_, PyAny>) -> PyResult<()> {
         let (id, twist) = (self.member(body)?.body, self::twist("twist", Some(twist))?);
         if self.inner_mut()?.throw(id, twist) { Ok(()) } else { Err(refused(format!("body {body} is not free"))) }
     }
 
-    /// Pose of a body (7,); for a coupled tool that of the tool, not of the device.
+    /// Returns the pose of a body (7,). For a coupled tool this is the tool's pose, not the
+    /// device's.
     fn pose<'py>(&self, py: Python<'py>, body: usize) -> PyResult<Bound<'py, PyArray1<f64>>> {
         Ok(row(py, of_pose(&self.inner()?.pose(self.member(body)?.body))))
     }
 
-    /// How a body moves (6,), at its centre of mass.
+    /// Returns the velocity of a body (6,), at its centre of mass.
     fn twist<'py>(&self, py: Python<'py>, body: usize) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let Twist { linear, angular } = self.inner()?.twist(self.member(body)?.body);
         Ok(row(py, of_pair(linear, angular)))
@@ -203,7 +204,7 @@ impl World {
         self.world.as_mut().ok_or_else(lent)
     }
 
-    /// Passes the world and its tool to a loop; fails if there is not exactly one tool.
+    /// Passes the world and its tool to a loop. Fails if there is not exactly one tool.
     pub(crate) fn lend(&mut self) -> PyResult<(palpus::World, ToolId)> {
         let tools: Vec<ToolId> = self.members.iter().filter_map(|member| member.tool).collect();
         let [tool] = tools[..] else {
@@ -217,7 +218,7 @@ impl World {
         self.world = Some(world);
     }
 
-    /// The settings of the only tool.
+    /// Returns the settings of the only tool.
     pub(crate) fn tool_settings(&self) -> PyResult<palpus::Settings> {
         let world = self.inner()?;
         let tool = self.members.iter().find_map(|member| member.tool);
@@ -225,7 +226,8 @@ impl World {
         Ok(*world.tool_settings(tool))
     }
 
-    /// The driven body with this number.
+    /// Returns the driven body with this number. Fails if there is no such body or it is not
+    /// driven.
     pub(crate) fn driven(&self, number: usize) -> PyResult<BodyId> {
         let member = self.member(number)?;
         if member.is_driven { Ok(member.body) } else { Err(refused(format!("body {number} is not driven"))) }
@@ -233,13 +235,13 @@ impl World {
 
     fn member(&self, number: usize) -> PyResult<&Member> {
         let count = self.members.len();
-        let unknown = || refused(format!("there is no body {number}; the world has {count}, counted from 0"));
+        let unknown = || refused(format!("there is no body {number}; the world has {count} bodies, counted from 0"));
         self.members.get(number).ok_or_else(unknown)
     }
 }
 
 fn lent() -> PyErr {
-    refused("a loop is running this world; read it by the loop's status, or stop the loop")
+    refused("a loop is running this world; use the loop's status, or stop the loop")
 }
 
 pub(crate) fn row<const N: usize>(py: Python<'_>, numbers: [f64; N]) -> Bound<'_, PyArray1<f64>> {

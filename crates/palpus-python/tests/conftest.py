@@ -1,4 +1,4 @@
-"""Meshes and poses that several tests use, and the program to compare with."""
+"""Meshes and poses that several tests use, and the program whose results they compare."""
 
 import os
 import pathlib
@@ -27,7 +27,7 @@ def bracket() -> palpus.Body:
 
 @pytest.fixture(scope="session")
 def poses() -> npt.NDArray[np.float64]:
-    """A smooth motion of the peg through the bracket, in millimetres."""
+    """Returns a smooth motion of the peg through the bracket, in millimetres."""
     random = np.random.default_rng(SEED)
     phases, time = random.uniform(0, 2 * np.pi, (7, 3)), np.linspace(0, 6, 700)
     waves = np.array([sum(np.sin(f * time + p) for f, p in zip((1, 2, 5), phase)) for phase in phases])
@@ -38,10 +38,10 @@ def poses() -> npt.NDArray[np.float64]:
 
 @pytest.fixture
 def program(tmp_path: pathlib.Path) -> Callable[..., None]:
-    """Runs the program in a folder of the test's own."""
+    """Returns a function that runs the program in a temporary folder."""
     name = os.environ.get("PALPUS")
     if name is None:
-        pytest.skip("PALPUS does not name the program to compare with")
+        pytest.skip("set PALPUS to the path of the program to compare with")
 
     def run(*arguments: str) -> None:
         command = [str(pathlib.Path(name).resolve()), "--no-cache", *arguments]

@@ -1,4 +1,4 @@
-"""Where the meshes of the examples are."""
+"""The folder with the meshes of the examples."""
 
 import pathlib
 

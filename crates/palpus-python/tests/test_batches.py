@@ -19,14 +19,14 @@ Array = npt.NDArray[Any]
 
 
 def of_program(path: pathlib.Path, *, but: str) -> dict[str, list[str]]:
-    """The columns of a file of the program's, without the one that is a time."""
+    """Returns the columns of a file that the program wrote, without the column of times."""
     with path.open() as file:
         rows = list(csv.DictReader(file))
     return {name: [row[name] for row in rows] for name in rows[0] if name != but}
 
 
 def columns(rows: Array) -> dict[str, Array]:
-    """The columns as the program names them."""
+    """Returns the columns with the names that the program uses."""
     named = {}
     for name in rows.dtype.names or ():
         parts = {name: rows[name]} if rows[name].ndim == 1 else {
@@ -42,7 +42,7 @@ def assert_same(rows: Array, file: dict[str, list[str]], names: list[str]) -> No
         if ours[name].dtype == bool:
             theirs: list[Any] = [text == "true" for text in file[name]]
         else:
-            # A number is written with the digits that read back as the same double.
+            # The program writes a number with enough digits to read back the same double.
             theirs = [float(text) for text in file[name]]
         assert ours[name].tolist() == theirs, name
 
@@ -76,7 +76,7 @@ def test_same_bits_as_the_program(
     assert free.tolist() == [text != "" for text in file["distance"]]
 
 
-def test_workers_change_no_bit(peg: palpus.Body, bracket: palpus.Body, poses: Array) -> None:
+def test_results_do_not_depend_on_workers(peg: palpus.Body, bracket: palpus.Body, poses: Array) -> None:
     def answers(workers: int | None) -> list[bytes]:
         both = palpus.query(peg, bracket, poses, 0.5, workers=workers)
         return [rows.tobytes() for rows in (*both, palpus.depth(peg, bracket, poses[:120], workers=workers))]
@@ -88,7 +88,7 @@ def test_workers_change_no_bit(peg: palpus.Body, bracket: palpus.Body, poses: Ar
     assert palpus.distance(peg, bracket, poses, 0.5).tobytes() == nearest.tobytes()
 
 
-def test_answers_agree_with_each_other(peg: palpus.Body, bracket: palpus.Body, poses: Array) -> None:
+def test_results_are_consistent(peg: palpus.Body, bracket: palpus.Body, poses: Array) -> None:
     nearest, contacts = palpus.query(peg, bracket, poses, 0.5)
     depth = palpus.depth(peg, bracket, poses)
     assert nearest.shape == depth.shape == (len(poses),)
@@ -99,17 +99,17 @@ def test_answers_agree_with_each_other(peg: palpus.Body, bracket: palpus.Body, p
         np.testing.assert_allclose(rows["point_a"] - rows["point_b"], gap, atol=1e-9)
     assert (contacts["separation"] < 0.5).all()
     overlap = depth["upper"] > 0
-    assert 50 < overlap.sum() < len(poses) - 50, "the motion shows both"
+    assert 50 < overlap.sum() < len(poses) - 50, "some poses must overlap and some must not"
     np.testing.assert_array_equal(nearest["separation"] > 0, ~overlap)
     assert (depth["lower"] <= depth["upper"]).all()
     np.testing.assert_allclose(np.linalg.norm(depth["translation"], axis=1), depth["upper"], rtol=1e-12)
-    # Moved by it, the bodies are free.
+    # After moving a by the translation, the bodies are separate.
     freed = poses[overlap].copy()
     freed[:, :3] += depth["translation"][overlap] * (1 + 1e-6)
     assert (palpus.depth(peg, bracket, freed)["upper"] < 1e-6 * peg.size).all()
 
 
-def test_any_array_of_numbers_is_taken(peg: palpus.Body, bracket: palpus.Body, poses: Array) -> None:
+def test_any_array_of_numbers_is_accepted(peg: palpus.Body, bracket: palpus.Body, poses: Array) -> None:
     expected = palpus.distance(peg, bracket, poses[:3])
     wide = np.asfortranarray(np.hstack([poses, poses]))[:, :7]
     for given in (poses[:3].tolist(), wide[:3], poses[:3].astype(">f8")):
@@ -120,7 +120,7 @@ def test_any_array_of_numbers_is_taken(peg: palpus.Body, bracket: palpus.Body, p
     assert expected.dtype == palpus.DISTANCE
 
 
-def test_bad_poses_are_named(peg: palpus.Body, bracket: palpus.Body, poses: Array) -> None:
+def test_bad_poses_give_clear_errors(peg: palpus.Body, bracket: palpus.Body, poses: Array) -> None:
     def refuses(text: str, given: object, **named: Any) -> None:
         for function in (palpus.query, palpus.contacts, palpus.distance):
             with pytest.raises(palpus.Error, match=text):
@@ -148,7 +148,7 @@ def test_other_threads_run_meanwhile(peg: palpus.Body, bracket: palpus.Body, pos
         palpus.query(peg, bracket, many, 0.5)
         done.set()
 
-    # Without a switch by the clock, this thread runs only when the other gives way by itself.
+    # With such a long interval, this thread runs only if the other thread releases the lock.
     interval = sys.getswitchinterval()
     sys.setswitchinterval(1000.0)
     try:
@@ -169,12 +169,12 @@ def test_memory_does_not_grow(peg: palpus.Body, bracket: palpus.Body, poses: Arr
         return int(text.split("VmRSS:")[1].split()[0])
 
     if not pathlib.Path("/proc/self/status").exists():
-        pytest.skip("this system does not say how much memory a process has")
+        pytest.skip("this system does not report the memory of a process")
     block = np.tile(poses, (5, 1))
     for _ in range(5):
         palpus.query(peg, bracket, block, 0.5)
     before = resident()
     for _ in range(15):
         palpus.query(peg, bracket, block, 0.5)
-    # A block's answers are about 1 MB.
+    # The results of a block take about 1 MB.
     assert resident() - before < 4000

@@ -12,7 +12,7 @@ CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
 FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
 
 
-def test_arrays_make_the_body_of_the_file(peg: palpus.Body) -> None:
+def test_arrays_give_the_same_body_as_the_file(peg: palpus.Body) -> None:
     again = palpus.Body.from_arrays(peg.vertices, peg.triangles)
     assert again.piece_count == peg.piece_count
     assert again.volume == pytest.approx(peg.volume, rel=1e-12)
@@ -22,7 +22,7 @@ def test_mass_of_a_tetrahedron() -> None:
     body = palpus.Body.from_arrays(CORNERS * 10, FACES, unit="mm")
     assert body.volume == pytest.approx(1e-6 / 6)
     np.testing.assert_allclose(body.center_of_mass, [0.0025] * 3)
-    # The integral of x² about the centre is 1/60 − 1/96, for an edge of 1.
+    # The integral of x² about the centre is 1/60 − 1/96 for an edge of length 1.
     np.testing.assert_allclose(np.diag(body.inertia), 2 * (1 / 60 - 1 / 96) * 1e-10)
     assert body.size == pytest.approx(0.01 * 3**0.5)
     assert body.mass_source == "mesh"
@@ -32,7 +32,7 @@ def test_mass_of_a_tetrahedron() -> None:
     assert body.health()["closed"] and body.health()["genus"] == 0
 
 
-def test_open_mesh_is_told() -> None:
+def test_open_mesh_is_reported() -> None:
     health = palpus.Body.from_arrays(CORNERS, FACES[:3]).health()
     assert not health["closed"] and health["boundary_edges"] == 3
     assert "open" in " ".join(health["notices"]) or "boundary" in " ".join(health["notices"])
@@ -44,7 +44,7 @@ def test_polygons_of_four_corners() -> None:
     assert palpus.Body.from_arrays(corners, faces).volume == pytest.approx(1)
 
 
-def test_trimesh_is_taken() -> None:
+def test_trimesh_is_accepted() -> None:
     trimesh = pytest.importorskip("trimesh")
     mesh = trimesh.creation.icosphere(subdivisions=2)
     body = palpus.Body.from_mesh(mesh)
@@ -52,7 +52,7 @@ def test_trimesh_is_taken() -> None:
     np.testing.assert_allclose(body.inertia, mesh.moment_inertia, atol=1e-12)
 
 
-def test_cache_changes_nothing(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cached_body_equals_new_body(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     made, kept = (palpus.Body.load(MESHES / "bracket.obj") for _ in range(2))
     assert len(list(tmp_path.rglob("*.body"))) == 1
@@ -60,7 +60,7 @@ def test_cache_changes_nothing(tmp_path: pathlib.Path, monkeypatch: pytest.Monke
         np.testing.assert_array_equal(made.piece(k)[0], kept.piece(k)[0])
 
 
-def test_bad_input_is_named() -> None:
+def test_bad_input_gives_clear_errors() -> None:
     def refuses(text: str, *arguments: object, **named: object) -> None:
         with pytest.raises(palpus.Error, match=text):
             palpus.Body.from_arrays(*arguments, **named)  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""Other people's programs with palpus in them: the examples."""
+"""Tests the examples of host programs that use palpus."""
 
 import importlib.util
 import pathlib
@@ -18,22 +18,23 @@ def example(name: str) -> ModuleType:
     return module
 
 
-def test_robot_in_mujoco_goes_round_in_the_ring(tmp_path: pathlib.Path) -> None:
-    # Not imported here: the example says first by what MuJoCo is to draw.
+def test_mujoco_robot_slides_around_the_ring(tmp_path: pathlib.Path) -> None:
+    # Not imported here, because the example chooses MuJoCo's renderer before it imports MuJoCo.
     if importlib.util.find_spec("mujoco") is None:
         pytest.skip("MuJoCo is not installed")
     robot = example("mujoco_robot")
     felt = robot.run(tmp_path)
     time, force, place = felt["time"], felt["force"], felt["place"]
-    assert not force[time < 1.0].any(), "the peg goes down free"
+    assert not force[time < 1.0].any(), "the peg must go down without contact"
     round_, room = (time > 1.5) & (time < 3.5), robot.HOLE - robot.PEG[0]
     far = np.hypot(place[:, 0], place[:, 1])[round_]
-    # The wall gives way by the force over its stiffness, less the tolerance from which it pushes: about nothing.
+    # The wall gives way by the force over its stiffness, minus the tolerance below which it pushes.
+    # The sum is about zero.
     assert (np.abs(far - room) < 2e-4).all()
     pull = robot.Robot.STIFFNESS[0] * (robot.CIRCLE - room)
     np.testing.assert_allclose(np.linalg.norm(force[round_], axis=1), pull, rtol=0.15)
     inwards = -(force * place).sum(axis=1)[round_] / far
     assert (inwards > 0.97 * np.linalg.norm(force[round_], axis=1)).all()
-    assert np.abs(force[time > 4.3]).max() < 1e-9, "and up"
+    assert np.abs(force[time > 4.3]).max() < 1e-9, "the peg must go up without contact"
     for name in ("robot.png", "forces.png"):
         assert (tmp_path / name).stat().st_size > 10_000

@@ -1,4 +1,4 @@
-"""Labels of files of poses: by a loop, and by Ray with one, two and four actors, one of which is killed."""
+"""Labels of files of poses: with a loop, and with Ray with one, two and four actors. One test kills an actor."""
 
 import os
 import pathlib
@@ -43,8 +43,8 @@ def by_loop(out: pathlib.Path, poses: str, **named: Any) -> dict[str, bytes]:
     return files(out)
 
 
-def test_labels_are_the_answers(tmp_path: pathlib.Path, peg: palpus.Body, bracket: palpus.Body, poses: Array) -> None:
-    # Blocks of whole runs, so that one batch over all poses gives the same bits.
+def test_labels_equal_query_results(tmp_path: pathlib.Path, peg: palpus.Body, bracket: palpus.Body, poses: Array) -> None:
+    # The blocks consist of whole runs, so one batch over all poses gives the same bits.
     by_loop(tmp_path / "out", write(tmp_path / "poses.parquet", poses, 256), depth=True)
     nearest, contacts = palpus.query(peg, bracket, poses, 0.5)
     table = pq.read_table(tmp_path / "out" / "nearest")
@@ -56,10 +56,10 @@ def test_labels_are_the_answers(tmp_path: pathlib.Path, peg: palpus.Body, bracke
     assert table["kind_a"].to_pylist() == [kind.decode() for kind in contacts["kind_a"]]
     table = pq.read_table(tmp_path / "out" / "depth")
     upper = palpus.depth(peg, bracket, poses)["upper"]
-    assert np.abs(np.array(table["upper"]) - upper).max() < 0.02 * peg.size, "other runs, other bounds within the gap"
+    assert np.abs(np.array(table["upper"]) - upper).max() < 0.02 * peg.size, "bounds of other runs may differ by the gap"
 
 
-def test_wrenches_are_those_of_a_world(tmp_path: pathlib.Path, poses: Array) -> None:
+def test_wrenches_equal_those_of_a_world(tmp_path: pathlib.Path, poses: Array) -> None:
     scaled = poses * ([1e-3] * 3 + [1] * 4)
     parts = write(tmp_path / "poses.parquet", scaled, 300)
     meshes = str(MESHES / "peg.obj"), str(MESHES / "bracket.obj")
@@ -80,7 +80,7 @@ def test_wrenches_are_those_of_a_world(tmp_path: pathlib.Path, poses: Array) -> 
         Labeller(Job(*meshes, str(tmp_path / "none"), stiffness=500))
 
 
-def test_a_job_goes_on_where_it_was_stopped(tmp_path: pathlib.Path, poses: Array) -> None:
+def test_stopped_job_continues(tmp_path: pathlib.Path, poses: Array) -> None:
     parts = write(tmp_path / "poses.parquet", poses, 100)
     expected = by_loop(tmp_path / "all", parts)
     label = Labeller(job(tmp_path / "some"))
@@ -91,7 +91,7 @@ def test_a_job_goes_on_where_it_was_stopped(tmp_path: pathlib.Path, poses: Array
     assert files(tmp_path / "some") == expected
 
 
-def test_bad_input_is_named(tmp_path: pathlib.Path, poses: Array) -> None:
+def test_bad_input_gives_clear_errors(tmp_path: pathlib.Path, poses: Array) -> None:
     good = write(tmp_path / "poses.parquet", poses, 100)
     Labeller(job(tmp_path / "out"))
     with pytest.raises(palpus.Error, match="of another job"):
@@ -110,7 +110,7 @@ def test_bad_input_is_named(tmp_path: pathlib.Path, poses: Array) -> None:
 
 
 def kill_an_actor() -> None:
-    """Kills one of the actors that this process's Ray has started."""
+    """Kills one of the actors that Ray has started for this process."""
     parents, actors = {}, []
     for folder in pathlib.Path("/proc").iterdir():
         try:
@@ -127,11 +127,11 @@ def kill_an_actor() -> None:
         if ancestor == os.getpid():
             os.kill(actor, signal.SIGKILL)
             return
-    raise AssertionError("no actor is there")
+    raise AssertionError("no actor was found")
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="looks for the actors where Linux lists processes")
-def test_actors_change_no_byte(tmp_path: pathlib.Path, poses: Array) -> None:
+@pytest.mark.skipif(sys.platform != "linux", reason="finds the actors in /proc, which only Linux has")
+def test_labels_do_not_depend_on_actors(tmp_path: pathlib.Path, poses: Array) -> None:
     ray = pytest.importorskip("ray")
     from palpus.parts import parts as parts_of
     from palpus.parts import prepare as prepare_part
@@ -153,7 +153,7 @@ def test_actors_change_no_byte(tmp_path: pathlib.Path, poses: Array) -> None:
         kill_an_actor()
         list(rows)
         assert files(out) == expected
-        assert list(label(job(out), parts, actors=2)) == [], "all is done"
+        assert list(label(job(out), parts, actors=2)) == [], "all blocks are done"
 
         library = tmp_path / "library"
         library.mkdir()
@@ -173,9 +173,9 @@ def test_actors_change_no_byte(tmp_path: pathlib.Path, poses: Array) -> None:
 def test_command(tmp_path: pathlib.Path, poses: Array) -> None:
     pytest.importorskip("ray")
     command = [sys.executable, "-m", "palpus.ray", "prepare", "nothing", "--out", "table.parquet"]
-    told = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
-    assert told.returncode == 1 and "there are no meshes" in told.stderr
+    result = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    assert result.returncode == 1 and "there are no meshes" in result.stderr
     command = [sys.executable, "-m", "palpus.ray", "label", "none.parquet", str(MESHES / "peg.obj")]
     command += [str(MESHES / "bracket.obj"), "--out", "out"]
-    told = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
-    assert told.returncode == 1 and "none.parquet: cannot be read" in told.stderr
+    result = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    assert result.returncode == 1 and "none.parquet: cannot be read" in result.stderr

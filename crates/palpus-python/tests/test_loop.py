@@ -1,4 +1,4 @@
-"""The device loop: what the hand feels, what Python sees and says meanwhile, and how it ends."""
+"""The device loop: its forces, its status and commands while it runs, and how it ends."""
 
 import time
 
@@ -16,9 +16,9 @@ def touch() -> palpus.World:
     return world
 
 
-def test_a_led_hand_feels_the_plate() -> None:
+def test_led_tool_presses_on_the_plate() -> None:
     world = touch()
-    # Not in real time, since a busy machine would be late.
+    # Not in real time, because a busy machine would be late.
     with palpus.Loop(world, at(0, 0, 0.065), real_time=False) as loop:
         assert loop.is_running
         loop.lead(at(0, 0, 0.05))
@@ -27,17 +27,17 @@ def test_a_led_hand_feels_the_plate() -> None:
             time.sleep(0.01)
         status = loop.status()
         assert status["wrench"][2] > 0.5 and status["contacts"] >= 1 and status["phase"] == "engaged"
-        assert 0.055 < status["tool"][2] < 0.0605, "the tool stays on the plate"
+        assert 0.055 < status["tool"][2] < 0.0605, "the tool must stay on the plate"
         assert status["running"] and status["tick"] > 0
         with pytest.raises(palpus.Error, match="a loop is running this world"):
             world.step(at(0, 0, 1))
-        with pytest.raises(palpus.Error, match="running already"):
+        with pytest.raises(palpus.Error, match="already running"):
             loop.start()
     assert not loop.is_running and not loop.status()["running"]
     summary = loop.summary()
     assert summary["end"] == "it was stopped" and summary["faults"] == 0 and summary["allocations"] == 0
     assert summary["force_max"] > 0.5
-    assert world.step(at(0, 0, 0.07)).shape == (1, 6), "the world is back"
+    assert world.step(at(0, 0, 0.07)).shape == (1, 6), "the world must be usable again"
 
 
 def test_simulated_time_gives_the_same_bits() -> None:
@@ -51,7 +51,7 @@ def test_simulated_time_gives_the_same_bits() -> None:
     assert run() == run()
 
 
-def test_settings_and_driven_bodies_change_while_it_runs() -> None:
+def test_running_loop_takes_settings_and_drives() -> None:
     world = palpus.World(COUPLED)
     plate = world.add_driven(block(0.1, 0.1, 0.02), at(0, 0, 0))
     fixed = world.add_fixed(block(0.1, 0.1, 0.02), at(1, 0, 0))
@@ -70,7 +70,7 @@ def test_settings_and_driven_bodies_change_while_it_runs() -> None:
     np.testing.assert_allclose(world.pose(plate), at(0, 0, 0.001), atol=1e-6)
 
 
-def test_bad_input_is_named() -> None:
+def test_bad_input_gives_clear_errors() -> None:
     world = touch()
     with pytest.raises(palpus.Error, match='no device "phantom"'):
         palpus.Loop(world, at(0, 0, 1), device="phantom").start()

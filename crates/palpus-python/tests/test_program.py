@@ -1,4 +1,4 @@
-"""The program that the package has."""
+"""The command-line program in the package."""
 
 import pathlib
 import subprocess
@@ -18,8 +18,8 @@ def test_program_runs(command: list[str], tmp_path: pathlib.Path) -> None:
     def run(*arguments: str) -> subprocess.CompletedProcess[str]:
         return subprocess.run([*command, *arguments], cwd=tmp_path, capture_output=True, text=True)
 
-    told = run("--version")
-    assert (told.returncode, told.stdout) == (0, f"palpus {palpus.__version__}\n")
+    result = run("--version")
+    assert (result.returncode, result.stdout) == (0, f"palpus {palpus.__version__}\n")
     wrong = run("query", "--no-such")
     assert wrong.returncode == 2 and "--no-such" in wrong.stderr
     missing = run("prepare", "none.obj")
@@ -31,10 +31,10 @@ def test_program_runs(command: list[str], tmp_path: pathlib.Path) -> None:
     assert len((tmp_path / "out.csv").read_text().splitlines()) == 2
 
 
-def test_errors_have_the_text_of_the_program(tmp_path: pathlib.Path) -> None:
+def test_error_texts_equal_those_of_the_program(tmp_path: pathlib.Path) -> None:
     broken = tmp_path / "broken.obj"
     broken.write_text("v 0 0 0\nv 1 0 0\nv 0 1 x\nf 1 2 3\n")
     with pytest.raises(palpus.Error) as raised:
         palpus.Body.load(broken)
-    told = subprocess.run([sys.executable, "-m", "palpus", "prepare", str(broken)], capture_output=True, text=True)
-    assert str(raised.value) in told.stderr
+    result = subprocess.run([sys.executable, "-m", "palpus", "prepare", str(broken)], capture_output=True, text=True)
+    assert str(raised.value) in result.stderr

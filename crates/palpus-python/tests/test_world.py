@@ -1,4 +1,4 @@
-"""Worlds: what tools feel, and how objects move."""
+"""Worlds: the wrenches of tools, and the motion of objects."""
 
 import itertools
 from typing import Any
@@ -23,28 +23,28 @@ def block(x: float, y: float, z: float) -> palpus.Body:
 
 
 def pressed(steps: int) -> npt.NDArray[np.float64]:
-    """The wrenches while a tool goes down, 2 mm into a plate at last."""
+    """Returns the wrenches while a tool moves down, at the end 2 mm into a plate."""
     world = palpus.World(COUPLED)
     world.add_fixed(block(0.1, 0.1, 0.1), at(0, 0, 0))
     world.add_tool(block(0.02, 0.02, 0.02), COUPLED)
     return np.concatenate([world.step(at(0, 0, max(0.07 - 1e-4 * k, 0.058))) for k in range(steps)])
 
 
-def test_a_tool_feels_the_plate() -> None:
+def test_plate_pushes_the_tool() -> None:
     wrenches = pressed(500)
     assert wrenches.shape == (500, 6)
-    assert np.abs(wrenches[:90]).max() < 1e-12, "nothing is felt before it touches"
+    assert np.abs(wrenches[:90]).max() < 1e-12, "there must be no force before contact"
     assert wrenches[-1, 2] > 1 and np.abs(np.delete(wrenches[-1], 2)).max() < 1e-6
     assert wrenches.tobytes() == pressed(500).tobytes()
 
 
-def test_direct_rendering_is_the_penalty_force() -> None:
+def test_direct_rendering_gives_the_penalty_force() -> None:
     direct = palpus.Settings.direct(tolerance=1e-3, stiffness=500, damping=0)
     world = palpus.World(direct)
     plate = world.add_fixed(block(0.1, 0.1, 0.02), at(0, 0, -0.01))
     tool = world.add_tool(block(0.02, 0.02, 0.02), direct)
     wrench = world.step(at(0, 0, 0.0104))
-    # 0.6 mm of the tolerance are left.
+    # The tool is 0.6 mm inside the tolerance.
     np.testing.assert_allclose(wrench, [[0, 0, 500 * 0.6e-3, 0, 0, 0]], atol=1e-9)
     np.testing.assert_array_equal(world.wrench(tool), wrench[0])
     contacts = world.contacts(tool, plate)
@@ -53,7 +53,7 @@ def test_direct_rendering_is_the_penalty_force() -> None:
     assert np.allclose(world.contacts(plate, tool)["normal"][:, 2], -1)
 
 
-def test_objects_fall_ride_and_rest() -> None:
+def test_objects_fall_rest_and_move_with_a_belt() -> None:
     settings = palpus.Settings.coupled(force=8.5, torque=0.19, tolerance=4e-4, friction=(0.4, 0.3))
     world = palpus.World(settings, gravity=(0, 0, -9.81))
     world.add_fixed(block(0.6, 0.3, 0.02), at(0, 0, -0.01))
@@ -85,7 +85,7 @@ def test_two_tools_push_each_other() -> None:
     np.testing.assert_allclose(left + right, 0, atol=1e-6)
 
 
-def test_bad_input_is_named() -> None:
+def test_bad_input_gives_clear_errors() -> None:
     world = palpus.World(COUPLED)
     body = block(0.02, 0.02, 0.02)
     fixed = world.add_fixed(body, at(0, 0, 0))
@@ -100,7 +100,7 @@ def test_bad_input_is_named() -> None:
     refuses("twists has 2 rows", world.step, at(0, 0, 0), twists=np.zeros((2, 6)))
     refuses("dt is 0", world.step, at(0, 0, 0), 0.0)
     refuses("tx is NaN", world.step, at(np.nan, 0, 0))
-    refuses("only tools feel", world.wrench, fixed)
+    refuses("only tools have", world.wrench, fixed)
     refuses("no body 3; the world has 3", world.pose, 3)
     refuses("body 2 is not driven", world.drive, free, at(0, 0, 0))
     refuses("body 0 is not free", world.throw, fixed, [0] * 6)

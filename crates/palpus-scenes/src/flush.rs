@@ -1,7 +1,8 @@
-//! Parts with flush faces in play, twisted against each other: a family of scenes with parameters.
+//! Scenes of two parts that fit into each other with flush faces, and are twisted against each
+//! other. The scenes have parameters.
 //!
-//! Every case has the same times: the part moves to where it is held, rests there from
-//! [`REST_START`] to [`REST_END`] turned by more than its play allows, and goes back.
+//! Every case has the same times. The part moves to its held position. It rests there from
+//! [`REST_START`] to [`REST_END`], turned by more than its play allows, and then goes back.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -13,12 +14,12 @@ use crate::scene::{ContactSettings, Scene};
 use crate::shape::{self, ChannelSection, KEY_SIDE, KEY_TIP, PEG_TIP, SQUARE_PEG};
 use crate::{HandPath, Key};
 
-/// s: from here on the hand holds still, the part turned.
+/// Time from which the hand holds still with the part turned, s.
 pub const REST_START: f64 = 1.8;
-/// s: until here.
+/// Time until which the hand holds still, s.
 pub const REST_END: f64 = 3.8;
 
-/// Which two parts fit into each other.
+/// The two parts that fit into each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fit {
     /// A plate of 2 mm in a slot, twisted about the slot's depth.
@@ -32,7 +33,7 @@ pub enum Fit {
 }
 
 impl Fit {
-    /// All of them.
+    /// All fits.
     pub const ALL: [Self; 4] = [Self::Slot, Self::Drawer, Self::Key, Self::Peg];
 
     /// The name of the built-in scene.
@@ -45,7 +46,7 @@ impl Fit {
         }
     }
 
-    /// One line for a list.
+    /// Returns one line for a list.
     pub const fn summary(self) -> &'static str {
         match self {
             Self::Slot => "a 2 mm plate is twisted in a slot of 2.2 mm: two flush faces on each side",
@@ -55,7 +56,7 @@ impl Fit {
         }
     }
 
-    /// The case of the built-in scene.
+    /// Returns the case of the built-in scene.
     pub fn usual(self) -> FlushCase {
         let (play, twist_degrees, tolerance) = match self {
             Self::Slot => (0.1e-3, 15.0, 0.5e-3),
@@ -66,8 +67,9 @@ impl Fit {
         FlushCase { fit: self, play, twist: f64::to_radians(twist_degrees), tolerance }
     }
 
-    /// A weight of `newtons` that presses the part sideways against a wall, as a wrench about the
-    /// grip. It acts in the middle of the faces that touch, so that the part does not tip over.
+    /// Returns a force of `newtons` that presses the part sideways against a wall, as a wrench
+    /// about the grip. It acts in the middle of the faces that touch, so the part does not tip
+    /// over.
     pub fn weight(self, newtons: f64) -> Wrench {
         let (direction, place) = match self {
             Self::Slot => (DVec3::Y, DVec3::Z * -0.010),
@@ -80,29 +82,29 @@ impl Fit {
     }
 }
 
-/// Unit: into the corner of a rectangular hole.
+/// Unit vector into the corner of a rectangular hole.
 const DIAGONAL: DVec3 = DVec3::new(FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0);
 
-/// One fit with its parameters.
+/// A fit with its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlushCase {
     /// The two parts.
     pub fit: Fit,
     /// Gap on each side, m.
     pub play: f64,
-    /// How far the hand turns the part, rad.
+    /// Angle by which the hand turns the part, rad.
     pub twist: f64,
     /// Contact tolerance, m.
     pub tolerance: f64,
 }
 
-/// Sides of the plate and of the drawer, m.
+/// Side lengths of the plate and of the drawer, m.
 const PLATE: DVec3 = DVec3::new(0.050, 0.002, 0.040);
 const DRAWER: DVec3 = DVec3::new(0.060, 0.040, 0.020);
-/// Length of the slot, and of the drawer's frame, m.
+/// Length of the slot and of the drawer's frame, m.
 const SLOT_LENGTH: f64 = 0.080;
 const FRAME_LENGTH: f64 = 0.050;
-/// Walls of the drawer's frame and of the blocks with holes, m.
+/// Thickness of the walls of the drawer's frame and of the blocks with holes, m.
 const WALL: f64 = 0.010;
 const KEY_BLOCK_HEIGHT: f64 = 0.012;
 const PEG_BLOCK_HEIGHT: f64 = 0.025;
@@ -159,7 +161,7 @@ impl FlushCase {
         ChannelSection { half_gap: PLATE.y / 2.0 + self.play, half_width: 0.015, floor: -0.022, bottom: -0.030 }
     }
 
-    /// Sides of the hole, m; of the drawer's frame across x.
+    /// Returns the side lengths of the hole, m. For the drawer's frame they are across x.
     fn hole(&self) -> DVec2 {
         let part = match self.fit {
             Fit::Slot => DVec2::ZERO,
@@ -174,14 +176,15 @@ impl FlushCase {
         if self.fit == Fit::Key { KEY_BLOCK_HEIGHT } else { PEG_BLOCK_HEIGHT }
     }
 
-    /// Pose in which the part is free in its play, before it is turned.
+    /// Returns the pose in which the part is free within its play, before it is turned.
     pub fn free(&self) -> Pose {
         self.keys()[1].pose
     }
 
     fn keys(&self) -> Vec<Key> {
         let at = |place: DVec3, axis: DVec3, turn: f64| Pose::new(DQuat::from_axis_angle(axis, turn), place);
-        // Free in the play, turned, and a little aside while turned, as a hand would lean.
+        // The poses: free in the play, then turned and shifted a little sideways, as a person would
+        // lean.
         let (free, held, axis) = match self.fit {
             Fit::Slot => (DVec3::new(0.0, 0.0, -0.0005), DVec3::new(0.002, 0.0, -0.0005), DVec3::Z),
             Fit::Drawer => (DVec3::new(-0.015, 0.0, 0.0), DVec3::new(-0.025, 0.001, 0.0005), DVec3::Y),

@@ -1,15 +1,15 @@
-//! The paper's scenes and scripted hands as code, for display, tests and benches alike.
+//! The paper's scenes and scripted hand motions as code, for display, tests and benchmarks.
 //!
 //! * [`shape`] — meshes as code, in metres: closed, outward, manifold, free of self-intersection,
-//!   the same on every call.
-//! * [`HandPath`] — scripted hands: pure functions from time to the pose that a hand intends;
-//!   [`Wander`] — one that never ends; [`tour`] — a path over a body of which nothing is known.
-//! * [`flush`] — parts with flush faces in play, with parameters; [`overlap`] — how far two solids
-//!   truly overlap.
-//! * [`sweep`] — how deep a body can be felt, and how truly.
-//! * [`truth`] — what contacts there truly are, where that can be said in closed form.
-//! * [`scenes`], [`trials`], [`scene`] — a probe, an environment, how they touch and how the hand
-//!   moves, by name.
+//!   and the same on every call.
+//! * [`HandPath`] — scripted hand motions: pure functions from time to the pose that the operator
+//!   intends. [`Wander`] — an endless motion. [`tour`] — a path over two arbitrary bodies.
+//! * [`flush`] — parts that fit into each other with flush faces. [`overlap`] — how deep two solids
+//!   really overlap.
+//! * [`sweep`] — how deep contact with a body can be felt, and how accurately.
+//! * [`truth`] — the true contacts of scenes for which they are known in closed form.
+//! * [`scenes`], [`trials`], [`scene`] — the built-in scenes by name: a probe, an environment, the
+//!   contact settings and the motion of the hand.
 
 mod catalogue;
 pub mod flush;

@@ -1,22 +1,26 @@
-//! How far two solids truly overlap: by samples of both surfaces, without the engine's contacts.
+//! How deep two solids really overlap, measured with samples of both surfaces and without the
+//! engine's contacts.
 //!
-//! 1. Each surface is sampled: its vertices, points along its edges, and its triangles' centroids.
-//! 2. A sample of one solid counts if it lies inside the other one, which the triangles' winding
-//!    number says, and then by its distance to the other surface.
-//! 3. Along edges that enter the other solid the deepest point is refined between the samples.
+//! 1. Sample each surface: its vertices, points along its edges, and the centroids of its
+//!    triangles.
+//! 2. A sample of one solid counts if it lies inside the other solid, according to the winding
+//!    number. It counts with its distance to the other surface.
+//! 3. Along edges that enter the other solid, refine the deepest point between the samples.
 //!
-//! This is a lower bound of the overlap: it misses a crossing of two edges that enters by less than
-//! the spacing of the samples.
+//! The result is a lower bound of the overlap. It misses a crossing of two edges that is shallower
+//! than the spacing of the samples.
 
 use glam::DVec3;
 use palpus::algebra::Pose;
 use palpus::body::{Mesh, MeshError, PolygonSoup, TriangleTree};
 
-/// Samples along the edges of one mesh: at most this many, so that a judgement of a fine mesh ends.
+/// Maximum number of samples along the edges of one mesh. It bounds the time for fine meshes.
 const MOST_SAMPLES: f64 = 40_000.0;
-/// Largest distance between samples along an edge, m, unless that takes more than [`MOST_SAMPLES`].
+/// Largest distance between samples along an edge, m. It is larger if the mesh would need more than
+/// [`MOST_SAMPLES`].
 const SPACING: f64 = 0.25e-3;
-/// Steps of the search for the deepest point of an edge; each leaves 0.62 of the interval.
+/// Number of steps of the search for the deepest point of an edge. Each step leaves 0.62 of the
+/// interval.
 const REFINEMENTS: usize = 20;
 
 /// A closed surface with its samples.
@@ -24,7 +28,7 @@ const REFINEMENTS: usize = 20;
 pub struct SampledSolid {
     tree: TriangleTree,
     points: Vec<DVec3>,
-    /// Ends of each edge, and into how many parts it is cut.
+    /// The two ends of each edge, and the number of parts into which it is divided.
     edges: Vec<(DVec3, DVec3, usize)>,
 }
 
@@ -32,7 +36,7 @@ impl SampledSolid {
     /// Samples the surface.
     ///
     /// # Errors
-    /// Fails if the soup is not a mesh.
+    /// Fails if the soup is not a valid mesh.
     pub fn new(soup: &PolygonSoup) -> Result<Self, MeshError> {
         let (mesh, _) = Mesh::from_soup(soup)?;
         let at = |v: u32| mesh.vertices()[v as usize];
@@ -51,12 +55,12 @@ impl SampledSolid {
         Ok(Self { tree: mesh.tree(), points, edges })
     }
 
-    /// Vertices and triangle centroids.
+    /// Returns the vertices and the triangle centroids.
     pub fn points(&self) -> &[DVec3] {
         &self.points
     }
 
-    /// Signed distance of `p` to the surface: negative inside; at most `far`.
+    /// Returns the signed distance of `p` to the surface, m: negative inside, at most `far`.
     pub fn signed_distance(&self, p: DVec3, far: f64) -> f64 {
         let inside = self.tree.bounds().holds(p) && self.tree.inside(p);
         if inside {
@@ -65,7 +69,7 @@ impl SampledSolid {
         self.tree.nearest_within(p, far).map_or(far, |near| near.distance)
     }
 
-    /// How deep `p` lies in the solid, m; 0 outside.
+    /// Returns how deep `p` lies in the solid, m. 0 if outside.
     fn depth(&self, p: DVec3) -> f64 {
         if !(self.tree.bounds().holds(p) && self.tree.inside(p)) {
             return 0.0;
@@ -73,8 +77,8 @@ impl SampledSolid {
         self.tree.nearest(p).map_or(0.0, |near| near.distance)
     }
 
-    /// The deepest that the samples of `other`, placed by `pose` in this one's frame, lie in this
-    /// solid.
+    /// Returns how deep the deepest sample of `other` lies in this solid, m. `pose` places `other`
+    /// in this solid's frame.
     fn deepest_of(&self, other: &Self, pose: &Pose) -> f64 {
         let mut deepest = other.points.iter().map(|&p| self.depth(pose.point(p))).fold(0.0, f64::max);
         let bounds = self.tree.bounds();
@@ -100,7 +104,7 @@ impl SampledSolid {
     }
 }
 
-/// The greatest value of `at` within one sample of `place`, by golden section.
+/// Returns the largest value of `at` within one sample of `place`, by golden-section search.
 fn refined(at: &impl Fn(f64) -> f64, place: f64, end: f64) -> f64 {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     let (mut low, mut high) = ((place - 1.0).max(0.0), (place + 1.0).min(end));
@@ -115,8 +119,8 @@ fn refined(at: &impl Fn(f64) -> f64, place: f64, end: f64) -> f64 {
     at(0.5 * (low + high))
 }
 
-/// How deep the solid `a`, placed by `pose_ba` in b's frame, and the solid `b` overlap, m; 0 if
-/// apart.
+/// Returns how deep the solids `a` and `b` overlap, m. 0 if they are apart. `pose_ba` places `a` in
+/// b's frame.
 pub fn overlap(a: &SampledSolid, b: &SampledSolid, pose_ba: &Pose) -> f64 {
     b.deepest_of(a, pose_ba).max(a.deepest_of(b, &pose_ba.inverse()))
 }
@@ -129,14 +133,14 @@ mod tests {
     use crate::shape::cuboid;
 
     fn solid(size: DVec3) -> SampledSolid {
-        SampledSolid::new(&cuboid(size)).expect("a box is a mesh")
+        SampledSolid::new(&cuboid(size)).expect("a box is a valid mesh")
     }
 
     #[test]
     fn overlap_of_boxes_is_exact() {
         let (small, large) = (solid(DVec3::new(0.02, 0.01, 0.006)), solid(DVec3::splat(0.04)));
         for depth in [1e-6, 20e-6, 1e-3] {
-            // A face, a tilted edge and a corner below the top face.
+            // The cases are a face, a tilted edge and a corner below the top face.
             for rotation in
                 [DQuat::IDENTITY, DQuat::from_rotation_y(0.3), DQuat::from_euler(glam::EulerRot::XYZ, 0.4, 0.3, 0.2)]
             {
@@ -144,7 +148,7 @@ mod tests {
                 let lowest = small.points().iter().map(|&p| turned.point(p).z).fold(1.0, f64::min);
                 let pose = Pose::new(rotation, DVec3::Z * (0.02 - lowest - depth));
                 let found = overlap(&small, &large, &pose);
-                assert!((found - depth).abs() < 1e-12, "{found} for {depth}");
+                assert!((found - depth).abs() < 1e-12, "{found} instead of {depth}");
                 let apart = Pose::new(rotation, DVec3::Z * (0.02 - lowest + depth));
                 assert_eq!(overlap(&small, &large, &apart), 0.0);
             }
@@ -153,7 +157,7 @@ mod tests {
 
     #[test]
     fn crossing_edges_are_found() {
-        // Two rods cross over their edges, 0.1 mm deep along the line between the edges.
+        // Two rods cross at their edges, 0.1 mm deep along the line between the edges.
         let rod = solid(DVec3::new(0.05, 0.01, 0.01));
         let half = 0.005 * std::f64::consts::SQRT_2;
         let below = Pose::new(DQuat::from_rotation_x(std::f64::consts::FRAC_PI_4), DVec3::ZERO);
@@ -162,7 +166,7 @@ mod tests {
             DVec3::Z * (2.0 * half - 1e-4),
         );
         let found = overlap(&rod, &rod, &(below.inverse() * above));
-        // The edge's deepest point is as far from the nearest of two faces at 45°.
+        // The deepest point of the edge has this distance from the nearer of two faces at 45°.
         assert!((found - 1e-4 / std::f64::consts::SQRT_2).abs() < 1e-7, "{found}");
     }
 }

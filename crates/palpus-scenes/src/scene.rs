@@ -8,47 +8,48 @@ use palpus::body::PolygonSoup;
 
 use crate::HandPath;
 
-/// A probe, an environment, how they touch, and a hand that moves the one against the other.
+/// A probe, an environment, the contact settings, and a hand that moves the probe against the
+/// environment.
 ///
-/// The environment's frame is the world; everything is in SI units.
+/// The environment's frame is the world. All values are in SI units.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// The name it is asked for by.
+    /// Name of the scene, by which it is selected.
     pub name: &'static str,
     /// One line for a list.
     pub summary: &'static str,
-    /// Body a, held at its origin, m.
+    /// Body a, m. It is held at its origin.
     pub probe: PolygonSoup,
     /// Body b, m.
     pub environment: PolygonSoup,
-    /// How the two touch.
+    /// Contact settings between the probe and the environment.
     pub contact: ContactSettings,
-    /// The probe's pose when the scene starts: free of contact, except that a chain link starts
+    /// Pose of the probe when the scene starts. It is free of contact; only a chain link starts
     /// inside its neighbour.
     pub start: Pose,
-    /// The scripted hand; `path.pose(0.0)` is `start`.
+    /// Motion of the scripted hand. `path.pose(0.0)` equals `start`.
     pub path: HandPath,
-    /// A second tool, if there is one.
+    /// A second tool, if the scene has one.
     pub second: Option<SecondTool>,
-    /// Objects beside the environment.
+    /// Objects in addition to the environment.
     pub objects: Vec<Object>,
-    /// m/s².
+    /// Gravity, m/s².
     pub gravity: DVec3,
 }
 
 impl Scene {
-    /// True if probe and environment are all that there is.
+    /// True if the scene has no bodies except the probe and the environment.
     pub fn is_of_two_bodies(&self) -> bool {
         self.second.is_none() && self.objects.is_empty()
     }
 }
 
-/// A body that no hand holds.
+/// A body that is not held by a hand.
 #[derive(Clone, Debug)]
 pub struct Object {
-    /// Its shape, m; equal objects of one scene share it.
+    /// Shape of the object, m. Equal objects of one scene share it.
     pub shape: Arc<PolygonSoup>,
-    /// Its pose when the scene starts.
+    /// Pose of the object when the scene starts.
     pub start: Pose,
     /// How it moves.
     pub motion: Motion,
@@ -57,47 +58,48 @@ pub struct Object {
 /// How an object moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Motion {
-    /// Not at all.
+    /// The object does not move.
     Fixed,
-    /// With this velocity of its frame's origin, m/s and rad/s, whatever touches it.
+    /// The object moves with this velocity of its frame's origin (m/s and rad/s) and ignores
+    /// contact.
     Driven(Twist),
-    /// By gravity, contact and friction; kg/m³.
+    /// The object moves under gravity, contact and friction. The value is its density, kg/m³.
     Free(f64),
 }
 
-/// A second probe, in a hand of its own.
+/// A second probe, which another hand holds.
 #[derive(Clone, Debug)]
 pub struct SecondTool {
-    /// Held at its origin, m.
+    /// Shape of the probe, m. It is held at its origin.
     pub probe: PolygonSoup,
-    /// Its pose when the scene starts, free of contact.
+    /// Pose of the probe when the scene starts, free of contact.
     pub start: Pose,
-    /// Its scripted hand; `path.pose(0.0)` is `start`.
+    /// Motion of its scripted hand. `path.pose(0.0)` equals `start`.
     pub path: HandPath,
 }
 
-/// How two bodies touch.
+/// Contact settings of two bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactSettings {
-    /// t of \[K02\]: a contact exists when the separation is below this, m.
+    /// Contact tolerance, t of \[K02\], m: a contact exists if the separation is below it.
     pub tolerance: f64,
-    /// δ of \[K02\], m.
+    /// Cluster radius, δ of \[K02\], m.
     pub cluster_radius: f64,
-    /// k of \[K02\], N/m.
+    /// Contact stiffness, k of \[K02\], N/m.
     pub stiffness: f64,
-    /// None: frictionless.
+    /// `None` means frictionless.
     pub friction: Option<Friction>,
-    /// Force directions follow interpolated normals.
+    /// If true, force directions follow interpolated normals.
     pub shading: bool,
-    /// Edges whose faces turn by more than this stay sharp under shading, rad.
+    /// With shading, edges whose faces differ by more than this angle stay sharp, rad.
     pub crease: f64,
 }
 
 /// Coefficients of dry friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Friction {
-    /// Before sliding begins.
+    /// Coefficient before sliding begins.
     pub static_coefficient: f64,
-    /// While sliding.
+    /// Coefficient while sliding.
     pub dynamic_coefficient: f64,
 }

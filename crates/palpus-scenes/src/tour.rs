@@ -1,13 +1,14 @@
-//! A path for two arbitrary bodies along which one touches the other at many places; only a start
-//! pose is needed.
+//! A path for two arbitrary bodies on which one touches the other at many places. It needs only a
+//! start pose.
 //!
-//! 1. From the start towards the nearest point of the other body until they touch (conservative
-//!    advancement: the nearest distance can always be travelled).
-//! 2. Off along the normal there, sideways and turned by a little, drawn from a seed; and in again
-//!    to the next place of touch. Moves on which the bodies would collide are rejected.
-//! 3. At every place the probe is pressed in by a few tolerances, rubbed sideways and lifted.
+//! 1. Move from the start toward the nearest point of the other body until they touch (conservative
+//!    advancement: a motion by the nearest distance never passes through the surface).
+//! 2. Lift off along the normal, move sideways and rotate a little, by random amounts from a seed.
+//!    Then move in again to the next place of contact. Reject moves on which the bodies would
+//!    collide.
+//! 3. At every place, press the probe in by a few tolerances, slide it sideways and lift it.
 //!
-//! So the path is a random walk over the surface, inside a hollow as well as outside.
+//! The path is a random walk over the surface. It works inside a hollow as well as outside.
 
 use std::sync::Arc;
 
@@ -18,33 +19,34 @@ use palpus::detect::{ContactQuery, QuerySettings};
 
 use crate::path::{HandPath, Key};
 
-/// Places of touch; a path of several minutes.
+/// Number of places of contact. They give a path of several minutes.
 const PLACES: usize = 40;
-/// Tries for the next place, before the walk ends.
+/// Number of attempts to find the next place before the walk ends.
 const TRIES: usize = 30;
-/// Height to which the probe is lifted off, in tolerances.
+/// Height to which the probe is lifted, in tolerances.
 const LIFT: f64 = 6.0;
-/// Smallest and largest sideways motion, in lifts.
+/// Smallest and largest sideways motion, as multiples of the lift height.
 const SIDEWAYS: [f64; 2] = [1.0, 6.0];
-/// rad: how far it turns on the way.
+/// Rotation on the way to the next place, rad.
 const TURN: f64 = 0.4;
 /// Smallest and largest intended depth, in tolerances.
 const PRESS: [f64; 2] = [1.0, 4.0];
 /// Length of the sliding motion, in tolerances.
 const RUB: f64 = 4.0;
-/// m/s.
+/// Speed of the hand, m/s.
 const SPEED: f64 = 0.04;
-/// s between two keys, at least.
+/// Shortest time between two keys, s.
 const SHORTEST: f64 = 0.25;
-/// Steps of an advance; it converges linearly, and a grazing one may be cut short.
+/// Maximum number of steps of an advance. It converges linearly, so a grazing advance may be cut
+/// short.
 const MOST_ADVANCES: usize = 200;
-/// Gap that counts as touching, in tolerances.
+/// Gap that counts as contact, in tolerances.
 const TOUCHING: f64 = 0.1;
-/// Poses of a way that are looked at.
+/// Number of intervals at whose ends a motion is tested for collision.
 const LOOKS: usize = 6;
 
-/// A path of `a` in b's frame over places where the two touch, beginning at `start`; the same for
-/// the same seed. `None` when `a` does not find `b` from there.
+/// Returns a path of `a` in b's frame over places where the two touch, starting at `start`. The
+/// same seed gives the same path. `None` if `a` does not reach `b` from `start`.
 pub fn tour(a: &Arc<Body>, b: &Arc<Body>, start: Pose, tolerance: f64, seed: u64) -> Option<HandPath> {
     let settings = QuerySettings { tolerance: 0.0, capacity: 1 << 14, ..QuerySettings::default() };
     let query = ContactQuery::new(a.clone(), b.clone(), settings);
@@ -65,11 +67,11 @@ pub fn tour(a: &Arc<Body>, b: &Arc<Body>, start: Pose, tolerance: f64, seed: u64
     Some(HandPath::through(&keys))
 }
 
-/// Poses in which the bodies touch.
+/// Poses at a place of contact.
 struct Place {
     touch: Pose,
     lifted: Pose,
-    /// From b into a.
+    /// Normal from b into a.
     normal: DVec3,
 }
 
@@ -80,13 +82,14 @@ struct Walk {
 }
 
 impl Walk {
-    /// The nearest distance at a pose, and the normal there.
+    /// Returns the nearest distance at a pose, and the normal there.
     fn nearest(&mut self, pose: &Pose) -> Option<(f64, DVec3)> {
         let nearest = self.query.nearest(pose)?;
         Some((nearest.separation, nearest.normal))
     }
 
-    /// Returns the pose in which the probe touches, coming from `from` along `way`, a unit vector.
+    /// Returns the place at which the probe touches when it moves from `from` along `way` (unit
+    /// vector).
     fn advance(&mut self, from: Pose, way: DVec3, most: f64) -> Option<Place> {
         let mut travel = 0.0;
         for _ in 0..MOST_ADVANCES {
@@ -104,7 +107,7 @@ impl Walk {
         None
     }
 
-    /// Another place, near this one.
+    /// Returns another place near this one.
     fn next(&mut self, place: &Place) -> Option<Place> {
         let lift = LIFT * self.tolerance;
         let aside = place.normal.cross(self.vector()).normalize_or(place.normal.any_orthonormal_vector());
@@ -121,7 +124,7 @@ impl Walk {
         (self.is_free(&over, &next.lifted) && self.is_free(&place.lifted, &next.lifted)).then_some(next)
     }
 
-    /// True when the bodies are apart on the way from one pose to another.
+    /// True if the bodies are apart on the motion from one pose to another.
     fn is_free(&mut self, from: &Pose, to: &Pose) -> bool {
         (0..=LOOKS).all(|k| {
             let part = k as f64 / LOOKS as f64;
@@ -131,7 +134,7 @@ impl Walk {
         })
     }
 
-    /// To the place, in, sideways and off again.
+    /// Adds the motion to the place, in, sideways and off again.
     fn press(&mut self, keys: &mut Vec<Key>, place: &Place) {
         let deep = self.tolerance * self.random.between(PRESS[0], PRESS[1]);
         let aside = place.normal.cross(self.vector()).normalize_or(place.normal.any_orthonormal_vector());
@@ -144,7 +147,7 @@ impl Walk {
         }
     }
 
-    /// In the cube \[−1, 1)³.
+    /// Returns a random vector in the cube \[−1, 1)³.
     fn vector(&mut self) -> DVec3 {
         let mut number = || self.random.signed();
         DVec3::new(number(), number(), number())
@@ -161,17 +164,17 @@ mod tests {
     const SEED: u64 = 0x70c4;
 
     fn body(soup: PolygonSoup) -> Arc<Body> {
-        Arc::new(Body::from_soup(&soup, &BodySettings::default(), &mut |_| ()).expect("a sound shape"))
+        Arc::new(Body::from_soup(&soup, &BodySettings::default(), &mut |_| ()).expect("a valid shape"))
     }
 
     #[test]
-    fn a_tour_touches_at_many_places_and_leaves_them() {
+    fn tour_touches_at_many_places() {
         let body =
-            |soup| Arc::new(Body::from_soup(&soup, &BodySettings::default(), &mut |_| ()).expect("a sound shape"));
+            |soup| Arc::new(Body::from_soup(&soup, &BodySettings::default(), &mut |_| ()).expect("a valid shape"));
         let (a, b) = (body(sphere(0.01, 1)), body(torus()));
         let tolerance = 1e-3;
         let start = Pose { translation: DVec3::new(0.04, 0.0, 0.05), ..Pose::IDENTITY };
-        let path = tour(&a, &b, start, tolerance, SEED).expect("the sphere finds the torus");
+        let path = tour(&a, &b, start, tolerance, SEED).expect("the sphere reaches the torus");
         assert_eq!(path.pose(0.0), start);
         assert!(path.duration() > 30.0, "{} s, seed {SEED}", path.duration());
         let settings = QuerySettings { tolerance: 0.0, ..QuerySettings::default() };
@@ -184,12 +187,12 @@ mod tests {
             inside = gap < 0.0 || inside && gap < tolerance;
         }
         assert!(touches > 20, "{touches} touches, seed {SEED}");
-        let again = tour(&a, &b, start, tolerance, SEED).expect("again");
+        let again = tour(&a, &b, start, tolerance, SEED).expect("the sphere reaches the torus");
         assert_eq!(again.pose(17.0), path.pose(17.0), "seed {SEED}");
     }
 
     #[test]
-    fn above_a_hole_the_rim_is_found() {
+    fn tour_reaches_the_rim_from_above_a_hole() {
         let (a, b) = (body(sphere(0.005, 1)), body(torus()));
         let above = Pose { translation: DVec3::new(0.0, 0.0, 0.1), ..Pose::IDENTITY };
         assert!(tour(&a, &b, above, 1e-3, SEED).is_some_and(|path| path.duration() > 30.0), "seed {SEED}");

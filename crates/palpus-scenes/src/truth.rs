@@ -1,11 +1,12 @@
-//! True contacts in scenes where they are known in closed form, as reference for felt forces.
+//! True contacts of scenes for which they are known in closed form. They are the reference for
+//! rendered forces.
 //!
-//! * `pen-sphere`: the pen's point against the ideal sphere that the mesh stands for.
-//! * `v-groove`: the ball's own corners against the two walls, which are planes; the forces go
-//!   through its centre, as the ball is meant to be round.
-//! * `box-tilt`, `box-edge`, `box-rest`: the lowest corner of the box against the table's top.
-//!   The force of a box on its face acts at the middle of its part over the table; for a tilted box
-//!   no such point is agreed on.
+//! * `pen-sphere`: the pen's point against the ideal sphere that the mesh approximates.
+//! * `v-groove`: the corners of the ball's mesh against the two walls, which are planes. The forces
+//!   act through its centre, because the ball represents a round body.
+//! * `box-tilt`, `box-edge`, `box-rest`: the lowest corner of the box against the table's top. The
+//!   force on a flat box acts at the middle of the part of its face over the table. For a tilted
+//!   box there is no agreed point.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -19,15 +20,15 @@ use crate::{Scene, catalogue};
 /// A true contact, in the environment's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrueContact {
-    /// Point through which its force acts, if it is defined.
+    /// Point through which the contact's force acts, if it is defined.
     pub point: Option<DVec3>,
-    /// Unit, from the environment into the probe.
+    /// Unit vector from the environment into the probe.
     pub normal: DVec3,
-    /// m, minus the depth where they overlap.
+    /// Distance, m. Negative where the bodies overlap.
     pub separation: f64,
 }
 
-/// The truth of one scene.
+/// The true contacts of one scene.
 #[derive(Clone, Debug)]
 pub struct Truth {
     law: Law,
@@ -42,11 +43,11 @@ enum Law {
     BoxOnTable,
 }
 
-/// The most contacts that a truth has at a time.
+/// Maximum number of contacts at a time.
 const MOST: usize = 2;
 
 impl Truth {
-    /// The truth of `scene`, if it has one.
+    /// Returns the true contacts of `scene`. `None` if they are not known.
     pub fn of(scene: &Scene) -> Option<Self> {
         let law = match scene.name {
             "pen-sphere" => Law::PointOnSphere,
@@ -57,7 +58,7 @@ impl Truth {
         Some(Self { law, corners: scene.probe.vertices.clone() })
     }
 
-    /// The contacts with the probe placed by `pose`, near or far.
+    /// Returns the contacts for the probe at `pose`, at any distance.
     pub fn contacts(&self, pose: &Pose) -> impl Iterator<Item = TrueContact> {
         let found: [Option<TrueContact>; MOST] = match self.law {
             Law::PointOnSphere => {
@@ -83,8 +84,8 @@ impl Truth {
         found.into_iter().flatten()
     }
 
-    /// Every contact that the probe placed by `pose` may come to have while it yields a little,
-    /// near or far, each with its point: what a tool on springs rests on.
+    /// Returns every contact, at any distance, that the probe at `pose` may get when it yields a
+    /// little. Each has a point. A tool on springs rests on these contacts.
     pub fn supports(&self, pose: &Pose) -> Vec<TrueContact> {
         let at = |point: DVec3| TrueContact { point: Some(point), normal: DVec3::Z, separation: point.z };
         match self.law {
@@ -97,7 +98,7 @@ impl Truth {
         }
     }
 
-    /// Points at which edges of the box cross the plane of the table's end.
+    /// Returns the points at which edges of the box cross the plane of the table's end.
     fn over_the_end(&self, corners: &[DVec3]) -> Vec<DVec3> {
         let mut crossings = Vec::new();
         for (i, (p, own)) in corners.iter().zip(&self.corners).enumerate() {
@@ -111,13 +112,13 @@ impl Truth {
         crossings
     }
 
-    /// The least height of a corner over the plane through `origin`.
+    /// Returns the least height of a corner above the plane through `origin`.
     fn lowest(&self, pose: &Pose, normal: DVec3, origin: DVec3) -> f64 {
         self.corners.iter().map(|&corner| normal.dot(pose.point(corner) - origin)).fold(f64::INFINITY, f64::min)
     }
 
-    /// The centre of the part of the box's face that lies on the table, for a flat box that is not
-    /// turned about the vertical.
+    /// Returns the centre of the part of the box's face that lies on the table. `None` if the box
+    /// is tilted. The box must not be rotated about the vertical.
     fn middle_on_table(&self, pose: &Pose) -> Option<DVec3> {
         if pose.vector(DVec3::Z).z < FLAT_COSINE {
             return None;
@@ -129,7 +130,7 @@ impl Truth {
     }
 }
 
-/// Half the table's length, m.
+/// Half the length of the table, m.
 const TABLE_END: f64 = 0.150;
-/// A box that leans by more than a hundred thousandth of a radian is not flat.
+/// A box that leans by more than 1e-5 rad is not flat.
 const FLAT_COSINE: f64 = 1.0 - 0.5e-10;

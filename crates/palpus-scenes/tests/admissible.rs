@@ -1,9 +1,9 @@
-//! Contact normals are normals of the meshes, not of the hulls of their pieces, and no contact is
-//! lost by that.
+//! Tests that contact normals are normals of the meshes and not of the hulls of their pieces, and
+//! that no contact is lost because of that.
 //!
-//! The oracle looks at nothing but the mesh, its triangles' own normals and the patch of each
-//! piece. Weakness: where a depth rests on a face or an edge, it asks whether the patch has such a
-//! normal there, not whether the witness lies next to it.
+//! The oracle uses only the mesh, the normals of its triangles, and the mesh triangles of each
+//! piece. Limitation: if a depth lies on a face or an edge, it only tests whether the piece has
+//! such a normal there, not whether the witness lies next to it.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -14,22 +14,22 @@ use palpus::body::{Body, BodySettings, EdgeKind, Feature, PolygonSoup};
 use palpus::detect::{Contact, ContactQuery, QuerySettings};
 use palpus_scenes::{Scene, scenes};
 
-/// Radians by which a normal may leave the mesh's: planes bent by a file's few digits, and the
-/// engine's own slack.
+/// Largest deviation of a normal from the mesh's normals, rad. It allows for planes bent by the few
+/// digits of a file, and for the engine's slack.
 const ANGLE: f64 = 2e-3;
 
-/// Relative to a body's size: how near a point is on a triangle.
+/// Distance at which a point counts as on a triangle, relative to the body's size.
 const NEAR: f64 = 1e-6;
 
-/// Poses along each scene's path.
+/// Number of poses along each scene's path.
 const POSES: usize = 400;
 
-/// Poses of each pair of real models.
+/// Number of poses for each pair of real models.
 const MODEL_POSES: usize = 300;
 
 fn bodies(scene: &Scene, flatness: f64) -> [Arc<Body>; 2] {
     let settings = BodySettings { flatness, ..BodySettings::default() };
-    let body = |soup| Body::from_soup(soup, &settings, &mut |_| ()).expect("it is a body");
+    let body = |soup| Body::from_soup(soup, &settings, &mut |_| ()).expect("the mesh is a valid body");
     [&scene.probe, &scene.environment].map(|soup| Arc::new(body(soup)))
 }
 
@@ -37,7 +37,7 @@ fn poses(scene: &Scene) -> impl Iterator<Item = Pose> {
     (0..POSES).map(|k| scene.path.pose(scene.path.duration() * k as f64 / POSES as f64))
 }
 
-/// One body's side of a contact, in its frame.
+/// One body's side of a contact, in the body's frame.
 struct Half<'b> {
     body: &'b Body,
     piece: u32,
@@ -56,7 +56,7 @@ fn halves<'b>(a: &'b Body, b: &'b Body, place: &Placement, contact: &Contact) ->
 }
 
 impl<'b> Half<'b> {
-    /// The same at a vertex of the piece.
+    /// Returns the same side with its point at a vertex of the piece.
     fn at_vertex(&self, v: u32) -> Half<'b> {
         let point = self.body.polytopes()[self.piece as usize].vertex(v);
         Half { body: self.body, piece: self.piece, feature: self.feature, point, outward: self.outward }
@@ -66,13 +66,13 @@ impl<'b> Half<'b> {
         self.body.pieces()[self.piece as usize].triangles()
     }
 
-    /// A triangle of the patch has this normal.
+    /// True if a triangle of the piece has this normal.
     fn has_normal(&self) -> bool {
         self.patch().iter().any(|&t| self.body.mesh().triangle_normal(t).angle_between(self.outward) < ANGLE)
     }
 
-    /// A mesh edge of the patch lies along the piece's edge, and the normal is between those of its
-    /// triangles.
+    /// True if a mesh edge of the piece lies along the edge of its hull, and the normal is between
+    /// the normals of the edge's triangles.
     fn has_arc(&self, edge: u32) -> bool {
         let (mesh, half_edges) = (self.body.mesh(), self.body.half_edges());
         let polytope = &self.body.polytopes()[self.piece as usize];
@@ -102,8 +102,8 @@ impl<'b> Half<'b> {
         })
     }
 
-    /// The point lies on the mesh, on a triangle that looks along the normal; or no part of the
-    /// mesh near it rises along the normal and some looks to that side.
+    /// True if the point lies on a triangle of the mesh with this normal. Also true if no part of
+    /// the mesh near the point rises along the normal, and some triangle there faces its side.
     fn is_locally_nearest(&self) -> bool {
         let mesh = self.body.mesh();
         let near = NEAR * self.body.size();
@@ -141,7 +141,7 @@ fn touches(p: [DVec3; 3], q: DVec3, near: f64) -> bool {
         })
 }
 
-/// Returns the rule that a contact's normal breaks; `None` if both meshes admit it.
+/// Returns the rule that a contact's normal breaks. `None` if both meshes have the normal.
 fn violation(a: &Body, b: &Body, place: &Placement, contact: &Contact) -> Option<&'static str> {
     let [half_a, half_b] = halves(a, b, place, contact);
     if contact.separation > 0.0 {
@@ -149,25 +149,25 @@ fn violation(a: &Body, b: &Body, place: &Placement, contact: &Contact) -> Option
     }
     let [real_a, real_b] = [&half_a, &half_b].map(|half| match half.feature {
         Feature::Vertex(v) => half.at_vertex(v).is_locally_nearest(),
-        // Flush with a face beside it, an edge may have that face's normal.
+        // An edge that is flush with a neighbouring face may have that face's normal.
         Feature::Edge(e) => half.has_arc(e) || half.has_normal(),
         Feature::Face(_) => half.has_normal(),
     });
     (!real_a || !real_b).then_some("depth")
 }
 
-/// Contacts seen, and normals that are not the meshes', of a pair of bodies along some poses.
+/// Numbers of contacts and of wrong normals for a pair of bodies at several poses.
 #[derive(Debug, Default)]
 struct Tally {
     seen: usize,
     wrong: Vec<String>,
-    /// Poses at which the bodies overlap only along normals that one of them does not have, or
-    /// whose depths were rejected. The one contact that holds them is then a point's way out to the
-    /// nearest surface.
+    /// Number of poses at which the bodies overlap only along normals that one of them does not
+    /// have, or whose depths were rejected. The only contact is then a vector to the nearest
+    /// surface point.
     rescued: usize,
-    /// Poses apart, within tolerance.
+    /// Number of poses at which the bodies are apart by less than the tolerance.
     apart: usize,
-    /// Poses among these in which the nearest pair of points is not among the contacts.
+    /// Poses among these at which the nearest pair of points is not among the contacts.
     lost: Vec<String>,
 }
 
@@ -189,7 +189,7 @@ fn tally([a, b]: [&Arc<Body>; 2], tolerance: f64, poses: impl Iterator<Item = Po
                 None => {}
             }
         }
-        assert!(counters.walks == 0 || overlapping > 0, "pose {k}: bodies that overlap are let go of");
+        assert!(counters.walks == 0 || overlapping > 0, "pose {k}: overlapping bodies have no contact");
         let least = contacts.iter().map(|contact| contact.separation).fold(f64::INFINITY, f64::min);
         if let Some(nearest) = nearest
             && nearest.separation > 0.0
@@ -197,7 +197,7 @@ fn tally([a, b]: [&Arc<Body>; 2], tolerance: f64, poses: impl Iterator<Item = Po
         {
             tally.apart += 1;
             if least - nearest.separation > 1e-9 * a.size() {
-                tally.lost.push(format!("pose {k}: {nearest:?}, but the least contact is {least} apart"));
+                tally.lost.push(format!("pose {k}: {nearest:?}, but the nearest contact has separation {least}"));
             }
         }
     }
@@ -213,8 +213,8 @@ impl Tally {
 }
 
 #[test]
-fn no_normal_points_out_through_a_virtual_face_and_no_nearest_pair_is_lost() {
-    // The first of two tools, and one among objects, need not touch the environment.
+fn contact_normals_are_mesh_normals() {
+    // In scenes with two tools or with objects, the first tool need not touch the environment.
     for entry in scenes().iter().filter(|entry| entry.build().is_of_two_bodies()) {
         let scene = entry.build();
         for flatness in [BodySettings::EXACT, BodySettings::HAPTIC] {
@@ -226,10 +226,10 @@ fn no_normal_points_out_through_a_virtual_face_and_no_nearest_pair_is_lost() {
     }
 }
 
-/// Results for poses of real models.
+/// Seed of the poses of real models.
 const SEED: u64 = 0xad15_51b1;
 
-/// A point of a body's surface and the normal there.
+/// Returns a random point of a body's surface, and the normal there.
 fn spot(body: &Body, random: &mut Random) -> (DVec3, DVec3) {
     let mesh = body.mesh();
     let t = (random.unit() * mesh.triangles().len() as f64) as u32;
@@ -239,14 +239,14 @@ fn spot(body: &Body, random: &mut Random) -> (DVec3, DVec3) {
     (p + (q - p) * u + (r - p) * v, mesh.triangle_normal(t))
 }
 
-/// Two bodies that touch somewhere, by `depth` at most.
+/// Returns a pose at which the bodies overlap at some place by at most `depth`.
 fn touching(a: &Body, b: &Body, depth: f64, random: &mut Random) -> Pose {
     let ((p, n), (q, m)) = (spot(a, random), spot(b, random));
     let rotation = DQuat::from_axis_angle(m, TAU * random.unit()) * DQuat::from_rotation_arc(n, -m);
     Pose::new(rotation, q - rotation * p + m * (depth * (2.0 * random.unit() - 1.0)))
 }
 
-/// Pairs of real models, of about the same size in their own units.
+/// Pairs of real models that have about the same size in their units.
 const PAIRS: [[&str; 2]; 4] = [
     ["paper/teaspoon_336.obj", "paper/teacup_500.obj"],
     ["parts/low_poly_bunny.obj", "parts/chess_knight_1000.obj"],
@@ -255,7 +255,7 @@ const PAIRS: [[&str; 2]; 4] = [
 ];
 
 #[test]
-fn so_it_is_with_real_models() {
+fn contact_normals_of_real_models_are_mesh_normals() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/models");
     let mut random = Random::new(SEED);
     for pair in PAIRS {
@@ -265,10 +265,10 @@ fn so_it_is_with_real_models() {
             let [low, high] = [DVec3::min, DVec3::max].map(|pick| soup.vertices.iter().copied().reduce(pick).unwrap());
             low.distance(high)
         };
-        // Both ten centimetres long.
+        // Both models are scaled to 10 cm.
         let make = |soup: &PolygonSoup, flatness| {
             let settings = BodySettings { scale: 0.1 / size(soup), flatness, ..BodySettings::default() };
-            Arc::new(Body::from_soup(soup, &settings, &mut |_| ()).expect("it is a body"))
+            Arc::new(Body::from_soup(soup, &settings, &mut |_| ()).expect("the mesh is a valid body"))
         };
         for flatness in [BodySettings::EXACT, BodySettings::HAPTIC] {
             let (a, b) = (make(&soup_a, flatness), make(&soup_b, flatness));

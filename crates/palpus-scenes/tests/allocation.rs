@@ -1,4 +1,4 @@
-//! No step of any scene obtains memory, however it is rendered.
+//! No step of any scene allocates memory, with any settings.
 
 use std::sync::Arc;
 
@@ -14,18 +14,18 @@ static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 fn body(soup: &PolygonSoup) -> Arc<Body> {
     let settings = BodySettings { flatness: BodySettings::HAPTIC, ..BodySettings::default() };
-    Arc::new(Body::from_soup(soup, &settings, &mut |_| ()).expect("a scene's mesh makes a body"))
+    Arc::new(Body::from_soup(soup, &settings, &mut |_| ()).expect("a scene's mesh is a valid body"))
 }
 
-/// Ticks of each way of rendering, spread over the scene's path in coherent stretches.
+/// Number of ticks of each variant, divided over coherent parts of the scene's path.
 const TICKS: u32 = 600;
 const STRETCHES: u32 = 6;
-/// Units of work: too little for any scene.
+/// Units of work: too few for any scene.
 const HURRY: u64 = 40;
 
 #[test]
-fn no_step_of_any_scene_obtains_memory() {
-    // The first of two tools need not touch the environment.
+fn no_step_of_any_scene_allocates() {
+    // In scenes with two tools, the first tool need not touch the environment.
     for entry in scenes().iter().filter(|entry| entry.build().is_of_two_bodies()) {
         let scene = entry.build();
         let (a, b) = (body(&scene.probe), body(&scene.environment));

@@ -1,5 +1,5 @@
-//! Steps whose work is bounded: what is felt stays finite, bounded, continuous and near the full
-//! answer, and is caught up.
+//! Steps with limited work. Forces must stay finite, bounded, continuous and near the full result,
+//! and must catch up with it.
 
 mod bodies;
 
@@ -14,36 +14,36 @@ use palpus::detect::{Contact, ContactQuery, QuerySettings};
 use palpus::render::{Limits, ProbeState, Renderer, Settings, Tick, VirtualCoupling};
 use palpus_scenes::scene;
 
-/// Differences of a run with an allowance from one without.
+/// Differences between a run with limited work and a run without a limit.
 #[derive(Debug, Default)]
 struct Outcome {
     ticks: u32,
     late: u32,
     held: u32,
     unseen: u32,
-    /// N: largest force of the full answer, largest difference from it, mean difference.
+    /// Largest force of the full result, largest difference from it, and mean difference, N.
     most: f64,
     worst: f64,
     mean: f64,
-    /// N: largest change from tick to tick, with and without the allowance.
+    /// Largest change of the force from tick to tick, with and without the limit, N.
     jump: f64,
     full_jump: f64,
-    /// Contacts of the full answer, those of them that the late one lacks, and those that it does
-    /// not allow for either.
+    /// Number of contacts of the full result. Then the number of them that the limited result
+    /// lacks, and the number that its reported unseen separation does not cover either.
     contacts: u32,
     lacking: u32,
     missing: u32,
-    /// m: the most by which a contact is said to be farther apart than it is.
+    /// Largest excess of a reported separation over the true one, m.
     too_far: f64,
 }
 
-/// The late tick's contacts beside those of the full answer, pair of pieces by pair of pieces.
+/// Compares the contacts of the limited tick with the full result, for each pair of pieces.
 fn compare_contacts(tick: &Tick, full: &Tick, outcome: &mut Outcome) {
     for contact in &full.contacts {
         outcome.contacts += 1;
         let same = |held: &&Contact| (held.piece_a, held.piece_b) == (contact.piece_a, contact.piece_b);
         match tick.contacts.iter().find(same) {
-            // For overlapping pieces, both answers are depths along normals, which may differ.
+            // For overlapping pieces, both results are depths along normals, which may differ.
             Some(held) if contact.separation > 0.0 => {
                 outcome.too_far = outcome.too_far.max(held.separation - contact.separation);
             }
@@ -58,12 +58,12 @@ fn compare_contacts(tick: &Tick, full: &Tick, outcome: &mut Outcome) {
 
 fn compare(a: &Arc<Body>, b: &Arc<Body>, settings: Settings, work: u64, poses: &[Pose]) -> Outcome {
     let limits = Limits { force: f64::INFINITY, torque: f64::INFINITY };
-    // Linkage is not continuous in anything; without it forces differ by as much as contacts do.
+    // Single linkage is never continuous. Without it, forces differ by as much as contacts do.
     let settings = Settings { limits, cluster_radius: 0.0, ..settings };
     let mut full = Renderer::new(a.clone(), b.clone(), settings).expect("valid settings");
     let mut hurried = Renderer::new(a.clone(), b.clone(), settings).expect("valid settings");
     hurried.allow(Some(work));
-    // The first step begins at the roots, which is not what is compared here.
+    // The first step starts at the roots of the hierarchies. This is not part of the comparison.
     for _ in 0..400 {
         hurried.step(&ProbeState::at(poses[0]), 1e-3, &NoClock);
     }
@@ -94,7 +94,7 @@ fn compare(a: &Arc<Body>, b: &Arc<Body>, settings: Settings, work: u64, poses: &
 }
 
 #[test]
-fn a_scene_with_too_little_work_feels_nearly_the_same() {
+fn limited_work_gives_nearly_the_same_force() {
     for name in ["torus-torus", "spoon-cup"] {
         let scene = scene(name).expect("a built-in scene");
         let (a, b) = (body(&scene.probe), body(&scene.environment));
@@ -112,11 +112,11 @@ fn a_scene_with_too_little_work_feels_nearly_the_same() {
     }
 }
 
-/// m/s.
+/// Speed of the device, m/s.
 const SLAM: f64 = 1.6;
 
 #[test]
-fn a_tool_waits_for_what_the_work_did_not_suffice_to_look_at() {
+fn tool_waits_for_pairs_not_yet_queried() {
     for name in ["torus-torus", "peg-hole", "spoon-cup"] {
         let scene = scene(name).expect("a built-in scene");
         let (a, b) = (body(&scene.probe), body(&scene.environment));
@@ -124,7 +124,7 @@ fn a_tool_waits_for_what_the_work_did_not_suffice_to_look_at() {
         let tolerance = scene.contact.tolerance;
         let settings = Settings {
             contact_tolerance: tolerance,
-            stiffness: VirtualCoupling::contact_stiffness(&limits, tolerance).expect("the device has a force"),
+            stiffness: VirtualCoupling::contact_stiffness(&limits, tolerance).expect("the device has a force limit"),
             coupling: Some(VirtualCoupling::tuned(&limits, 1e-3, tolerance)),
             ..Settings::default()
         };
@@ -145,21 +145,21 @@ fn a_tool_waits_for_what_the_work_did_not_suffice_to_look_at() {
             deepest = judge.contacts(&tick.tool_ba).iter().fold(deepest, |most, contact| most.max(-contact.separation));
         }
         assert!(late > 3 && waited > 3, "{name}: {late} late, {waited} waited");
-        // Measured: 0.07 mm in the hole, where it goes on slowly along the wall; none on the
-        // others.
+        // Measured: 0.07 mm in the hole, where the tool slowly continues along the wall. In the
+        // other scenes there is no overlap.
         assert!(deepest < 1e-4, "{name}: {deepest} m deep");
     }
 }
 
 #[test]
-fn a_third_of_the_work_on_the_armadillo() {
+fn armadillo_with_a_third_of_the_work() {
     let models = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/models/paper"));
     let read = |name: &str| obj(&models.join(name));
     let (Ok(a), Ok(b)) = (read("armadillo_31240.obj"), read("intestine_colon_male_24846.obj")) else { return };
     let (a, b) = (body(&a), body(&b));
     let settings = Settings { contact_tolerance: 0.01 * b.size(), ..Settings::default() };
-    // The armadillo's belly on the colon's bulge, pressed and rubbed at some 0.1 m/s of a probe of
-    // 10 cm.
+    // The armadillo's belly is pressed against the colon's bulge and slides at about 0.1 m/s, for a
+    // probe of 10 cm.
     let middle = |body: &Body| body.mesh().bounds().min.midpoint(body.mesh().bounds().max);
     let way = DVec3::new(1.0, 0.3, 0.2).normalize();
     let within = QuerySettings { tolerance: settings.contact_tolerance, ..QuerySettings::default() };
@@ -183,12 +183,14 @@ fn a_third_of_the_work_on_the_armadillo() {
     assert_near(&outcome, "the armadillo");
 }
 
-/// Guaranteed figures. Measured, of the largest force: worst 0.13, mean 0.010 on the
-/// scenes, where the work is enough for a few pairs; 0.04 and 0.006 on the armadillo, where it is
-/// enough for a third of 140 pairs. Lacking are contacts that have passed to a neighbouring piece
-/// since their pair was visited, 9 % in the cup, where that neighbour's contact stands beside. The
-/// fewer pairs are postponed, the more of them are called missing, since less is said to be unseen:
-/// 7 %. Too far are those whose points have slid along a face that they lean on.
+/// Asserts the guaranteed figures. The errors measured in the scenes, relative to the largest force, are
+/// 0.13 at most and 0.010 on average; there the work is enough for a few pairs. On the armadillo,
+/// where it is enough for a third of 140 pairs, they are 0.04 at most and 0.006 on average.
+///
+/// A contact is lacking if it has moved to a neighbouring piece since its pair was queried (9 % in
+/// the cup); the contact of that neighbour is usually present. Up to 7 % count as missing: the
+/// fewer pairs are postponed, the larger the reported unseen separation. A separation is too large
+/// if the contact's points have slid along a tilted face.
 fn assert_near(outcome: &Outcome, what: &str) {
     assert!(outcome.worst <= 0.2 * outcome.most, "{what}: {outcome:?}");
     assert!(outcome.mean <= 0.02 * outcome.most, "{what}: {outcome:?}");

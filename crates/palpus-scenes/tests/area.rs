@@ -1,11 +1,12 @@
-//! Stiffness per contact area and not per contact: a finer mesh of the same surface pushes as the
-//! coarse one does.
+//! Tests that stiffness acts per contact area and not per contact: a finer mesh of the same surface
+//! pushes as the coarse one does.
 //!
-//! Two kinds of refinement, by four and by sixteen. *Cut* meshes are the same surface with every
-//! triangle cut in four: whatever the engine makes of coplanar triangles must come out the same.
-//! *Finer* meshes sample the same smooth surface more densely: there the surface itself moves by
-//! the height of the coarse mesh's arcs, so forces are compared for the same deepest engagement, as
-//! direction and size. Most of the remaining difference comes from the facets' normals.
+//! There are two kinds of refinement, by four and by sixteen. *Cut* meshes have the same surface,
+//! with every triangle divided into four. The forces must not change, however the engine treats
+//! coplanar triangles. *Finer* meshes sample the same smooth surface more densely. Then the surface
+//! itself moves by the height of the coarse mesh's arcs. So forces are compared for the same
+//! deepest engagement, in direction and magnitude. Most of the remaining difference comes from the
+//! normals of the facets.
 
 mod bodies;
 
@@ -19,13 +20,13 @@ use palpus::body::{Body, PolygonSoup};
 use palpus::render::{Clustering, ProbeState, Renderer, Settings};
 use palpus_scenes::shape::{self, TORUS_MAJOR_RADIUS, TORUS_MINOR_RADIUS};
 
-/// Every triangle cut in four at the middles of its sides.
+/// Divides every triangle into four at the middles of its sides.
 fn cut_in_four(soup: &PolygonSoup) -> PolygonSoup {
     let mut middles = std::collections::HashMap::new();
     let mut vertices = soup.vertices.clone();
     let mut triangles = Vec::new();
     for f in 0..soup.face_count() {
-        let &[a, b, c] = soup.face(f) else { panic!("only triangles are cut") };
+        let &[a, b, c] = soup.face(f) else { panic!("the soup must consist of triangles") };
         let mut middle = |p: u32, q: u32| {
             *middles.entry((p.min(q), p.max(q))).or_insert_with(|| {
                 vertices.push((vertices[p as usize] + vertices[q as usize]) * 0.5);
@@ -38,7 +39,7 @@ fn cut_in_four(soup: &PolygonSoup) -> PolygonSoup {
     PolygonSoup::from_triangles(vertices, &triangles)
 }
 
-/// A closed strip of rings of points, joined by triangles.
+/// Returns a closed strip of rings of points, connected by triangles.
 fn rings(points: &[Vec<DVec3>]) -> PolygonSoup {
     let sides = points[0].len() as u32;
     let sections = points.len() as u32;
@@ -53,7 +54,7 @@ fn rings(points: &[Vec<DVec3>]) -> PolygonSoup {
     PolygonSoup::from_triangles(points.concat(), &triangles)
 }
 
-/// The scenes' torus with any number of sections and sides.
+/// Returns the torus of the scenes with any number of sections and sides.
 fn torus(sections: u32, sides: u32) -> PolygonSoup {
     let ring = |k: u32| {
         let radial = DQuat::from_rotation_z(TAU * f64::from(k) / f64::from(sections)) * DVec3::X;
@@ -66,7 +67,7 @@ fn torus(sections: u32, sides: u32) -> PolygonSoup {
     rings(&(0..sections).map(ring).collect::<Vec<_>>())
 }
 
-/// A plate of 60 mm with waves of `length` and `height` (m), `cells` to a side.
+/// Returns a plate of 60 mm with waves of `length` and `height` (m), with `cells` cells per side.
 fn waves(cells: u32, length: f64, height: f64) -> PolygonSoup {
     let at = |k: u32| 0.06 * (f64::from(k) / f64::from(cells) - 0.5);
     let mut vertices = Vec::new();
@@ -102,12 +103,12 @@ fn waves(cells: u32, length: f64, height: f64) -> PolygonSoup {
     PolygonSoup::from_triangles(vertices, &triangles)
 }
 
-/// A motion of a probe over a ground, both with one, four and sixteen times the triangles.
+/// A motion of a probe over a ground. Both exist with one, four and sixteen times the triangles.
 struct Case {
     name: &'static str,
     probes: Vec<Arc<Body>>,
     grounds: Vec<Arc<Body>>,
-    /// Over s from 0 to 1.
+    /// The pose for s from 0 to 1.
     path: fn(f64) -> Pose,
 }
 
@@ -115,7 +116,7 @@ fn case(name: &'static str, probes: &[Arc<Body>], grounds: &[Arc<Body>], path: f
     Case { name, probes: probes.to_vec(), grounds: grounds.to_vec(), path }
 }
 
-/// How far in it is: fully in the second half, mm to m.
+/// Returns how deep the probe is pressed in, m. The full depth is reached in the second half.
 fn pressed(s: f64, millimetres: f64) -> f64 {
     1e-3 * millimetres * (2.0 * s).min(1.0)
 }
@@ -124,7 +125,8 @@ fn bodies(soups: impl IntoIterator<Item = PolygonSoup>) -> Vec<Arc<Body>> {
     soups.into_iter().map(|soup| body(&soup)).collect()
 }
 
-/// `levels` of the soup, each cut in four from the last.
+/// Returns `levels` bodies: the soup, and then each previous one with its triangles divided into
+/// four.
 fn cuts(soup: PolygonSoup, levels: usize) -> Vec<Arc<Body>> {
     bodies(std::iter::successors(Some(soup), |last| Some(cut_in_four(last))).take(levels))
 }
@@ -191,11 +193,11 @@ fn cut(levels: usize) -> Vec<Case> {
     ]
 }
 
-/// Wrench and size of a step of a motion.
+/// Results of one step of a motion.
 struct Felt {
-    /// N.
+    /// Force, N.
     force: DVec3,
-    /// m: of the deepest contact.
+    /// Engagement of the deepest contact, m.
     engagement: f64,
     contacts: usize,
 }
@@ -213,8 +215,8 @@ fn felt(a: &Arc<Body>, b: &Arc<Body>, settings: Settings, path: fn(f64) -> Pose)
         .collect()
 }
 
-/// How forces change from one level of refinement to the next, for the same deepest engagement if
-/// `fairly`; of the force.
+/// Relative change of the force from one level of refinement to the next. With `fairly`, forces are
+/// divided by the deepest engagement first.
 #[derive(Debug)]
 struct Change {
     mean: f64,
@@ -222,12 +224,12 @@ struct Change {
 }
 
 fn change(coarse: &[Felt], fine: &[Felt], fairly: bool) -> Change {
-    // A shallow touch at the start depends on where exactly the surface lies.
+    // A shallow contact at the start depends on the exact position of the surface.
     const LEAST: f64 = 0.3e-3;
     let force = |felt: &Felt| if fairly { felt.force / felt.engagement } else { felt.force };
     let both = coarse.iter().zip(fine).filter(|(x, y)| x.engagement.min(y.engagement) > LEAST);
     let changes: Vec<f64> = both.map(|(x, y)| (force(x) - force(y)).length() / force(x).length()).collect();
-    assert!(changes.len() > 100, "hardly any contact");
+    assert!(changes.len() > 100, "there must be enough contact");
     Change {
         mean: changes.iter().sum::<f64>() / changes.len() as f64,
         worst: changes.iter().copied().fold(0.0, f64::max),
@@ -248,7 +250,7 @@ fn assert_alike(cases: &[Case], clustering: Clustering, fairly: bool, mean: f64,
                 |felt: &[Felt]| (felt[200].contacts, felt[200].force.length() / (800.0 * felt[200].engagement));
             let ((n, k), (m, l)) = (middle(&pair[0]), middle(&pair[1]));
             eprintln!(
-                "{name}, {clustering:?}: {n} contacts push as {k:.2}, {m} as {l:.2}; force changes by {:.1} % in the mean, {:.1} % at most",
+                "{name}, {clustering:?}: relative force {k:.2} with {n} contacts, {l:.2} with {m}; force changes by {:.1} % on average, {:.1} % at most",
                 100.0 * change.mean,
                 100.0 * change.worst
             );
@@ -258,18 +260,18 @@ fn assert_alike(cases: &[Case], clustering: Clustering, fairly: bool, mean: f64,
 }
 
 #[test]
-fn cutting_triangles_in_four_changes_no_force() {
+fn dividing_triangles_keeps_the_force() {
     assert_alike(&cut(2), Clustering::Smooth, false, 0.01, 0.03);
 }
 
 #[test]
-fn a_finer_mesh_of_the_same_surface_pushes_alike() {
+fn finer_mesh_gives_similar_force() {
     assert_alike(&finer(2), Clustering::Smooth, true, 0.03, 0.08);
 }
 
 #[test]
-#[ignore = "sixteen times the triangles take a minute to prepare"]
-fn sixteen_times_the_triangles_push_alike() {
+#[ignore = "takes a minute to prepare sixteen times the triangles"]
+fn sixteen_times_the_triangles_give_similar_force() {
     assert_alike(&cut(3), Clustering::Smooth, false, 0.01, 0.03);
     assert_alike(&finer(3), Clustering::Smooth, true, 0.03, 0.08);
 }

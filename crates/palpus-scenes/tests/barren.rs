@@ -1,4 +1,5 @@
-//! Knowing overlaps without a normal that both pieces own saves walks, and changes no answer.
+//! Tests that caching overlaps without an admissible normal saves walks and does not change the
+//! results.
 
 mod bodies;
 
@@ -7,15 +8,15 @@ use palpus::algebra::NoClock;
 use palpus::detect::{ContactQuery, QuerySettings};
 use palpus_scenes::scene;
 
-/// Parts of the scene's path at which queries begin, relative to its duration.
+/// Times at which sequences of queries begin, relative to the duration of the scene's path.
 const PLACES: [f64; 3] = [0.2, 0.6, 0.8];
 
-/// Queries a millisecond apart, at each place.
+/// Number of queries per sequence, one millisecond apart.
 const TICKS: usize = 300;
 
 #[test]
-fn overlaps_without_normal_are_not_walked_again() {
-    let scene = scene("spoon-cup").expect("a scene of that name");
+fn overlaps_without_normal_are_walked_once() {
+    let scene = scene("spoon-cup").expect("a built-in scene");
     let [a, b] = [&scene.probe, &scene.environment].map(body);
     let settings = QuerySettings { tolerance: scene.contact.tolerance, ..QuerySettings::default() };
     let mut query = ContactQuery::new(a.clone(), b.clone(), settings);
@@ -33,6 +34,6 @@ fn overlaps_without_normal_are_not_walked_again() {
             coherent += counters.walks;
         }
     }
-    assert!(barren > 0, "no such overlaps along the path");
+    assert!(barren > 0, "there must be such overlaps along the path");
     assert!(coherent + barren / 2 < cold, "{coherent} walks instead of {cold}, for {barren} overlaps");
 }

@@ -1,5 +1,5 @@
-//! Friction over the facets of a shaded surface: a ball that slides over a faceted one is held
-//! evenly.
+//! Friction over the facets of a shaded surface: the friction force on a ball that slides over a
+//! faceted ball must stay steady.
 
 mod bodies;
 
@@ -11,21 +11,21 @@ use palpus::render::{Limits, ProbeState, Renderer, Settings, VirtualCoupling};
 use palpus_scenes::shape;
 
 const TICK: f64 = 1e-3;
-/// m.
+/// Radii of the two balls, m.
 const RADII: [f64; 2] = [0.008, 0.05];
-/// m/s.
+/// Sliding speed, m/s.
 const SPEED: f64 = 0.1;
-/// m: how deep the device is beyond touch.
+/// Depth of the device beyond the first contact, m.
 const PRESSED: f64 = 1.5e-3;
 const DYNAMIC: f64 = 0.3;
 
 #[test]
 #[allow(clippy::print_stderr, reason = "figures for the record")]
-fn friction_passes_facet_edges_without_letting_go() {
+fn friction_stays_steady_over_facet_edges() {
     let [ball, ground] = [body(&shape::sphere(RADII[0], 3)), body(&shape::sphere(RADII[1], 4))];
     let limits = Limits { force: 8.5, torque: 0.188 };
     let tolerance = 0.2e-3;
-    let stiffness = VirtualCoupling::contact_stiffness(&limits, tolerance).expect("a limit");
+    let stiffness = VirtualCoupling::contact_stiffness(&limits, tolerance).expect("a finite force limit");
     let settings = Settings {
         contact_tolerance: tolerance,
         stiffness,
@@ -39,13 +39,13 @@ fn friction_passes_facet_edges_without_letting_go() {
         coupling: Some(VirtualCoupling::tuned(&limits, TICK, tolerance)),
         ..Settings::default()
     };
-    let mut renderer = Renderer::new(ball, ground, settings).expect("good settings");
+    let mut renderer = Renderer::new(ball, ground, settings).expect("valid settings");
     let about = DVec3::new(0.3, 1.0, 0.0).normalize();
     let reach = RADII[0] + RADII[1];
     let mut last = DVec3::ZERO;
     let (mut least, mut step) = (f64::INFINITY, 0.0f64);
     for k in 0..900 {
-        // Down, a rest, and on along a great circle.
+        // The ball moves down, rests, and then slides along a great circle.
         let slid = (f64::from(k) - 300.0).max(0.0) * TICK * SPEED;
         let pressed = (f64::from(k) / 200.0).min(1.0) * (PRESSED + 1e-3) - 1e-3;
         let up = DQuat::from_axis_angle(about, slid / RADII[1]) * DVec3::Z;
@@ -56,7 +56,7 @@ fn friction_passes_facet_edges_without_letting_go() {
             twist: Twist { linear, ..Twist::default() },
         };
         let force = renderer.step(&probe, TICK, &NoClock).commanded.force;
-        // Friction needs some ticks to build up.
+        // Friction needs several ticks to build up.
         if k > 350 {
             let friction = -force.dot(along) / (DYNAMIC * force.dot(up));
             least = least.min(friction);
@@ -64,6 +64,6 @@ fn friction_passes_facet_edges_without_letting_go() {
         }
         last = force;
     }
-    eprintln!("friction is at least {least:.2} of the dynamic one; the largest step {:.1} %", 100.0 * step);
+    eprintln!("friction is at least {least:.2} of dynamic friction; the largest step is {:.1} %", 100.0 * step);
     assert!(least > 0.7 && step < 0.1, "{least}, {step}");
 }

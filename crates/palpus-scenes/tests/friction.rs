@@ -1,5 +1,5 @@
-//! Friction held to physics: a free block on a ramp and on a table, pushed by nothing but gravity
-//! and the engine's wrench.
+//! Compares friction with physics: a free block on a ramp and on a table. Only gravity, the
+//! engine's wrench and a small drag act on it.
 
 mod bodies;
 mod falling;
@@ -17,21 +17,21 @@ use palpus_scenes::shape;
 
 /// Size of the block, m.
 const SIZE: DVec3 = DVec3::new(0.060, 0.040, 0.016);
-/// kg.
+/// Mass of the block, kg.
 const MASS: f64 = 0.1;
 const STATIC: f64 = 0.5;
 const DYNAMIC: f64 = 0.35;
-/// 1/s.
+/// Drag of the block, 1/s.
 const DRAG: DVec3 = DVec3::splat(20.0);
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 fn settings(clustering: Clustering) -> Settings {
     Settings {
         clustering,
-        // It stands within the tolerance over the ground: sunk in, it would be caught by the
-        // sides of rails.
+        // The block stands at the upper end of the tolerance above the ground. If it sank in, the
+        // sides of the rails would catch it.
         stiffness: 1600.0,
-        // A free body swings on its contact's spring; a hand or a coupling would damp it.
+        // A free body oscillates on the spring of its contact. A hand or a coupling would damp it.
         damping: 3.0,
         friction: Some(FrictionSettings {
             static_coefficient: STATIC,
@@ -42,19 +42,19 @@ fn settings(clustering: Clustering) -> Settings {
     }
 }
 
-/// A block that has come to rest on a level table.
+/// Returns a block that has come to rest on a level table.
 fn resting(trial: &Trial, turned: f64) -> Falling {
     let above = 0.5 * SIZE.z + Settings::default().contact_tolerance;
     let pose = Pose::new(DQuat::from_rotation_z(turned), DVec3::new(-0.09, 0.0, above));
     let mut falling = Falling::new(&trial.block, &trial.ground, MASS, settings(trial.clustering), pose);
-    // As a device has it. Nothing else calms a block on springs; what a test measures is left
-    // alone.
+    // A device also has such drag. Nothing else damps a block on springs. The tests switch off the
+    // drag in the direction that they measure.
     (falling.drag, falling.spin_drag) = (DRAG, DRAG);
     falling.run(0.5);
     falling
 }
 
-/// Tilts slowly to `angle`, from where it stands.
+/// Tilts the ground slowly from `from` to `to` (rad), in `seconds`.
 fn tilt_to(falling: &mut Falling, from: f64, to: f64, seconds: f64) {
     let ticks = (seconds / DT) as u64;
     for k in 0..=ticks {
@@ -63,7 +63,7 @@ fn tilt_to(falling: &mut Falling, from: f64, to: f64, seconds: f64) {
     }
 }
 
-/// The prism of an outline in x and z (m), `width` along y.
+/// Returns the prism over an outline in x and z (m), `width` (m) long along y.
 fn extruded(outline: &[DVec2], width: f64) -> PolygonSoup {
     let count = outline.len() as u32;
     let mut soup = PolygonSoup::new();
@@ -79,14 +79,15 @@ fn extruded(outline: &[DVec2], width: f64) -> PolygonSoup {
     soup
 }
 
-/// The block on two runners, 10 mm wide: not convex, with a contact under each.
+/// Returns the block on two runners, 10 mm wide. It is not convex and has a contact under each
+/// runner.
 fn sled() -> PolygonSoup {
     let outline = [(-30, -8), (-20, -8), (-20, 0), (20, 0), (20, -8), (30, -8), (30, 8), (-30, 8)];
     extruded(&outline.map(|(x, z)| DVec2::new(f64::from(x), f64::from(z)) * 1e-3), SIZE.y)
 }
 
-/// A table with ribs along the slope, 2 mm wide and 6 mm apart: many contacts, but none at the
-/// block's long sides.
+/// Returns a table with ribs along the slope, 2 mm wide and 6 mm apart. They give many contacts,
+/// but none at the long sides of the block.
 fn rails() -> PolygonSoup {
     let mut soup = ribs();
     for v in &mut soup.vertices {
@@ -95,8 +96,8 @@ fn rails() -> PolygonSoup {
     soup
 }
 
-/// The same across the slope: a block that slides bumps into the next rib, within the tolerance
-/// around it.
+/// Returns the same table with the ribs across the slope. A sliding block bumps into the next rib,
+/// because the contact tolerance surrounds the rib.
 fn ribs() -> PolygonSoup {
     let mut outline = vec![DVec2::new(0.15, -0.02), DVec2::new(0.15, 0.0)];
     for k in (-24..=25).rev() {
@@ -110,7 +111,7 @@ fn ribs() -> PolygonSoup {
     extruded(&outline, 0.3)
 }
 
-/// A block, what it stands on, and how contacts share their force.
+/// A block, the ground under it, and the way in which contacts share their force.
 struct Trial {
     name: String,
     block: Arc<Body>,
@@ -118,7 +119,7 @@ struct Trial {
     clustering: Clustering,
 }
 
-/// On all blocks and grounds, with both ways of clustering.
+/// Returns all combinations of blocks and grounds, with both ways of clustering.
 fn trials() -> Vec<Trial> {
     let (block, sled) = (body(&shape::cuboid(SIZE)), body(&sled()));
     let (table, rails, ribs) = (body(&shape::table()), body(&rails()), body(&ribs()));
@@ -138,12 +139,12 @@ fn trials() -> Vec<Trial> {
     pairs.into_iter().flat_map(|pair| ways.map(|way| trial(pair, way))).collect()
 }
 
-/// Cases in which all normals are upright.
+/// Returns the cases in which all contact normals are vertical.
 fn level_trials() -> impl Iterator<Item = Trial> {
     trials().into_iter().filter(|trial| !trial.name.contains("ribs"))
 }
 
-/// How far it goes, m.
+/// Returns the distance that the block slides along x, m.
 fn slide(falling: &mut Falling, seconds: f64) -> f64 {
     let before = falling.pose.translation.x;
     falling.run(seconds);
@@ -152,7 +153,7 @@ fn slide(falling: &mut Falling, seconds: f64) -> f64 {
 
 #[test]
 #[allow(clippy::print_stderr, reason = "figures for the record")]
-fn a_block_sticks_below_the_static_angle_and_slides_above_it() {
+fn block_slides_only_above_the_static_angle() {
     let (holds, slides) = (STATIC.atan() - DEGREE, STATIC.atan() + DEGREE);
     for trial in level_trials() {
         let name = &trial.name;
@@ -172,12 +173,12 @@ fn a_block_sticks_below_the_static_angle_and_slides_above_it() {
 
 #[test]
 #[allow(clippy::print_stderr, reason = "figures for the record")]
-fn what_slides_goes_on_above_the_dynamic_angle_and_stops_below_it() {
+fn sliding_block_stops_only_below_the_dynamic_angle() {
     for trial in level_trials() {
         let name = &trial.name;
         let start = |angle: f64| {
             let mut falling = resting(&trial, 0.3);
-            // It stands as on the slope, before it is pushed.
+            // The block comes to rest on the slope before it is pushed.
             tilt_to(&mut falling, 0.0, angle, 1.0);
             falling.twist.linear.x = 0.1;
             falling
@@ -196,7 +197,7 @@ fn what_slides_goes_on_above_the_dynamic_angle_and_stops_below_it() {
 
 #[test]
 #[allow(clippy::print_stderr, reason = "figures for the record")]
-fn it_slides_as_fast_as_coulomb_says() {
+fn sliding_block_accelerates_by_coulombs_law() {
     for trial in level_trials() {
         let name = &trial.name;
         for degrees in [22.0, 30.0, 38.0] {
@@ -204,7 +205,7 @@ fn it_slides_as_fast_as_coulomb_says() {
             let mut falling = resting(&trial, 0.0);
             falling.drag.x = 0.0;
             falling.tilt(angle);
-            // Held back until it no longer sways.
+            // The block is held back until it no longer oscillates.
             for _ in 0..300 {
                 falling.twist.linear.x = 0.02;
                 falling.step();
@@ -214,13 +215,14 @@ fn it_slides_as_fast_as_coulomb_says() {
             falling.run(0.2);
             let gained = (falling.twist.linear.x - before) / 0.2;
             let expected = GRAVITY * (angle.sin() - DYNAMIC * angle.cos());
-            eprintln!("{name}: at {degrees}° {gained:.4} m/s² of {expected:.4}");
-            assert!((gained / expected - 1.0).abs() < 0.01, "{name}, {degrees}°: {gained} m/s² of {expected}");
+            eprintln!("{name}: at {degrees}° {gained:.4} m/s², expected {expected:.4}");
+            assert!((gained / expected - 1.0).abs() < 0.01, "{name}, {degrees}°: {gained} m/s², expected {expected}");
         }
     }
 }
 
-/// The mean distance from the middle of `place(u, v)`, u and v even between −1 and 1.
+/// Returns the mean distance of `place(u, v)` from the middle. u and v are uniform between −1 and
+/// 1.
 fn mean_lever(place: impl Fn(f64, f64) -> DVec2) -> f64 {
     let at = |k: i32| (f64::from(k) + 0.5) / 50.0 - 1.0;
     (0..10_000).map(|k| place(at(k / 100), at(k % 100)).length()).sum::<f64>() / 10_000.0
@@ -228,13 +230,13 @@ fn mean_lever(place: impl Fn(f64, f64) -> DVec2) -> f64 {
 
 #[test]
 #[allow(clippy::print_stderr, reason = "figures for the record")]
-fn a_spinning_block_stops_when_coulomb_says() {
-    // Turned, a block's corners are caught between rails.
+fn spinning_block_stops_by_coulombs_law() {
+    // The corners of a rotated block get caught between rails.
     for trial in level_trials().filter(|trial| !trial.name.contains(" on ")) {
         let name = &trial.name;
         let half = SIZE / 2.0;
-        // Evenly loaded, a patch resists with μ F times the mean distance of its points from the
-        // axis.
+        // With uniform load, the torque of friction is μ F times the mean distance of the patch's
+        // points from the axis.
         let lever = if name.starts_with("sled") {
             mean_lever(|u, v| DVec2::new(half.x - 0.005 + 0.005 * u, half.y * v))
         } else {
@@ -251,15 +253,16 @@ fn a_spinning_block_stops_when_coulomb_says() {
             falling.step();
             seconds += DT;
         }
-        eprintln!("{name}: spins for {seconds:.3} s of {expected:.3} s");
-        assert!((seconds / expected - 1.0).abs() < 0.1, "{name}: {seconds} s of {expected} s");
+        eprintln!("{name}: spins for {seconds:.3} s, expected {expected:.3} s");
+        assert!((seconds / expected - 1.0).abs() < 0.1, "{name}: {seconds} s, expected {expected} s");
         falling.spin_drag.z = DRAG.z;
         falling.run(1.0);
         assert!(falling.twist.angular.length() < 1e-3, "{name}: {}", falling.twist.angular);
     }
 }
 
-/// How far a block at rest on an incline is, each second, from where it was after the first two; m.
+/// Returns for each second how far (m) a block at rest on an incline is from its position after the
+/// first two seconds.
 fn creep(trial: &Trial, seconds: u32) -> Vec<f64> {
     let mut falling = resting(trial, 0.3);
     tilt_to(&mut falling, 0.0, 0.35, 1.0);
@@ -289,12 +292,12 @@ fn assert_no_drift(seconds: u32) {
 }
 
 #[test]
-fn a_block_at_rest_on_an_incline_does_not_drift() {
+fn block_at_rest_on_an_incline_does_not_drift() {
     assert_no_drift(10);
 }
 
 #[test]
 #[ignore = "ten minutes of simulated time, four times"]
-fn a_block_at_rest_on_an_incline_does_not_drift_in_ten_minutes() {
+fn block_at_rest_does_not_drift_in_ten_minutes() {
     assert_no_drift(600);
 }

@@ -1,5 +1,5 @@
-//! The sleeping front answers what the full traversal answers, on every scene and along every
-//! kind of motion.
+//! Tests that front tracking gives the same results as the full traversal, in every scene and for
+//! every kind of motion.
 
 mod bodies;
 mod judge;
@@ -13,24 +13,25 @@ use palpus::body::Body;
 use palpus::collision::{Front, LeafPairs, PlacedPair, Side, TraversalCounters};
 use palpus_scenes::{Scene, scene, scenes};
 
-/// Seed of everything random here.
+/// Seed of all random numbers here.
 const SEED: u64 = 0xf207_7e57;
 
-/// Relative to the bodies' size: hulls shave their merge distance off, so that a distance within
-/// this of the tolerance may count as within it or not.
+/// Uncertainty of the tolerance, relative to the bodies' size. Hulls may be smaller than their
+/// bodies by the merge distance. So a distance that differs from the tolerance by less than this
+/// may count as within it or not.
 const SLACK: f64 = 1e-8;
 
-/// Relative to the bodies' size: how far a march may answer another distance from another start.
+/// Difference of two distance searches with different starts, relative to the bodies' size.
 const ROUNDING: f64 = 1e-11;
 
-/// Ticks from one question for the nearest pair to the next.
+/// Number of ticks between two searches for the nearest pair.
 const NEAREST_EVERY: usize = 7;
 
 fn side(body: &Body) -> Side<'_> {
     Side { hierarchy: body.hierarchy(), pieces: body.polytopes() }
 }
 
-/// In the order of the pieces.
+/// Returns the pairs in the order of their pieces.
 fn sorted(mut pairs: Vec<(u32, u32, f64)>) -> Vec<(u32, u32, f64)> {
     pairs.sort_by_key(|pair| (pair.0, pair.1));
     pairs
@@ -92,8 +93,8 @@ impl<'a> Duel<'a> {
         self.work[1] += marches;
     }
 
-    /// Compares the nearest pair with the pairs within tolerance, or without any, with the pairs a
-    /// little farther away.
+    /// Compares the nearest pair with the pairs within the tolerance. If there are none, compares
+    /// it with the pairs that are slightly farther away.
     fn hold_nearest(&mut self, place: &Placement, tolerance: f64, within: &[(u32, u32, f64)]) {
         if !self.ticks.is_multiple_of(NEAREST_EVERY) {
             return;
@@ -102,7 +103,7 @@ impl<'a> Duel<'a> {
         let nearest = self
             .front
             .nearest(&PlacedPair::new(side(self.a), side(self.b), place, tolerance), &mut counters)
-            .expect("bodies have pieces");
+            .expect("every body has pieces");
         let ours = judge::distance(&nearest.proximity);
         let size = self.a.size() + self.b.size();
         let least = |pairs: &mut dyn Iterator<Item = f64>| pairs.fold(f64::INFINITY, f64::min);
@@ -119,7 +120,8 @@ impl<'a> Duel<'a> {
     }
 }
 
-/// Motion that drifts, trembles, rests, jumps; a tolerance that changes; a front that forgets.
+/// Moves by drift, tremor, rest and jumps. The tolerance changes, and the front is sometimes
+/// cleared.
 fn wander(duel: &mut Duel<'_>, around: impl Fn(f64) -> Pose, tolerance: f64, ticks: usize, what: &str) {
     let mut random = Random::new(SEED);
     let reach = duel.a.size().min(duel.b.size());
@@ -130,7 +132,7 @@ fn wander(duel: &mut Duel<'_>, around: impl Fn(f64) -> Pose, tolerance: f64, tic
             phase = random.unit();
         }
         if random.below(100) == 0 {
-            // From resting over creeping to faster than a hand can.
+            // From rest and creeping to faster than a hand can move.
             speed = [0.0, 1e-6, 2e-4, 2e-3, 1e-2][(random.unit() * 5.0) as usize];
         }
         if random.below(60) == 0 {
@@ -161,23 +163,23 @@ fn wander_on(name: &str, places: usize, ticks: usize) -> (usize, usize) {
 }
 
 #[test]
-fn the_front_finds_what_the_full_traversal_finds_on_every_scene() {
-    // The first of two tools need not touch the environment.
+fn front_equals_full_traversal_in_every_scene() {
+    // In scenes with two tools, the first tool need not touch the environment.
     for entry in scenes().iter().filter(|entry| entry.build().is_of_two_bodies()) {
         wander_on(entry.name, 1 << 15, 600);
     }
 }
 
 #[test]
-fn a_front_without_room_is_slower_and_as_right() {
+fn full_front_is_slower_but_correct() {
     for places in [2, 32, 96] {
         let (crowded, _) = wander_on("torus-torus", places, 200);
         assert!(crowded > 20, "{places} places: {crowded} crowded pairs");
     }
 }
 
-/// The poses of a camera in a hand, recorded at 300 Hz (TUM RGB-D, freiburg2_desk), relative to the
-/// first; empty if the file is missing.
+/// Returns the poses of a hand-held camera, recorded at 300 Hz (TUM RGB-D, freiburg2_desk),
+/// relative to the first pose. `None` if the file is missing.
 fn recorded() -> Option<Vec<Pose>> {
     let name = "../../../shared/models/trajectories/tum_fr2_desk_300hz.txt";
     let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(name)).ok()?;
@@ -190,14 +192,15 @@ fn recorded() -> Option<Vec<Pose>> {
     Some(poses.iter().map(|pose| first * *pose).collect())
 }
 
-/// Follows the recording, a metre of which is a body's size, about the pose in which the scene's
-/// path is at `phase`.
+/// Follows the recording, starting at the pose of the scene's path at `phase`. One metre of the
+/// recording becomes the size of the smaller body.
 fn follow(duel: &mut Duel<'_>, scene: &Scene, phase: f64, ticks: usize) {
     let Some(recorded) = recorded() else { return };
     let start = scene.path.pose(phase * scene.path.duration());
     let scale = duel.a.size().min(duel.b.size());
     for (k, pose) in recorded.iter().take(ticks).enumerate() {
-        // It leaves; so it is folded back every thousand rows.
+        // The recorded hand moves away, so the motion starts again from the first pose every
+        // thousand rows.
         let back = recorded[k / 1000 * 1000].inverse() * *pose;
         let pose = Pose::new(back.rotation * start.rotation, start.translation + back.translation * scale);
         duel.tick(&pose, scene.contact.tolerance, "a recorded hand");
@@ -206,7 +209,7 @@ fn follow(duel: &mut Duel<'_>, scene: &Scene, phase: f64, ticks: usize) {
 }
 
 #[test]
-fn the_front_finds_what_the_full_traversal_finds_along_a_recorded_hand() {
+fn front_equals_full_traversal_along_a_recorded_hand() {
     let scene = scene("torus-torus").expect("a built-in scene");
     let (a, b) = (body(&scene.probe), body(&scene.environment));
     follow(&mut Duel::new(&a, &b, 1 << 15), &scene, 0.4, 1500);
@@ -214,8 +217,8 @@ fn the_front_finds_what_the_full_traversal_finds_along_a_recorded_hand() {
 
 #[test]
 #[ignore = "minutes: 20 000 ticks on each scene"]
-fn the_front_finds_what_the_full_traversal_finds_for_long() {
-    // The first of two tools need not touch the environment.
+fn front_equals_full_traversal_long() {
+    // In scenes with two tools, the first tool need not touch the environment.
     for entry in scenes().iter().filter(|entry| entry.build().is_of_two_bodies()) {
         let (_, merged) = wander_on(entry.name, 1 << 15, 20_000);
         assert!(merged > 0 || entry.name == "pen-sphere" || entry.name == "box-table", "{}", entry.name);
@@ -224,7 +227,7 @@ fn the_front_finds_what_the_full_traversal_finds_for_long() {
 
 #[test]
 #[ignore = "minutes: 20 000 ticks"]
-fn the_front_finds_what_the_full_traversal_finds_along_a_recorded_hand_for_long() {
+fn front_equals_full_traversal_along_a_recorded_hand_long() {
     for name in ["torus-torus", "spoon-cup", "intestine"] {
         let scene = scene(name).expect("a built-in scene");
         let (a, b) = (body(&scene.probe), body(&scene.environment));

@@ -1,17 +1,18 @@
-//! Real recorded hands as paths; skipped where the recordings are not at hand.
+//! Recorded motions of real hands as paths. The test does nothing if the recordings are absent.
 
 use std::path::Path;
 
 use palpus_io::{HandFile, read_hand};
 use palpus_scenes::{HandPath, Placement};
 
-/// Files, and what a velocity (m/s) and an angular velocity (rad/s) may change by in a
-/// millisecond of them: a person who carries a camera, and one who leads a robot's arm.
+/// File names, and the largest allowed change of velocity (m/s) and angular velocity (rad/s) in one
+/// millisecond. The recordings are a person with a hand-held camera, and a person who leads a
+/// robot's arm.
 const HANDS: [(&str, f64, f64); 2] =
     [("tum_fr2_desk_300hz.txt", 0.05, 0.3), ("ur_kinesthetic_teaching_500hz.csv", 0.03, 0.1)];
 
 #[test]
-fn recorded_hands_move_smoothly_and_where_they_were() {
+fn recorded_hands_give_smooth_accurate_paths() {
     for (name, linear, angular) in HANDS {
         let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/models/trajectories"));
         let Ok(HandFile::Recorded(hand)) = read_hand(&folder.join(name)) else { continue };

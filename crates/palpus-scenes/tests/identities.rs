@@ -1,4 +1,4 @@
-//! Identities that hold for every answer on every scene.
+//! Identities that hold for every result in every scene.
 
 mod bodies;
 
@@ -13,7 +13,7 @@ use palpus::detect::{ContactQuery, QuerySettings};
 use palpus::render::{ProbeState, Renderer, Settings};
 use palpus_scenes::{Scene, scene, scenes};
 
-/// Seed of everything random here.
+/// Seed of all random numbers here.
 const SEED: u64 = 0x1de7_717e;
 
 fn settings(scene: &Scene) -> Settings {
@@ -25,7 +25,7 @@ fn settings(scene: &Scene) -> Settings {
     }
 }
 
-/// Poses along the scene's path, `count` of them.
+/// Returns `count` poses along the scene's path.
 fn poses(scene: &Scene, count: usize) -> Vec<Pose> {
     (0..count).map(|k| scene.path.pose(scene.path.duration() * k as f64 / count as f64)).collect()
 }
@@ -36,7 +36,8 @@ fn shuffled(count: usize) -> Vec<usize> {
     order
 }
 
-/// Answer of a leaf pair, regardless of the order in which it was found.
+/// Returns the distances of the leaf pairs, sorted, so that the order of the search does not
+/// matter.
 fn answers(found: &[LeafPair], name_a: &[usize], name_b: &[usize]) -> Vec<(usize, usize, Option<f64>)> {
     let mut answers: Vec<_> = found
         .iter()
@@ -62,8 +63,8 @@ fn assert_same(found: &[(usize, usize, Option<f64>)], expected: &[(usize, usize,
 }
 
 #[test]
-fn points_normal_and_separation_agree_and_the_forces_on_both_bodies_cancel() {
-    // The first of two tools need not touch the environment.
+fn contacts_and_forces_satisfy_their_identities() {
+    // In scenes with two tools, the first tool need not touch the environment.
     for entry in scenes().iter().filter(|entry| entry.build().is_of_two_bodies()) {
         let scene = entry.build();
         let settings = settings(&scene);
@@ -86,18 +87,18 @@ fn points_normal_and_separation_agree_and_the_forces_on_both_bodies_cancel() {
             assert!(tick.commanded.force.length() <= settings.limits.force * (1.0 + 1e-12), "{}", entry.name);
             assert!(tick.commanded.torque.length() <= settings.limits.torque * (1.0 + 1e-12), "{}", entry.name);
         }
-        assert!(contacts > 0, "{} never touches", entry.name);
+        assert!(contacts > 0, "{} makes no contact", entry.name);
     }
 }
 
 #[test]
-fn the_descent_finds_what_testing_all_pairs_finds_in_whatever_order_the_pieces_stand() {
+fn front_equals_all_pairs_for_any_piece_order() {
     let scene = scene("spoon-cup").expect("a built-in scene");
     let (a, b) = (body(&scene.probe), body(&scene.environment));
     let (order_a, order_b) = (shuffled(a.polytopes().len()), shuffled(b.polytopes().len()));
     let pick = |pieces: &[Polytope], order: &[usize]| order.iter().map(|&k| pieces[k].clone()).collect::<Vec<_>>();
     let (pieces_a, pieces_b) = (pick(a.polytopes(), &order_a), pick(b.polytopes(), &order_b));
-    let build = |pieces: &[Polytope]| Hierarchy::build(pieces, 1e-12).expect("pieces make a tree");
+    let build = |pieces: &[Polytope]| Hierarchy::build(pieces, 1e-12).expect("the pieces form a hierarchy");
     let (tree_a, tree_b) = (build(&pieces_a), build(&pieces_b));
     let side_a = Side { hierarchy: &tree_a, pieces: &pieces_a };
     let side_b = Side { hierarchy: &tree_b, pieces: &pieces_b };
@@ -130,11 +131,11 @@ fn the_descent_finds_what_testing_all_pairs_finds_in_whatever_order_the_pieces_s
         assert_same(&first, &all, size, "all pairs by GJK");
         touching += all.len();
     }
-    assert!(touching > 100, "the path hardly touches: {touching}");
+    assert!(touching > 100, "the path must make more contacts: {touching}");
 }
 
 #[test]
-fn what_is_remembered_changes_no_distance() {
+fn cached_data_does_not_change_distances() {
     for name in ["spoon-cup", "torus-torus"] {
         let scene = scene(name).expect("a built-in scene");
         let (a, b) = (body(&scene.probe), body(&scene.environment));
@@ -143,7 +144,7 @@ fn what_is_remembered_changes_no_distance() {
         for pose in poses(&scene, 200) {
             let mut cold = ContactQuery::new(a.clone(), b.clone(), settings);
             let [remembered, fresh] =
-                [&mut warm, &mut cold].map(|query| query.nearest(&pose).expect("bodies have pieces").separation);
+                [&mut warm, &mut cold].map(|query| query.nearest(&pose).expect("every body has pieces").separation);
             assert_eq!(remembered > 0.0, fresh > 0.0, "{name}");
             assert!(fresh <= 0.0 || (remembered - fresh).abs() < 1e-10, "{name}: {remembered} and {fresh}");
         }
@@ -151,7 +152,7 @@ fn what_is_remembered_changes_no_distance() {
 }
 
 #[test]
-fn moving_the_whole_scene_moves_the_wrench_with_it() {
+fn moving_the_scene_moves_the_wrench() {
     for name in ["pen-sphere", "box-table"] {
         let scene = scene(name).expect("a built-in scene");
         let moved = Pose::new(DQuat::from_rotation_x(0.7) * DQuat::from_rotation_z(-1.9), DVec3::new(0.3, -0.2, 0.5));
@@ -166,7 +167,7 @@ fn moving_the_whole_scene_moves_the_wrench_with_it() {
             let wrench = here.step(&ProbeState::at(pose), 1e-3, &NoClock).commanded;
             let same: Wrench = there.step(&ProbeState::at(moved * pose), 1e-3, &NoClock).commanded;
             let expected = wrench.rotated(&moved);
-            // A flat contact has many witness points; rounding picks among them, so that only its
+            // A flat contact has many witness points, and rounding chooses among them. So only its
             // force is unique.
             let flat = name == "box-table";
             assert!((same.force - expected.force).length() < 1e-6, "{name}, {k}: {same:?}, expected {expected:?}");

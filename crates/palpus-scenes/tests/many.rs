@@ -1,4 +1,4 @@
-//! The scenes with free bodies: the effects of a scripted hand, without a step that obtains memory.
+//! The scenes with free bodies: the effects of the scripted motions. No step may allocate memory.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ static ALLOCATOR: CountingAllocator = CountingAllocator;
 const DT: f64 = 1e-3;
 const LIMITS: Limits = Limits { force: 8.5, torque: 0.188 };
 
-/// A built-in scene in a world of its own, its tools where the scripted hands are.
+/// A built-in scene in a world. The scripted hands move its tools.
 struct Stage {
     scene: Scene,
     world: World,
@@ -27,13 +27,14 @@ struct Stage {
 
 fn body(soup: &PolygonSoup) -> Arc<Body> {
     let settings = BodySettings { flatness: BodySettings::HAPTIC, ..BodySettings::default() };
-    Arc::new(Body::from_soup(soup, &settings, &mut |_| ()).expect("a sound shape"))
+    Arc::new(Body::from_soup(soup, &settings, &mut |_| ()).expect("a valid shape"))
 }
 
 impl Stage {
     fn new(name: &str) -> Self {
-        let scene = palpus_scenes::scene(name).expect("a scene of that name");
-        let stiffness = VirtualCoupling::contact_stiffness(&LIMITS, scene.contact.tolerance).expect("limits");
+        let scene = palpus_scenes::scene(name).expect("a built-in scene");
+        let stiffness =
+            VirtualCoupling::contact_stiffness(&LIMITS, scene.contact.tolerance).expect("a finite force limit");
         let settings = Settings {
             contact_tolerance: scene.contact.tolerance,
             cluster_radius: scene.contact.cluster_radius,
@@ -47,9 +48,9 @@ impl Stage {
             limits: LIMITS,
             ..Settings::default()
         };
-        let mut world = World::new(settings).expect("settings in range");
+        let mut world = World::new(settings).expect("valid settings");
         world.set_gravity(scene.gravity);
-        world.add(Object::fixed(body(&scene.environment), Pose::IDENTITY)).expect("a pose");
+        world.add(Object::fixed(body(&scene.environment), Pose::IDENTITY)).expect("a valid pose");
         let mut shapes = HashMap::new();
         let mut objects = Vec::new();
         for object in &scene.objects {
@@ -59,16 +60,16 @@ impl Stage {
                 Motion::Driven(_) => Object::driven(shape, object.start),
                 Motion::Free(density) => Object::free(shape, object.start, density),
             };
-            objects.push(world.add(object).expect("a pose and a density"));
+            objects.push(world.add(object).expect("a valid pose and density"));
         }
         let probes = [Some(&scene.probe), scene.second.as_ref().map(|second| &second.probe)];
         for probe in probes.into_iter().flatten() {
-            world.add_tool(body(probe), settings).expect("settings in range");
+            world.add_tool(body(probe), settings).expect("valid settings");
         }
         Self { scene, world, objects, ticks: 0 }
     }
 
-    /// Goes on until `time` (s).
+    /// Continues until `time` (s).
     fn run_until(&mut self, time: f64) {
         let paths = [Some(&self.scene.path), self.scene.second.as_ref().map(|second| &second.path)];
         while f64::from(self.ticks) * DT < time {
@@ -85,7 +86,7 @@ impl Stage {
             let probes: Vec<_> = paths.iter().flatten().map(|path| ProbeState::at(path.pose(now))).collect();
             let before = allocations_of_this_thread();
             self.world.step(&probes, DT, &NoClock);
-            assert_eq!(allocations_of_this_thread(), before, "tick {} obtains memory", self.ticks);
+            assert_eq!(allocations_of_this_thread(), before, "tick {} allocates memory", self.ticks);
             assert_eq!(self.world.counters().reset, 0, "tick {}", self.ticks);
             self.ticks += 1;
         }
@@ -97,7 +98,7 @@ impl Stage {
 }
 
 #[test]
-fn a_stack_is_pushed_over_its_lower_blocks_and_stays_up() {
+fn pushed_stack_does_not_fall() {
     let mut stage = Stage::new("stack");
     stage.run_until(0.9);
     let rested = [0, 1, 2].map(|k| stage.place(k));
@@ -110,7 +111,7 @@ fn a_stack_is_pushed_over_its_lower_blocks_and_stays_up() {
 }
 
 #[test]
-fn a_loose_drawer_goes_through_its_frame_and_keeps_to_it() {
+fn drawer_slides_through_its_frame() {
     let mut stage = Stage::new("drawer-slides");
     stage.run_until(0.9);
     let begin = stage.place(0);
@@ -125,12 +126,12 @@ fn a_loose_drawer_goes_through_its_frame_and_keeps_to_it() {
 }
 
 #[test]
-fn a_turntable_carries_its_parts_and_a_finger_holds_them_up() {
+fn turntable_carries_parts_and_finger_blocks_them() {
     let mut stage = Stage::new("conveyor");
     stage.run_until(1.0);
     let angle = |place: DVec3| place.y.atan2(place.x);
     let turned = angle(stage.place(1)) - 0.9;
-    // 0.8 rad/s, less what it took to get going.
+    // The speed is 0.8 rad/s. The part loses some angle while it accelerates.
     assert!((0.5..0.85).contains(&turned), "{turned} rad in a second");
     stage.run_until(7.0);
     for part in 1..5 {
@@ -140,7 +141,7 @@ fn a_turntable_carries_its_parts_and_a_finger_holds_them_up() {
 }
 
 #[test]
-fn twenty_parts_are_swept_about_and_stay_in_the_tray() {
+fn swept_parts_stay_in_the_tray() {
     let mut stage = Stage::new("tray");
     let begin: Vec<_> = (1..21).map(|k| stage.place(k)).collect();
     stage.run_until(12.0);
@@ -157,7 +158,7 @@ fn twenty_parts_are_swept_about_and_stay_in_the_tray() {
 }
 
 #[test]
-fn two_fingers_set_a_nut_on_its_bolt() {
+fn two_fingers_put_the_nut_on_its_bolt() {
     let mut stage = Stage::new("nut-table");
     stage.run_until(1.9);
     let begin = stage.place(1);
@@ -169,28 +170,28 @@ fn two_fingers_set_a_nut_on_its_bolt() {
     assert!((nut - bolt).truncate().length() < 2e-3 && nut.z > begin.z + 0.01, "bolt {bolt}, nut {nut}");
 }
 
-/// Fifty objects and four tools, three of which press on an object each, beside the same three
-/// pairs alone.
+/// Compares the step time of two worlds: one with three tools that each press on an object, and one
+/// with fifty objects and four tools, of which three press.
 #[test]
-#[ignore = "figures for the record: cost of untouched bodies"]
+#[ignore = "figures for the record: cost of bodies without contact"]
 #[expect(clippy::print_stdout, reason = "figures are for reading")]
-fn what_fifty_objects_cost_beside_three_pairs() {
+fn cost_of_fifty_objects_without_contact() {
     let cube = body(&palpus_scenes::shape::cuboid(DVec3::splat(0.012)));
     let ball = body(&palpus_scenes::shape::sphere(0.008, 2));
     let settings = Settings {
         contact_tolerance: 0.5e-3,
         limits: LIMITS,
-        stiffness: VirtualCoupling::contact_stiffness(&LIMITS, 0.5e-3).expect("limits"),
+        stiffness: VirtualCoupling::contact_stiffness(&LIMITS, 0.5e-3).expect("a finite force limit"),
         coupling: Some(VirtualCoupling::tuned(&LIMITS, DT, 0.5e-3)),
         ..Settings::default()
     };
     let place = |k: u32| DVec3::new(0.04 * f64::from(k % 10), 0.04 * f64::from(k / 10), 0.0);
     let world = |objects: &[u32], tools: u32| {
-        let mut world = World::new(settings).expect("settings in range");
+        let mut world = World::new(settings).expect("valid settings");
         for &k in objects {
-            world.add(Object::fixed(cube.clone(), Pose::from_translation(place(k)))).expect("a pose");
+            world.add(Object::fixed(cube.clone(), Pose::from_translation(place(k)))).expect("a valid pose");
         }
-        (0..tools).for_each(|_| _ = world.add_tool(ball.clone(), settings).expect("settings in range"));
+        (0..tools).for_each(|_| _ = world.add_tool(ball.clone(), settings).expect("valid settings"));
         world
     };
     let pressed = [0, 25, 49];
@@ -209,14 +210,14 @@ fn what_fifty_objects_cost_beside_three_pairs() {
             })
             .collect();
         assert!(world.counters().touching == 3, "{:?}", world.counters());
-        palpus::algebra::quantile(&mut times, 0.5).expect("times")
+        palpus::algebra::quantile(&mut times, 0.5).expect("at least one time")
     };
     let all: Vec<u32> = (0..50).collect();
     let (mut three, mut many) = (world(&pressed, 3), world(&all, 4));
     for round in 0..3 {
         let (alone, among) = (median(&mut three, 3), median(&mut many, 4));
         println!(
-            "round {round}: three pairs {alone:.1} µs, among fifty objects {among:.1} µs: {:.2} times",
+            "round {round}: three pairs {alone:.1} µs, with fifty objects {among:.1} µs: {:.2} times",
             among / alone
         );
     }

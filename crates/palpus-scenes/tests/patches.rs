@@ -1,9 +1,9 @@
-//! Flush contact, felt while it moves: the torque changes no faster than springs at the corners of
-//! the overlap would.
+//! Flush contact during motion: the torque changes no faster than springs at the corners of the
+//! overlap would change it.
 //!
-//! Direct rendering, no friction: the wrench is a function of the pose. A step of the torque is set
-//! against what one spring of the contact stiffness at the probe's own reach makes of the same
-//! motion: |Δτ| / (motion × k × size).
+//! The tests use direct rendering without friction, so the wrench is a function of the pose. A
+//! change of the torque is compared with the effect of the same motion on one spring with the
+//! contact stiffness, at a lever of the probe's size: |Δτ| / (motion × k × size).
 
 mod bodies;
 
@@ -24,14 +24,14 @@ const DEGREE: f64 = std::f64::consts::PI / 180.0;
 fn renderer(probe: &Arc<Body>, ground: &Arc<Body>) -> Renderer {
     let limits = Limits { force: f64::INFINITY, torque: f64::INFINITY };
     let settings = Settings { limits, grip_a: probe.mass().center_of_mass, ..Settings::default() };
-    Renderer::new(probe.clone(), ground.clone(), settings).expect("good settings")
+    Renderer::new(probe.clone(), ground.clone(), settings).expect("valid settings")
 }
 
 fn felt(renderer: &mut Renderer, pose: &Pose) -> Wrench {
     renderer.step(&ProbeState::at(*pose), 1e-3, &NoClock).computed
 }
 
-/// The farthest that a corner of the probe's box moves, m.
+/// Returns the largest motion of a corner of the probe's bounding box, m.
 fn motion(probe: &Body, from: &Pose, to: &Pose) -> f64 {
     let bounds = probe.mesh().bounds();
     let corner = |k: u32| {
@@ -43,7 +43,7 @@ fn motion(probe: &Body, from: &Pose, to: &Pose) -> f64 {
     (0..8).map(corner).fold(0.0, f64::max)
 }
 
-/// The largest |Δτ| / (motion × k × size) along a path of `steps` steps.
+/// Returns the largest |Δτ| / (motion × k × size) along a path of `steps` steps.
 fn worst_along(probe: &Arc<Body>, ground: &Arc<Body>, steps: u32, pose: impl Fn(f64) -> Pose) -> f64 {
     let mut renderer = renderer(probe, ground);
     let stiffness = renderer.settings().stiffness;
@@ -61,7 +61,7 @@ fn worst_along(probe: &Arc<Body>, ground: &Arc<Body>, steps: u32, pose: impl Fn(
     worst
 }
 
-/// The prism of a convex outline (m), upright, with its middle at the origin.
+/// Returns the upright prism over a convex outline (m), with its middle at the origin.
 fn prism(outline: &[DVec2], height: f64) -> PolygonSoup {
     let count = outline.len() as u32;
     let mut soup = PolygonSoup::new();
@@ -83,7 +83,7 @@ fn ring(corners: u32, radius: f64) -> Vec<DVec2> {
         .collect()
 }
 
-/// Name of a path, its largest step, the probe, the ground, and the path.
+/// Name of a path, its largest allowed step, the probe, the ground, and the path.
 type Case = (&'static str, f64, Arc<Body>, Arc<Body>, Box<dyn Fn(f64) -> Pose>);
 
 const SIZE: DVec3 = DVec3::new(0.06, 0.04, 0.02);
@@ -91,7 +91,7 @@ const SIZE: DVec3 = DVec3::new(0.06, 0.04, 0.02);
 fn cases() -> Vec<Case> {
     let (block, table) = (body(&shape::cuboid(SIZE)), body(&shape::cuboid(DVec3::new(0.2, 0.2, 0.04))));
     let (disc, roller) = (body(&prism(&ring(64, 0.02), 0.01)), body(&prism(&ring(36, 0.02), 0.05)));
-    // The block's lower face on the table's upper one.
+    // The block's lower face lies on the table's upper face.
     let flush = 0.5 * SIZE.z + 0.02;
     let mut cases: Vec<Case> = Vec::new();
     for gap in [5e-4, 0.0, -2e-4] {
@@ -125,7 +125,7 @@ fn cases() -> Vec<Case> {
 
 #[test]
 #[allow(clippy::print_stderr, reason = "figures for the record")]
-fn flush_contact_steps_no_more_than_its_corners() {
+fn flush_contact_changes_torque_continuously() {
     for (name, most, probe, ground, path) in cases() {
         let worst = worst_along(&probe, &ground, 4000, path);
         eprintln!("{name}: {worst:.3}");
@@ -139,8 +139,8 @@ fn deepest_normal(renderer: &Renderer) -> DVec3 {
     deepest.map_or(DVec3::Z, |contact| contact.normal)
 }
 
-/// Random prisms nearly flush on each other, and a small random motion: the largest step of the
-/// torque.
+/// Tests random prisms that are nearly flush, with a small random motion. Asserts that the largest
+/// step of the torque is at most `most`.
 #[allow(clippy::print_stderr, reason = "figures for the record")]
 fn search(rounds: u32, most: f64) {
     let mut random = Random::new(SEED);
@@ -171,7 +171,7 @@ fn search(rounds: u32, most: f64) {
             let wrench = felt(&mut renderer, pose);
             (wrench, deepest_normal(&renderer))
         });
-        // If two directions are equally deep, the normal must jump, and everything with it.
+        // If two directions are equally deep, the normal must jump, and so must the torque.
         if before.1.dot(after.1) < 0.99 {
             flips += 1;
             continue;
@@ -183,24 +183,24 @@ fn search(rounds: u32, most: f64) {
             (worst, at) = (ratio, round);
         }
     }
-    eprintln!("largest of {rounds}: {worst:.3}, in round {at}; {flips} left out where the normal turned over");
+    eprintln!("largest of {rounds}: {worst:.3}, in round {at}; {flips} rounds left out because the normal jumped");
     assert!(worst <= most, "seed {SEED:#x}, round {at}: {worst}");
 }
 
 #[test]
-fn random_prisms_step_no_more_than_their_corners() {
+fn random_prisms_change_torque_continuously() {
     search(3000, 3.3);
 }
 
 #[test]
-#[ignore = "the long search takes some minutes"]
-fn the_worst_of_a_hundred_thousand() {
+#[ignore = "the long search takes several minutes"]
+fn random_prisms_change_torque_continuously_long() {
     search(100_000, 3.3);
 }
 
 #[test]
 fn deepest_contact_survives_full_capacity() {
-    // A plate upon three posts of which one is higher than the others; each pair has a patch of
+    // A plate lies on three posts, one of which is higher than the others. Each pair has a patch of
     // four corners.
     let plate = body(&shape::cuboid(DVec3::new(0.06, 0.02, 0.004)));
     for high in 0..3 {
@@ -224,10 +224,10 @@ fn deepest_contact_survives_full_capacity() {
             let contacts = query.found();
             assert!(contacts.len() <= capacity && dropped == 0, "{dropped} dropped");
             let deepest = contacts.iter().map(|contact| contact.separation).fold(f64::INFINITY, f64::min);
-            assert!((deepest + 1e-4).abs() < 1e-9, "of {capacity}, the post {high} left out: {contacts:?}");
+            assert!((deepest + 1e-4).abs() < 1e-9, "capacity {capacity}, post {high} is missing: {contacts:?}");
             let mut touched: Vec<u32> = contacts.iter().map(|contact| contact.piece_b).collect();
             touched.dedup();
-            assert_eq!(touched.len(), 3, "of {capacity}: each pair has room for one");
+            assert_eq!(touched.len(), 3, "capacity {capacity}: each pair must keep one contact");
         }
     }
 }

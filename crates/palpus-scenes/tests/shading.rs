@@ -1,5 +1,5 @@
-//! Shading turns forces and does nothing else: the same contacts, as deep, as strong; creases stay
-//! sharp.
+//! Tests that shading turns forces and changes nothing else: contacts, depths and magnitudes stay
+//! the same, and creases stay sharp.
 
 mod bodies;
 
@@ -16,7 +16,7 @@ use palpus_scenes::{scene, shape};
 const SHADING: ShadingSettings = ShadingSettings { crease_angle: 0.7, most_turn: 0.5 };
 const BOTH: [Clustering; 2] = [Clustering::Linkage, Clustering::Smooth];
 
-/// The same scene without and with shading.
+/// Returns the same renderer without and with shading.
 fn both_ways(a: &Arc<Body>, b: &Arc<Body>, settings: Settings) -> [Renderer; 2] {
     [None, Some(SHADING)].map(|shading| {
         Renderer::new(a.clone(), b.clone(), Settings { shading, ..settings }).expect("the settings are valid")
@@ -25,7 +25,7 @@ fn both_ways(a: &Arc<Body>, b: &Arc<Body>, settings: Settings) -> [Renderer; 2] 
 
 #[test]
 #[allow(clippy::print_stderr, reason = "figures for the record")]
-fn depth_and_magnitude_are_left_alone_and_no_force_turns_too_far() {
+fn shading_keeps_depth_and_magnitude() {
     for name in ["torus-torus", "spoon-cup", "v-groove", "pen-sphere"] {
         let scene = scene(name).expect("a built-in scene");
         let (a, b) = (body(&scene.probe), body(&scene.environment));
@@ -59,19 +59,19 @@ fn depth_and_magnitude_are_left_alone_and_no_force_turns_too_far() {
                 }
             }
             eprintln!(
-                "{name}, {clustering:?}: {touched} steps, turned by {turned:.3}, sizes changed by {:.1} %",
+                "{name}, {clustering:?}: {touched} steps, turned by {turned:.3} rad, magnitudes changed by {:.1} %",
                 100.0 * worst
             );
-            assert!(touched > 200, "{name} hardly touches");
-            // In smooth clustering's crowds each contact's own size stays; how much they share
-            // follows the directions felt, so that it is as continuous as those.
+            assert!(touched > 200, "{name} must make more contacts");
+            // With smooth clustering, each contact keeps its magnitude before load sharing. The
+            // load sharing depends on the rendered directions, so it is as continuous as they are.
             assert!(worst < 0.05, "{name}, {clustering:?}: {worst}");
         }
     }
 }
 
-/// How far, as a sine, `direction` is from lying between the normals of the faces that meet at an
-/// edge or corner.
+/// Returns how far `direction` lies outside the normals of the faces that meet at an edge or a
+/// corner, as a sine.
 fn outside(polytope: &Polytope, feature: Feature, direction: DVec3) -> f64 {
     match feature {
         Feature::Edge(edge) => {
@@ -80,7 +80,7 @@ fn outside(polytope: &Polytope, feature: Feature, direction: DVec3) -> f64 {
             let faces = [edge.left, edge.right].map(|face| -polytope.plane(face).normal.dot(direction));
             along.dot(direction).abs().max(faces[0]).max(faces[1])
         }
-        // The faces of a box stand square.
+        // The faces of a box are perpendicular.
         Feature::Vertex(vertex) => {
             polytope.ring(vertex).iter().map(|s| -polytope.plane(s.left).normal.dot(direction)).fold(0.0, f64::max)
         }
@@ -90,9 +90,9 @@ fn outside(polytope: &Polytope, feature: Feature, direction: DVec3) -> f64 {
 
 #[test]
 #[allow(clippy::print_stderr, reason = "figures for the record")]
-fn the_edges_of_a_box_stay_sharp() {
-    // A coarse ball rolls over the edges and corners of a box: forces stay within the normals of
-    // the faces that meet there.
+fn edges_of_a_box_stay_sharp() {
+    // A coarse ball rolls over the edges and corners of a box. The forces must stay between the
+    // normals of the faces that meet there.
     let size = DVec3::new(0.06, 0.04, 0.03);
     let (ball, block) = (body(&shape::sphere(0.008, 1)), body(&shape::cuboid(size)));
     for clustering in BOTH {
@@ -100,7 +100,7 @@ fn the_edges_of_a_box_stay_sharp() {
         let (mut on_edges, mut turned) = (0, 0.0_f64);
         for k in 0..6000 {
             let s = f64::from(k) / 6000.0;
-            // Around the box, a little up and down, a millimetre in.
+            // The ball moves around the box and a little up and down, pressed in slightly.
             let angle = std::f64::consts::TAU * s;
             let outward = DVec3::new(angle.cos(), angle.sin(), 0.9 * (7.0 * angle).sin());
             let reach = (size / 2.0 / outward.abs().max(DVec3::splat(1e-9))).min_element();
@@ -116,7 +116,10 @@ fn the_edges_of_a_box_stay_sharp() {
                 turned = turned.max(contact.normal.angle_between(*direction));
                 if let Feature::Face(face) = contact.features.b {
                     let normal = polytope.plane(face).normal;
-                    assert!(normal.angle_between(*direction) < 1e-6, "{clustering:?}, step {k}: a face's own normal");
+                    assert!(
+                        normal.angle_between(*direction) < 1e-6,
+                        "{clustering:?}, step {k}: the force must follow the face's normal"
+                    );
                 } else {
                     on_edges += 1;
                     let more = outside(polytope, contact.features.b, *direction)

@@ -1,7 +1,8 @@
-//! How deep bodies can be felt and how truly: the sweeps of [`palpus_scenes::sweep`] over the
-//! scenes and over real models.
+//! How deep contact with bodies can be felt, and how accurately: the sweeps of
+//! [`palpus_scenes::sweep`] over the scenes and over real models.
 //!
-//! Weakness: the bounds are the reached figures with a margin; the right figure would be all.
+//! Limitation: the bounds are the measured figures plus a margin. Ideally all points would be
+//! correct.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -18,9 +19,9 @@ fn build(soup: &PolygonSoup) -> Arc<Body> {
     Arc::new(Body::from_soup(soup, &settings, &mut |_| ()).unwrap())
 }
 
-/// Sweeps a body and holds what is promised: contact persists but for one push in fifty, the median
-/// depth is true to 2 %, and none is more than 1.25 times the true one but for rounding and edges
-/// met by edges.
+/// Sweeps a body and asserts the guaranteed figures. Contact persists in 98 % of the pushes. The
+/// median error of the depth is at most 2 %. No depth is more than 1.25 times the true depth,
+/// except by rounding and at edge–edge contacts.
 fn sweep_and_hold(name: &str, body: &Arc<Body>, samples: usize) {
     let (push, honest) = sweep(name, body, samples);
     assert!(push.held >= 0.98 && push.grew >= 0.8, "{name}, seed {SEED:#x}: {push:?}");
@@ -28,8 +29,8 @@ fn sweep_and_hold(name: &str, body: &Arc<Body>, samples: usize) {
     assert!(honest.beyond <= 0.002 && honest.worst <= 1.6, "{name}, seed {SEED:#x}: {honest:?}");
 }
 
-/// Sweeps a body and tells the figures.
-#[allow(clippy::print_stderr, reason = "figures that are asked for")]
+/// Sweeps a body, and prints and returns the figures.
+#[allow(clippy::print_stderr, reason = "figures for the record")]
 fn sweep(name: &str, body: &Arc<Body>, samples: usize) -> (PopThrough, Honesty) {
     let push = PopThrough::of(&pop_through(body, samples, SEED));
     let honest = Honesty::of(&honesty(body, samples, SEED));
@@ -51,7 +52,7 @@ fn sweep(name: &str, body: &Arc<Body>, samples: usize) -> (PopThrough, Honesty) 
 }
 
 #[test]
-fn small_scenes_are_felt_deep_and_truly() {
+fn small_scenes_have_deep_accurate_contact() {
     for name in ["spoon-cup", "torus-torus", "v-groove"] {
         let scene = scene(name).unwrap();
         for (part, soup) in [("probe", &scene.probe), ("environment", &scene.environment)] {

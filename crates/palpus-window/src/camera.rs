@@ -1,21 +1,21 @@
-//! The eye: on a sphere about a target, upright with the scene's z.
+//! The camera: on a sphere about a target, with the scene's z upwards.
 
 use glam::DVec3;
 
-/// A perspective eye that looks at `target` from `distance` away.
+/// A perspective camera that looks at `target` from `distance` away.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// The point in the middle of the picture, world.
     pub target: DVec3,
-    /// m, from the eye to the target.
+    /// Distance from the camera to the target, m.
     pub distance: f64,
-    /// rad: the eye's direction about z, from x towards y.
+    /// Direction of the camera about z, from x towards y, rad.
     pub yaw: f64,
-    /// rad: how far the eye is above the horizon.
+    /// Elevation of the camera above the horizon, rad.
     pub pitch: f64,
 }
 
-/// From where a scene is looked at.
+/// Standard view of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum View {
     /// From the front, the right and above.
@@ -50,29 +50,28 @@ impl View {
     }
 }
 
-/// Place of a point in a picture.
+/// Position of a point in a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Projected {
     /// Pixels from the left edge.
     pub x: f64,
     /// Pixels from the upper edge.
     pub y: f64,
-    /// m, ahead of the eye, along the line of sight through the middle.
+    /// Depth: distance ahead of the camera along the middle line of sight, m.
     pub depth: f64,
 }
 
-/// Half the opening between the lower and the upper edge of a picture: its tangent. 15°: little
-/// perspective, as in a drawing.
+/// Tangent of half the vertical field of view: 15°, with little perspective, as in a drawing.
 const HALF_OPENING: f64 = 0.268;
-/// Share of the distance: parts nearer to the eye are cut away.
+/// Parts that are nearer to the camera than this share of the distance are cut away.
 const NEAREST: f64 = 0.01;
-/// The eye keeps at least this far from the poles when it is turned, rad: beyond, the picture would
-/// stand on its head.
+/// Smallest angle between the camera's direction and the poles, rad. Beyond it, the picture would
+/// be upside down.
 const MOST_PITCH: f64 = std::f64::consts::FRAC_PI_2;
 
 impl Camera {
-    /// The eye in `view` from which all `points` are seen in a picture `aspect` times as wide as it
-    /// is high, with a margin.
+    /// Returns the camera in `view` that sees all `points` with a margin, in a picture `aspect`
+    /// times as wide as it is high.
     pub fn framing(points: impl Iterator<Item = DVec3> + Clone, view: View, aspect: f64) -> Self {
         let (yaw, pitch) = view.angles();
         let mut camera = Self { target: DVec3::ZERO, distance: 1.0, yaw: yaw.to_radians(), pitch: pitch.to_radians() };
@@ -80,8 +79,8 @@ impl Camera {
         camera
     }
 
-    /// Moves target and distance, not the direction, so that all `points` are seen; does nothing
-    /// without points.
+    /// Moves target and distance, but not the direction, so that all `points` are visible. Does
+    /// nothing without points.
     pub fn frame(&mut self, points: impl Iterator<Item = DVec3> + Clone, aspect: f64) {
         let [right, up, back] = self.axes();
         let in_view = points.map(|p| DVec3::new(right.dot(p), up.dot(p), back.dot(p)));
@@ -100,33 +99,33 @@ impl Camera {
         self.distance = needed.fold(0.0, f64::max).max(f64::MIN_POSITIVE.sqrt());
     }
 
-    /// Turns the eye about the target, rad.
+    /// Turns the camera about the target, rad.
     pub fn orbit(&mut self, about_z: f64, upwards: f64) {
         self.yaw = (self.yaw + about_z) % std::f64::consts::TAU;
         self.pitch = (self.pitch + upwards).clamp(-MOST_PITCH, MOST_PITCH);
     }
 
-    /// Moves the eye and its target so that what is at the target moves by this many pixels in a
-    /// picture `height` pixels high.
+    /// Moves the camera and its target so that the target moves by this many pixels in a picture
+    /// `height` pixels high.
     pub fn pan(&mut self, rightwards: f64, downwards: f64, height: f64) {
         let [right, up, _] = self.axes();
         let metres = self.metres_per_pixel(self.distance, height);
         self.target += (up * downwards - right * rightwards) * metres;
     }
 
-    /// Comes nearer by this factor.
+    /// Moves nearer by this factor.
     pub fn zoom(&mut self, factor: f64) {
         self.distance /= factor;
     }
 
-    /// Looks from a standard view at what it looks at.
+    /// Looks at the same target from a standard view.
     pub fn look(&mut self, view: View) {
         let (yaw, pitch) = view.angles();
         self.yaw = yaw.to_radians();
         self.pitch = pitch.to_radians();
     }
 
-    /// Right, up and towards the viewer: the view's axes in the world.
+    /// Returns the view's axes in the world: right, up and towards the viewer.
     pub fn axes(&self) -> [DVec3; 3] {
         let ((sy, cy), (sp, cp)) = (self.yaw.sin_cos(), self.pitch.sin_cos());
         let back = DVec3::new(cp * cy, cp * sy, sp);
@@ -134,35 +133,35 @@ impl Camera {
         [right, back.cross(right), back]
     }
 
-    /// The eye, world.
+    /// Position of the camera, world.
     pub fn eye(&self) -> DVec3 {
         self.target + self.axes()[2] * self.distance
     }
 
-    /// The tangent of half the opening from the lower to the upper edge.
+    /// The tangent of half the vertical field of view.
     pub fn half_opening(&self) -> f64 {
         HALF_OPENING
     }
 
-    /// m ahead of the eye: nearer parts are not drawn.
+    /// Distance ahead of the camera below which nothing is drawn, m.
     pub fn nearest(&self) -> f64 {
         self.distance * NEAREST
     }
 
-    /// How long a pixel is at `depth`, in a picture `height` pixels high.
+    /// Length of a pixel at `depth`, in a picture `height` pixels high, m.
     pub fn metres_per_pixel(&self, depth: f64, height: f64) -> f64 {
         2.0 * depth * HALF_OPENING / height
     }
 
-    /// Projects a point of the world into a picture of this size, pixels; `None` if it is behind
-    /// the eye.
+    /// Projects a point of the world into a picture of this size, pixels; `None` if the point is
+    /// behind the camera.
     pub fn project(&self, point: DVec3, width: f64, height: f64) -> Option<Projected> {
         let [right, up, back] = self.axes();
         let p = point - self.eye();
         self.project_view(DVec3::new(right.dot(p), up.dot(p), back.dot(p)), width, height)
     }
 
-    /// The same of a point in the view's frame, whose origin is the eye.
+    /// Projects a point of the view's frame, whose origin is the camera.
     pub fn project_view(&self, p: DVec3, width: f64, height: f64) -> Option<Projected> {
         let depth = -p.z;
         if depth < self.nearest() {
@@ -173,7 +172,7 @@ impl Camera {
     }
 }
 
-/// The part of a picture's width and height that what it shows may take.
+/// Share of a picture's width and height that the framed points may fill.
 const WITHIN: f64 = 0.84;
 
 #[cfg(test)]
@@ -188,15 +187,17 @@ mod tests {
     }
 
     #[test]
-    fn what_is_framed_is_within_the_picture_and_fills_it() {
+    fn framed_bodies_fill_the_picture() {
         for view in VIEWS {
             let camera = Camera::framing(corners().into_iter(), view, 1.6);
-            let seen: Vec<Projected> =
-                corners().iter().map(|p| camera.project(*p, 1600.0, 1000.0).expect("ahead of the eye")).collect();
+            let seen: Vec<Projected> = corners()
+                .iter()
+                .map(|p| camera.project(*p, 1600.0, 1000.0).expect("the point is in front of the camera"))
+                .collect();
             assert!(seen.iter().all(|p| p.x > 100.0 && p.x < 1500.0 && p.y > 70.0 && p.y < 930.0), "{view:?} {seen:?}");
             let wide = seen.iter().map(|p| (p.x - 800.0).abs() / 800.0).fold(0.0, f64::max);
             let tall = seen.iter().map(|p| (p.y - 500.0).abs() / 500.0).fold(0.0, f64::max);
-            assert!(wide.max(tall) > 0.7, "{view:?} leaves the picture empty: {wide} {tall}");
+            assert!(wide.max(tall) > 0.7, "{view:?} does not fill the picture: {wide} {tall}");
         }
     }
 
@@ -209,16 +210,16 @@ mod tests {
     }
 
     #[test]
-    fn a_pan_moves_the_target_by_so_many_pixels() {
+    fn pan_moves_the_target_by_the_given_pixels() {
         let mut camera = Camera::framing(corners().into_iter(), View::Oblique, 1.6);
         let before = camera.target;
         camera.pan(30.0, -20.0, 1000.0);
-        let now = camera.project(before, 1600.0, 1000.0).expect("ahead of the eye");
+        let now = camera.project(before, 1600.0, 1000.0).expect("the point is in front of the camera");
         assert!((now.x - 830.0).abs() < 1e-6 && (now.y - 480.0).abs() < 1e-6, "{now:?}");
     }
 
     #[test]
-    fn the_eye_never_turns_over() {
+    fn eye_stays_upright() {
         let mut camera = Camera::framing(corners().into_iter(), View::Oblique, 1.0);
         camera.orbit(1.0, 10.0);
         assert!(camera.axes()[1].z.abs() < 1e-9 && camera.axes()[2].z > 0.999);

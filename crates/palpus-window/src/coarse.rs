@@ -1,12 +1,13 @@
 //! A simplified solid, for software rendering.
 //!
-//! 1. Corners that fall into the same cell of a grid and whose normals look to the same side become
-//!    one, in their middle: a thin wall's two sides stay two.
-//! 2. Triangles with fewer than three corners left are gone, and so are copies.
-//! 3. The cell's size is searched for, so that about as many triangles are left as are asked for.
+//! 1. Corners in the same cell of a grid whose normals point to the same side are merged into one
+//!    corner in their middle. The two sides of a thin wall therefore stay separate.
+//! 2. Triangles with fewer than three different corners are removed, and so are duplicates.
+//! 3. The size of the cells is searched so that about the requested number of triangles remains.
 //!
 //! J. Rossignac, P. Borrel, *Multi-resolution 3D approximations for rendering complex scenes*,
-//! 1993, with the sides of 1. added. It is for the eye alone: the engine keeps the whole mesh.
+//! 1993, with the sides of step 1 added. The simplified solid is only drawn: the engine uses the
+//! whole mesh.
 
 use std::collections::{HashMap, HashSet};
 
@@ -14,12 +15,12 @@ use glam::DVec3;
 
 use crate::solid::Solid;
 
-/// Halvings of the interval in which the cell's size is looked for.
+/// Bisection steps of the search for the cell size.
 const ROUNDS: usize = 6;
-/// The most cells along the longest side.
+/// Largest number of cells along the longest side.
 const MOST_CELLS: f64 = 2048.0;
 
-/// The corners of a solid that fall into one cell, on one side.
+/// The corners of a solid in one cell, on one side.
 struct Corner {
     sum: DVec3,
     normal: DVec3,
@@ -27,7 +28,7 @@ struct Corner {
 }
 
 impl Solid {
-    /// This solid in at most `most` triangles, if it has more; for the eye alone.
+    /// Returns this solid with at most `most` triangles, for drawing only.
     pub fn coarse(&self, most: usize) -> Option<Self> {
         if self.triangles.len() <= most {
             return None;
@@ -78,7 +79,7 @@ impl Solid {
             if a == b || b == c || c == a {
                 continue;
             }
-            // Normalised so that the first corner does not matter.
+            // Normalised so that the order of the corners does not matter.
             let turn = (0..3).min_by_key(|k| kept[*k]).unwrap_or(0);
             if seen.insert([kept[turn], kept[(turn + 1) % 3], kept[(turn + 2) % 3]]) {
                 coarse.triangles.push(kept);
@@ -95,7 +96,7 @@ impl Solid {
     }
 }
 
-/// Which of the six directions of a cube's faces a normal is nearest to.
+/// Returns the nearest of the six face directions of a cube.
 fn side(normal: DVec3) -> i32 {
     let size = normal.abs();
     let axis = if size.x >= size.y && size.x >= size.z {
@@ -112,7 +113,7 @@ fn side(normal: DVec3) -> i32 {
 mod tests {
     use super::*;
 
-    /// A ball of radius 1 in rings.
+    /// Returns a ball of radius 1, made of rings.
     fn ball(rings: u32, round: u32) -> Solid {
         let mut solid = Solid::default();
         for i in 0..=rings {
@@ -137,10 +138,10 @@ mod tests {
     }
 
     #[test]
-    fn a_coarse_ball_is_a_ball() {
+    fn coarse_ball_keeps_its_shape() {
         let fine = ball(100, 200);
         let most = 10_000;
-        let coarse = fine.coarse(most).expect("it has 40 000");
+        let coarse = fine.coarse(most).expect("the ball has enough triangles");
         assert!(coarse.triangles.len() <= most && coarse.triangles.len() > most / 4, "{}", coarse.triangles.len());
         assert_eq!(coarse.normals.len(), coarse.triangles.len());
         assert_eq!(coarse.pieces.len(), coarse.triangles.len());

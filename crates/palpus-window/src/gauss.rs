@@ -1,24 +1,26 @@
-//! The Gauss map of a convex piece, drawn on the sphere of directions \[K02 §3.3\].
+//! Draws the Gauss map of a convex piece on the sphere of directions \[K02 §3.3\].
 //!
-//! Each direction has one vertex of the piece that is farthest along it. So the sphere is divided:
+//! For each direction, one vertex of the piece is farthest along it. This divides the sphere:
 //!
 //! * a face is the *point* of its normal;
 //! * an edge is the *arc* of a great circle between the normals of its two faces;
 //! * a vertex is the *region* between the arcs of its edges.
 //!
-//! The piece is the hull of a patch of the mesh; faces that only the hull has are no surface.
-//! Directions that the piece *owns*, those that the mesh has there ([`palpus::body::OwnNormals`]),
-//! are coloured: of a vertex, those along which no neighbour on the mesh is higher; of an edge, the
-//! arc up to the neighbour's true normal, which may end before the hull's does; of faces, those of
-//! the mesh. All else is grey: a contact of this piece pushes that way only where nothing else
-//! holds two bodies apart.
+//! The piece is the hull of a patch of the mesh. Faces that only the hull has are not part of the
+//! surface. The admissible directions, which the mesh has there ([`palpus::body::OwnNormals`]), are
+//! coloured. At a vertex, they are the directions along which no neighbour on the mesh is higher.
+//! At an edge, they are the arc up to the neighbour's true normal, which may end before the hull's
+//! arc. At faces, they are the normals of the mesh. Everything else is grey: the piece does not
+//! push in these directions.
 //!
-//! 1. Each sample of a disc is a direction, coloured by the vertex that is farthest along it.
-//! 2. All arcs, thin; over them the owned ones, thick.
-//! 3. Points of faces, and of the neighbours' normals that are owned as the ends of arcs.
+//! 1. Each sample of a disc is a direction. It gets the colour of the vertex that is farthest along
+//!    it.
+//! 2. All arcs are drawn thin, and the admissible ones are drawn thick over them.
+//! 3. Points of faces are drawn, and points of the neighbours' normals at the ends of admissible
+//!    arcs.
 //!
-//! The sphere is seen from far away, its near half from the camera's side, its far half from
-//! behind.
+//! The sphere is drawn in parallel projection, its near half from the camera's side and its far
+//! half from behind.
 
 use std::sync::Arc;
 
@@ -38,7 +40,7 @@ use crate::style::{Style, Theme, encoded, linear};
 
 /// Samples along each side of a pixel.
 const FINENESS: usize = 2;
-/// rad: arcs are drawn in straight parts of at most this.
+/// Arcs are drawn in straight parts of at most this angle, rad.
 const ARC_PART: f64 = 0.05;
 /// Sizes relative to the sphere's radius.
 const THIN_ARC: f64 = 0.0022;
@@ -46,14 +48,14 @@ const OWN_ARC: f64 = 0.0072;
 const FACE_POINT: f64 = 0.021;
 const RIM_POINT: f64 = 0.011;
 const BORROWED_POINT: f64 = 0.015;
-/// Share of a point's radius that shows another colour within.
+/// Share of a point's radius that is filled with another colour.
 const HOLLOW: f64 = 0.5;
-/// How dark the sphere gets where it is seen along.
+/// Darkness of the sphere at its rim.
 const SLANT_SHADE: f64 = 0.42;
-/// By how much neighbouring regions differ in light.
+/// Difference of lightness between neighbouring regions.
 const REGION_STEPS: [f64; 4] = [0.0, 0.16, -0.13, 0.07];
 
-/// Colours of owned and other regions.
+/// Colours of admissible and other regions.
 #[derive(Clone, Copy, Debug)]
 struct Palette {
     own_region: Rgb,
@@ -90,14 +92,14 @@ impl Palette {
     }
 }
 
-/// The colours of a piece's faces: those of the mesh, and those of its hull alone.
+/// Returns the colours of a piece's faces: those of the mesh, and those that only the hull has.
 #[cfg(feature = "gui")]
 pub(crate) fn piece_colours(theme: Theme) -> [Rgb; 2] {
     let palette = Palette::of(theme);
     [palette.own_face, palette.other_face]
 }
 
-/// A piece of a body, to be drawn.
+/// A piece of a body to be drawn.
 #[derive(Clone, Copy, Debug)]
 pub struct PieceOf<'a> {
     /// The body.
@@ -110,8 +112,8 @@ pub struct PieceOf<'a> {
     pub unit: Unit,
 }
 
-/// Draws the piece, its place in the body, and both halves of its Gauss map, seen along the line of
-/// sight of `from`. `piece` must be one of the body's.
+/// Draws the piece, its place in the body, and both halves of its Gauss map, seen along the
+/// direction of `from`. `piece` must be a piece of the body.
 pub fn paint_gauss(shown: &PieceOf<'_>, from: &Camera, style: &Style, width: usize, height: usize) -> Picture {
     let &PieceOf { body, piece, name, unit } = shown;
     let numbers = PieceNumbers::of(body, piece);
@@ -174,8 +176,8 @@ pub fn paint_gauss(shown: &PieceOf<'_>, from: &Camera, style: &Style, width: usi
     sheet.picture
 }
 
-/// The near half of the Gauss map of a piece as `camera` looks at it, and nothing else, `size` by
-/// `size` pixels.
+/// Draws only the near half of the Gauss map of a piece as seen by `camera`, `size` by `size`
+/// pixels.
 pub fn paint_gauss_half(body: &Body, piece: u32, camera: &Camera, theme: Theme, size: usize) -> Picture {
     let mut picture = Picture::new(size, size, theme.colours().below);
     let middle = 0.5 * size as f64;
@@ -184,9 +186,9 @@ pub fn paint_gauss_half(body: &Body, piece: u32, camera: &Camera, theme: Theme, 
     picture
 }
 
-/// The part of a square that the sphere alone takes.
+/// Share of a square that the sphere fills when it is drawn alone.
 const WITHIN_SQUARE: f64 = 0.96;
-/// The part of the page for the piece itself.
+/// Share of the page for the piece itself.
 const LEFT: f64 = 0.27;
 
 /// Text about the piece below the picture.
@@ -198,12 +200,12 @@ fn caption(numbers: &PieceNumbers, unit: Unit) -> [String; 2] {
         format!("{vertices} vertices · {edges} edges, {arcs} with arcs of the mesh · volume {volume:.3e} {unit}");
     [
         format!("{faces} faces: {original_faces} of the mesh, {virtual_faces} virtual{rims} · {shape}"),
-        format!("owns {:.1} % of all directions: those that the mesh has there", 100.0 * owned),
+        format!("{:.1} % of all directions are admissible: the mesh has them there", 100.0 * owned),
     ]
 }
 
-/// The eye before what the piece has of the mesh, or in the oblique view, where that looks nowhere
-/// in particular.
+/// Returns the camera before the mesh part of the piece's surface, or the oblique view if that part
+/// has no mean direction.
 pub fn before_own_faces(body: &Body, piece: u32) -> Camera {
     let mut camera = Camera::framing([DVec3::ZERO].into_iter(), View::Oblique, 1.0);
     let mesh = body.mesh();
@@ -219,7 +221,7 @@ pub fn before_own_faces(body: &Body, piece: u32) -> Camera {
     camera
 }
 
-/// Place of a half of the sphere, pixels.
+/// Position of a half of the sphere, pixels.
 #[derive(Clone, Copy, Debug)]
 struct Disc {
     x: f64,
@@ -228,8 +230,8 @@ struct Disc {
 }
 
 impl Disc {
-    /// Place of a direction, if it is on the visible half; `axes` are right, up, towards the
-    /// viewer.
+    /// Returns the position of a direction if it is on the visible half; `axes` are right, up and
+    /// towards the viewer.
     fn place(&self, axes: &[DVec3; 3], direction: DVec3) -> Option<(f64, f64)> {
         let [right, up, back] = axes;
         (back.dot(direction) >= 0.0)
@@ -237,7 +239,7 @@ impl Disc {
     }
 }
 
-/// The axes of who looks, or of who looks from the other side.
+/// Returns the axes of the viewer, or of a viewer on the other side.
 fn seen_from([right, up, back]: [DVec3; 3], far: bool) -> [DVec3; 3] {
     if far { [-right, up, -back] } else { [right, up, back] }
 }
@@ -283,7 +285,7 @@ fn draw_regions(picture: &mut Picture, own: &OwnNormals<'_>, axes: &[DVec3; 3], 
 fn region_light(own: &OwnNormals<'_>, vertex: u32, direction: DVec3, palette: &Palette) -> DVec3 {
     let owned = own.vertex_owns(vertex, direction);
     let colour = linear(if owned { palette.own_region } else { palette.other_region });
-    // Regions that are not owned differ by their arcs only.
+    // Regions that are not admissible differ only by their arcs.
     let step = if owned { REGION_STEPS[vertex as usize % REGION_STEPS.len()] } else { 0.0 };
     colour * (1.0 + step)
 }
@@ -307,13 +309,14 @@ fn draw_arcs(picture: &mut Picture, own: &OwnNormals<'_>, axes: &[DVec3; 3], dis
     }
 }
 
-/// The shorter way between two directions, where it is on the seen half.
+/// Draws the shorter arc between two directions, where it is on the visible half.
 fn draw_arc(picture: &mut Picture, ends: [DVec3; 2], axes: &[DVec3; 3], disc: &Disc, radius: f64, colour: Rgb) {
     let angle = ends[0].angle_between(ends[1]);
     let parts = (angle / ARC_PART).ceil().max(1.0);
     let at = |k: f64| {
         let (part, sin) = (k / parts, angle.sin());
-        // Next to no arc: the chord; a half circle has no shorter way, and pieces have none.
+        // For a very short arc, uses the chord. A half circle has no shorter arc, and pieces have
+        // none.
         let direction = if sin.abs() < SHORT_ARC {
             ends[0].lerp(ends[1], part)
         } else {
@@ -331,7 +334,7 @@ fn draw_arc(picture: &mut Picture, ends: [DVec3; 2], axes: &[DVec3; 3], disc: &D
     draw_run(picture, &mut run, radius, colour);
 }
 
-/// Below this sine, an arc is straight.
+/// Below this sine, an arc is drawn straight.
 const SHORT_ARC: f64 = 1e-6;
 
 fn draw_run(picture: &mut Picture, run: &mut Vec<(f64, f64)>, radius: f64, colour: Rgb) {
@@ -350,7 +353,7 @@ fn draw_points(picture: &mut Picture, own: &OwnNormals<'_>, axes: &[DVec3; 3], d
     };
     let polytope = own.polytope();
     let mut faces: Vec<u32> = (0..polytope.face_count() as u32).collect();
-    // Owned faces are drawn on top.
+    // Admissible faces are drawn on top.
     faces.sort_by_key(|f| own.own_face(*f).is_some());
     for f in faces {
         let normal = polytope.plane(f).normal;

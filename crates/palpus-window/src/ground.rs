@@ -1,10 +1,9 @@
 //! The ground below a scene: a plane with a grid, and the soft shadow of the bodies on it.
 //!
-//! The ground is for the eye alone: nothing touches it. The shadow is that of a large lamp
-//! overhead:
+//! The ground is only drawn; bodies do not touch it. The shadow is that of a large lamp overhead:
 //!
-//! 1. Each triangle is projected straight down into a map of the ground; a cell keeps the strongest
-//!    shade that falls on it, weaker the higher the triangle is.
+//! 1. Each triangle is projected straight down into a map of the ground. A cell keeps the strongest
+//!    shade of all triangles. The shade is weaker the higher a triangle is.
 //! 2. The map is blurred, so that edges are soft.
 
 use glam::{DVec2, DVec3};
@@ -18,7 +17,7 @@ use crate::solid::Solid;
 const CELL: f64 = 0.11;
 const REACH: f64 = 1.25;
 const SHADOW_REACH: f64 = 0.85;
-/// How far below the lowest point the ground lies, relative to the scene's size.
+/// Distance of the ground below the lowest point, relative to the scene's size.
 const BELOW: f64 = 0.015;
 /// Relative to the scene's size: at this height the shade is weaker by a factor of e.
 const FADE: f64 = 0.45;
@@ -31,16 +30,16 @@ const BLUR: usize = 2;
 pub(crate) struct Ground {
     /// The point of the plane below the middle of the scene, world.
     pub(crate) middle: DVec3,
-    /// m, of a grid cell.
+    /// Side of a grid cell, m.
     pub(crate) cell: f64,
-    /// m from the middle: where grid lines have faded away.
+    /// Distance from the middle at which grid lines have faded away, m.
     pub(crate) reach: f64,
-    /// m: the diagonal of the scene's box.
+    /// Diagonal of the scene's box, m.
     size: f64,
 }
 
 impl Ground {
-    /// The ground below `scene`; `None` if there is nothing in it.
+    /// Returns the ground below `scene`; `None` if the scene is empty.
     pub(crate) fn below(scene: &Scene) -> Option<Self> {
         Self::below_points(scene.corners(), scene.unit)
     }
@@ -56,18 +55,19 @@ impl Ground {
         Some(Self { middle, cell, reach: REACH * size, size })
     }
 
-    /// True if `eye` (world) sees its upper side.
+    /// True if `eye` (world) sees the upper side of the plane.
     pub(crate) fn is_seen_from(&self, eye: DVec3) -> bool {
         eye.z > self.middle.z
     }
 
-    /// How strong grid lines are at `point` of the plane: 1 in the middle, 0 out of reach.
+    /// Strength of grid lines at `point` of the plane: 1 in the middle, 0 outside.
     pub(crate) fn strength(&self, point: DVec3) -> f64 {
         let part = 1.0 - (point - self.middle).truncate().length() / self.reach;
         part.clamp(0.0, 1.0)
     }
 
-    /// The lines of the grid, each as its two ends (world), and whether it goes through the middle.
+    /// Returns the lines of the grid: both ends of each (world), and whether it goes through the
+    /// middle.
     #[cfg(feature = "gui")]
     pub(crate) fn lines(&self) -> impl Iterator<Item = ([DVec3; 2], bool)> {
         let count = (self.reach / self.cell) as i32;
@@ -81,7 +81,7 @@ impl Ground {
         })
     }
 
-    /// The shadow of bodies: each its triangles and its pose in the world.
+    /// Returns the shadow of bodies, each given by its triangles and its pose in the world.
     pub(crate) fn shadow<'a>(&self, bodies: impl Iterator<Item = (&'a Solid, Pose)>) -> Shadow {
         let half = SHADOW_REACH * self.size;
         let mut shadow = Shadow {
@@ -104,12 +104,12 @@ impl Ground {
     }
 }
 
-/// A map of how much of the lamp's light does not reach the ground.
+/// A map of the shade on the ground.
 #[derive(Clone, Debug)]
 pub(crate) struct Shadow {
-    /// The corner of the map, world.
+    /// Corner of the map, world.
     low: DVec3,
-    /// m.
+    /// Side of a cell, m.
     cell: f64,
     /// Row by row along y; 0 is no shadow, 1 the darkest.
     shades: Vec<f64>,
@@ -138,7 +138,7 @@ impl Shadow {
         }
     }
 
-    /// Step 2, once: the mean over a square about each cell.
+    /// Step 2 once: the mean over a square around each cell.
     fn blur(&mut self) {
         for (stride, between) in [(1, SIDE), (SIDE, 1)] {
             let before = self.shades.clone();
@@ -153,14 +153,16 @@ impl Shadow {
         }
     }
 
-    /// The map's vertices: (place in the world, shade), row by row; and how many are in a row.
+    /// Returns the map's vertices (position in the world, shade), row by row, and the number of
+    /// vertices in a row.
     #[cfg(feature = "gui")]
     pub(crate) fn vertices(&self) -> (impl Iterator<Item = (DVec3, f64)> + '_, usize) {
         let place = |k: usize| self.low + self.cell * DVec3::new((k % SIDE) as f64 + 0.5, (k / SIDE) as f64 + 0.5, 0.0);
         (self.shades.iter().enumerate().map(move |(k, shade)| (place(k), *shade)), SIDE)
     }
 
-    /// The shade at a point of the plane (world), linear between cells; 0 outside of the map.
+    /// Returns the shade at a point of the plane (world), interpolated between cells; 0 outside of
+    /// the map.
     pub(crate) fn at(&self, point: DVec3) -> f64 {
         let place = (point - self.low) / self.cell - 0.5;
         let (column, row) = (place.x.floor(), place.y.floor());
@@ -183,13 +185,13 @@ mod tests {
     fn cube() -> Solid {
         let side = |k: usize, bit: usize| (k >> bit & 1) as f64 - 0.5;
         let points: Vec<DVec3> = (0..8).map(|k| DVec3::new(side(k, 0), side(k, 1), side(k, 2))).collect();
-        Solid::of_body(&Body::from_convex(&points).expect("a box"))
+        Solid::of_body(&Body::from_convex(&points).expect("the box has a hull"))
     }
 
     #[test]
     fn shadow_is_below_the_body_and_fades_with_height() {
         let corners = [DVec3::splat(-0.5), DVec3::splat(0.5)];
-        let ground = Ground::below_points(corners.into_iter(), Unit::Metre).expect("a scene");
+        let ground = Ground::below_points(corners.into_iter(), Unit::Metre).expect("the scene can be read");
         assert!(ground.middle.z < -0.5 && ground.is_seen_from(DVec3::Z) && !ground.is_seen_from(-DVec3::Z));
         let cube = cube();
         let at_height = |z: f64| {
@@ -198,7 +200,7 @@ mod tests {
         };
         let (near, far) = (at_height(0.0), at_height(2.0));
         assert!(near.at(ground.middle) > 0.5 && far.at(ground.middle) < 0.7 * near.at(ground.middle));
-        // Soft: half as dark at the edge, nothing a body's width away.
+        // The shadow is soft: half as dark at the edge, and zero at a body's width.
         let edge = near.at(ground.middle + 0.5 * DVec3::X) / near.at(ground.middle);
         assert!((0.3..0.8).contains(&edge), "{edge}");
         assert!(near.at(ground.middle + DVec3::X) < 1e-9 && near.at(ground.middle + 100.0 * DVec3::X) == 0.0);
@@ -208,8 +210,8 @@ mod tests {
     #[test]
     fn grid_lines_stay_within_reach_and_fade() {
         let corners = [DVec3::ZERO, DVec3::splat(0.1)];
-        let ground = Ground::below_points(corners.into_iter(), Unit::Metre).expect("a scene");
-        assert_eq!(ground.cell, 0.01, "a round length");
+        let ground = Ground::below_points(corners.into_iter(), Unit::Metre).expect("the scene can be read");
+        assert_eq!(ground.cell, 0.01, "the cell must be a round length");
         for (ends, _) in ground.lines() {
             assert!(ends.iter().all(|end| ground.strength(*end) < 1e-9));
         }

@@ -1,29 +1,30 @@
-//! A font of strokes, so that pictures can have words without a font file, at any size.
+//! A font made of strokes, so that pictures can have text at any size without a font file.
 //!
-//! A letter is a list of lines through places on a grid: the first digit goes to the right (0 to
-//! 4), the second upwards (2 is the baseline, 6 the height of small letters, 8 that of large ones,
-//! 0 the lowest descender). Lines have round ends; a line of one place is a dot.
+//! A letter is a list of lines through points of a grid. The first digit of a point counts to the
+//! right (0 to 4), the second upwards (2 is the baseline, 6 the height of small letters, 8 the
+//! height of capitals, 0 the lowest descender). Lines have round ends; a line with one point is a
+//! dot.
 
 use glam::DVec3;
 
 use crate::picture::{Picture, Rgb};
 use crate::style::{encoded, linear};
 
-/// Grid steps from the baseline to the top of a large letter.
+/// Grid steps from the baseline to the top of a capital.
 const CAPITAL: f64 = 6.0;
 const BASELINE: f64 = 2.0;
 /// Half the width of a stroke, grid steps.
 const STROKE: f64 = 0.44;
 /// The radius of a dot, grid steps.
 const DOT: f64 = 0.62;
-/// How far the background's colour reaches round a stroke, grid steps, and how much of it.
+/// Width of the background colour around a stroke (grid steps), and its opacity.
 const HALO: f64 = 1.3;
 const HALO_STRENGTH: f64 = 0.7;
-/// Between two letters, and of a space, grid steps.
+/// Gap between two letters, and width of a space, grid steps.
 const GAP: f64 = 1.7;
 const SPACE: f64 = 2.0;
 
-/// Bitmap of a letter that the font does not have.
+/// Shape for letters that the font does not have.
 const UNKNOWN: &str = "02 08 48 42 02";
 
 /// The strokes of a letter.
@@ -129,7 +130,7 @@ fn strokes(letter: char) -> &'static str {
     }
 }
 
-/// The lines of a letter, grid steps from where it stands on the baseline.
+/// Returns the lines of a letter in grid steps, relative to its place on the baseline.
 fn lines(letter: char) -> Vec<Vec<(f64, f64)>> {
     let place = |pair: &str| {
         let digit = |k: usize| f64::from(pair.as_bytes()[k] - b'0');
@@ -146,7 +147,7 @@ fn advance(letter: char) -> f64 {
     lines(letter).iter().flatten().map(|place| place.0).fold(0.0, f64::max) + GAP
 }
 
-/// Width of a text in pixels, if its capital letters are `size` pixels high.
+/// Returns the width of a text in pixels, if its capitals are `size` pixels high.
 pub(crate) fn width(text: &str, size: f64) -> f64 {
     text.chars().map(advance).sum::<f64>() * size / CAPITAL
 }
@@ -158,10 +159,10 @@ pub(crate) struct Setting {
     pub(crate) x: f64,
     /// Pixels from the upper edge to the baseline.
     pub(crate) y: f64,
-    /// Pixels that large letters are high.
+    /// Height of capitals, pixels.
     pub(crate) size: f64,
     pub(crate) colour: Rgb,
-    /// Colour around the letters, so that they can be read on anything.
+    /// Colour around the letters, so that they are legible on any background.
     pub(crate) halo: Rgb,
 }
 
@@ -186,31 +187,31 @@ pub(crate) fn write(picture: &mut Picture, text: &str, setting: &Setting) {
     draw(picture, &dots, DOT * step, setting.colour, 1.0);
 }
 
-/// A filled circle, as a legend has it.
+/// Draws a filled circle, as used in a legend.
 pub(crate) fn disc(picture: &mut Picture, x: f64, y: f64, radius: f64, colour: Rgb) {
     draw(picture, &[((x, y), (x, y))], radius, colour, 1.0);
 }
 
-/// A line of straight parts, each pixel covered once.
+/// Draws a polyline; each pixel is covered once.
 pub(crate) fn line(picture: &mut Picture, points: &[(f64, f64)], radius: f64, colour: Rgb) {
     let parts: Vec<Segment> = points.windows(2).map(|pair| (pair[0], pair[1])).collect();
     draw(picture, &parts, radius, colour, 1.0);
 }
 
-/// Straight lines, each pixel covered once.
+/// Draws several line segments; each pixel is covered once.
 pub(crate) fn rules(picture: &mut Picture, parts: &[Segment], radius: f64, colour: Rgb, strength: f64) {
     draw(picture, parts, radius, colour, strength);
 }
 
-/// A straight line.
+/// Draws a line segment.
 pub(crate) fn rule(picture: &mut Picture, from: (f64, f64), to: (f64, f64), radius: f64, colour: Rgb) {
     draw(picture, &[(from, to)], radius, colour, 1.0);
 }
 
-/// From one place to another, pixels.
+/// Ends of the segment, pixels.
 pub(crate) type Segment = ((f64, f64), (f64, f64));
 
-/// Covers what is within `radius` of any of the segments, each pixel once.
+/// Covers the pixels within `radius` of any of the segments, each once.
 fn draw(picture: &mut Picture, segments: &[Segment], radius: f64, colour: Rgb, strength: f64) {
     if segments.is_empty() {
         return;
@@ -256,7 +257,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_letter_that_is_used_exists_and_keeps_to_the_grid() {
+    fn every_used_letter_exists_within_the_grid() {
         for letter in (33u8..127).map(char::from).filter(|c| !"$&^`{|}".contains(*c)).chain("µ°×·→–²³≥".chars())
         {
             assert_ne!(strokes(letter), UNKNOWN, "{letter}");
@@ -267,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn words_leave_ink_where_they_stand_and_nowhere_else() {
+    fn words_are_drawn_only_at_their_place() {
         let mut picture = Picture::new(200, 40, [255; 3]);
         let setting = Setting { x: 10.0, y: 30.0, size: 18.0, colour: [0; 3], halo: [255; 3] };
         write(&mut picture, "Wrench", &setting);
@@ -281,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_outside_is_cut_off() {
+    fn text_outside_the_picture_is_clipped() {
         let mut picture = Picture::new(20, 20, [255; 3]);
         let setting = Setting { x: -30.0, y: 5.0, size: 30.0, colour: [0; 3], halo: [255; 3] };
         write(&mut picture, "far too long for it", &setting);

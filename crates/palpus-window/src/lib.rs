@@ -1,34 +1,33 @@
 //! Pictures, the window and the plots of palpus.
 //!
-//! A [`Scene`] holds the bodies, and a [`Moment`] of contacts and forces. A [`Camera`] and a
-//! [`Style`] say from where and how it is shown. [`paint`] makes a [`Picture`] of them without a
-//! display, a graphics library or a system package, the same to the bit on every run;
-//! [`Picture::write_png`] keeps it.
+//! A [`Scene`] holds the bodies and a [`Moment`], which has contacts and forces. A [`Camera`] and a
+//! [`Style`] define the view and the look. [`paint`] makes a [`Picture`] without a display, a
+//! graphics library or a system package, bit for bit the same on every run. [`Picture::write_png`]
+//! saves it.
 //!
-//! * `camera` — where the eye is: orbit, pan, zoom, standard views.
-//! * `solid` — a body as triangles with a normal per corner and a piece per triangle; whole, or its
-//!   pieces apart.
-//! * `coarse` — the same in fewer triangles, for machines whose processor draws.
-//! * `moment` — what one tick has to show; filled in the servo thread without obtaining memory.
-//! * `moments` — those of a whole run, as far as there is room.
+//! * `camera` — the camera: orbit, pan, zoom, standard views.
+//! * `solid` — a body as triangles with a normal for each corner and a piece for each triangle,
+//!   whole or with its pieces apart.
+//! * `coarse` — a solid with fewer triangles, for software rendering.
+//! * `moment` — the visible state of one tick; filled in the servo thread without allocation.
+//! * `moments` — the moments of a whole run, within a memory limit.
 //! * `scene` — bodies, a moment, a caption.
-//! * `raster` — triangles into a layer of colours and depths.
-//! * `marks` — dots, arrows, a turning arrow, in the size that the picture needs.
-//! * `letters` — a font of strokes.
-//! * `paint` — the layers put together: bodies, then translucent bodies, then marks, then words.
+//! * `raster` — draws triangles into a layer of colours and depths.
+//! * `marks` — dots, arrows and turning arrows, in a size that suits the picture.
+//! * `letters` — a font made of strokes.
+//! * `paint` — combines the layers: bodies, then translucent bodies, then marks, then text.
 //! * `piece`, `gauss` — one convex piece: its numbers, and its Gauss map on the sphere of
 //!   directions.
-//! * `section`, `section_panel`, `section_picture` — how deep a body is felt on a plane through it,
-//!   that as a picture, and as a page.
-//! * `sheet` — a page for what is drawn flat.
+//! * `section`, `section_panel`, `section_picture` — the felt depth on a plane through a body: the
+//!   values, a picture, and a page.
+//! * `sheet` — a page for flat drawings.
 //! * `ground` — a plane below the bodies with a grid, and their shadow on it.
-//! * `xray` — where a body is seen through, since it hides a probe.
-//! * `picture`, `png`, `palette` — pixels, and how they are kept.
-//! * `window` — with the feature `gui`: the same scene, live, through the machine's graphics
-//!   library, beside the servo loop.
+//! * `xray` — the region in which a body is transparent, because it hides a probe.
+//! * `picture`, `png`, `palette` — pixels, and how they are stored.
+//! * `window` — with the feature `gui`: the same scene, live, drawn by the graphics library.
 //!
-//! Lengths are metres, frames are named where they stand; "view" is the eye's frame: x right, y up,
-//! z towards the viewer.
+//! Lengths are in metres. Frames are named in the documentation of each item. "View" means the
+//! camera's frame: x right, y up, z towards the viewer.
 
 mod camera;
 mod coarse;

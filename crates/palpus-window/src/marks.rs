@@ -1,8 +1,8 @@
-//! The marks of a moment: dots, and arrows as small solids, always of the same thickness in the
-//! picture.
+//! The marks of a moment: dots, and arrows as small solids, whose thickness in the picture is
+//! always the same.
 //!
-//! A size in pixels is that in a picture of [`NOMINAL_HEIGHT`]; the renderer says how long it is in
-//! metres at a point.
+//! Sizes are in pixels of a picture of [`NOMINAL_HEIGHT`]. The renderer supplies the length in
+//! metres of a pixel at a point.
 
 use glam::DVec3;
 
@@ -12,7 +12,7 @@ use crate::raster::Corner;
 use crate::scene::Scene;
 use crate::style::{Colours, Style};
 
-/// The height of a picture for which sizes in pixels are stated; others scale.
+/// Height of the picture for which sizes in pixels are stated. Other pictures scale the sizes.
 pub(crate) const NOMINAL_HEIGHT: f64 = 800.0;
 /// Pixels.
 const DOT_RADIUS: f64 = 5.5;
@@ -21,15 +21,16 @@ const ANCHOR_RADIUS: f64 = 2.0;
 const ANCHOR_ROD_RADIUS: f64 = 1.0;
 const SHAFT_RADIUS: f64 = 2.2;
 const CLUSTER_SHAFT_RADIUS: f64 = 1.6;
-/// A larger force has no longer arrow.
+/// Larger forces do not have longer arrows.
 const LONGEST_ARROW: f64 = 150.0;
 const TURNING_CIRCLE: f64 = 42.0;
-/// The smallest turning arrow, of the largest.
+/// The smallest turning arrow, relative to the largest.
 const LEAST_TURN: f64 = 0.35;
-/// Torques below this share of the largest one are noise, and get no arrow.
+/// Torques below this share of the largest one are noise and have no arrow.
 const NO_TURN: f64 = 0.004;
 
-/// Patches: the radius for no and for the largest force, and of the halo; opacity of both.
+/// Patches: radius for a force of zero and for the largest force, radius of the halo, and opacity
+/// of both.
 const PATCH_RADII: (f64, f64) = (9.0, 17.0);
 const HALO_RADIUS: f64 = 34.0;
 const PATCH_COVER: f64 = 0.75;
@@ -37,10 +38,10 @@ const HALO_COVER: f64 = 0.16;
 
 /// Sides of a round thing.
 const SIDES: usize = 14;
-/// The head of an arrow: its length and its radius in radii of the shaft.
+/// The head of an arrow: its length and its radius, in radii of the shaft.
 const HEAD_LENGTH: f64 = 6.0;
 const HEAD_RADIUS: f64 = 2.6;
-/// A turning arrow: its angle, rad, and its number of straight parts.
+/// A turning arrow: its angle (rad), and its number of straight parts.
 const TURN: f64 = 1.5 * std::f64::consts::PI;
 const TURN_PARTS: usize = 30;
 
@@ -50,35 +51,36 @@ pub(crate) type Triangles = Vec<[Corner; 3]>;
 /// A dot.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Dot {
-    /// World.
+    /// Position, world.
     pub(crate) point: DVec3,
-    /// Pixels.
+    /// Radius, pixels.
     pub(crate) radius: f64,
     pub(crate) colour: Rgb,
 }
 
-/// Pressure between bodies: a soft disc that lies on the surface.
+/// Pressure between bodies: a soft disc on the surface.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Patch {
-    /// World.
+    /// Position, world.
     pub(crate) point: DVec3,
-    /// Unit, world: across the surface.
+    /// Unit normal of the surface, world.
     pub(crate) normal: DVec3,
-    /// Pixels.
+    /// Radius, pixels.
     pub(crate) radius: f64,
     pub(crate) colour: Rgb,
-    /// How much it covers in its middle, 0 to 1.
+    /// Opacity in the middle, 0 to 1.
     pub(crate) cover: f64,
 }
 
 impl Patch {
-    /// How much it covers at so many radii from its middle.
+    /// Opacity at this distance from the middle, in radii.
     pub(crate) fn cover_at(&self, radii: f64) -> f64 {
         let inside = (1.0 - radii * radii).max(0.0);
         self.cover * inside * inside
     }
 
-    /// It as triangles, each corner with its cover, for a disc of `radius` metres.
+    /// Returns the patch as triangles, with the opacity of each corner, for a disc of `radius`
+    /// metres.
     #[cfg(feature = "gui")]
     pub(crate) fn triangles(&self, radius: f64) -> Vec<[(DVec3, f64); 3]> {
         let ring = ring(self.normal);
@@ -95,32 +97,32 @@ impl Patch {
     }
 }
 
-/// Radii at which a patch has corners.
+/// Distances from the middle at which a patch has corners, in radii.
 #[cfg(feature = "gui")]
 const PATCH_RINGS: [f64; 4] = [0.0, 0.3, 0.6, 1.0];
 
-/// A value beside a mark.
+/// A value next to a mark.
 #[derive(Clone, Debug)]
 pub(crate) struct Label {
-    /// World.
+    /// Position, world.
     pub(crate) point: DVec3,
     pub(crate) words: String,
     pub(crate) colour: Rgb,
 }
 
-/// Everything that is drawn of a moment.
+/// All marks of a moment.
 #[derive(Debug, Default)]
 pub(crate) struct Marks {
     pub(crate) patches: Vec<Patch>,
     pub(crate) labels: Vec<Label>,
     pub(crate) dots: Vec<Dot>,
-    /// World.
+    /// Position, world.
     pub(crate) solids: Vec<(Triangles, Rgb)>,
 }
 
 impl Marks {
-    /// Makes the marks of the scene's moment, if it has one. `metres` gives the length of so many
-    /// pixels at a point of the world.
+    /// Makes the marks of the scene's moment, if it has one. `metres` returns the length of this
+    /// many pixels at a point of the world.
     pub(crate) fn of(scene: &Scene, style: &Style, metres: &impl Fn(DVec3, f64) -> f64) -> Self {
         let mut marks = Self::default();
         let Some(moment) = &scene.moment else { return marks };
@@ -145,7 +147,7 @@ impl Marks {
         if style.contacts {
             marks.press(moment.clusters.iter().map(|c| (place(c.point), turn(c.force))), &colours);
         }
-        // Clusters that press against each other can push with many times the force of the hand.
+        // Clusters that press against each other can have many times the force on the hand.
         let way_of = |tail: DVec3, force: DVec3| {
             let longest = metres(tail, LONGEST_ARROW);
             (force * (longest / scene.force_scale.max(f64::MIN_POSITIVE))).clamp_length_max(longest)
@@ -182,8 +184,8 @@ impl Marks {
         marks
     }
 
-    /// Patches where forces push: redder and larger where one is larger. Each has a halo, so that a
-    /// light touch is seen too.
+    /// Patches at contact forces. A larger force has a redder and larger patch. Each patch has a
+    /// halo, so that a light touch is visible too.
     fn press(&mut self, forces: impl Iterator<Item = (DVec3, DVec3)> + Clone, colours: &Colours) {
         let largest = forces.clone().map(|(_, force)| force.length()).fold(0.0, f64::max);
         for (point, force) in forces {
@@ -199,8 +201,8 @@ impl Marks {
     }
 }
 
-/// An arrow from `tail` along `way`, its shaft `radius` metres thick. Short ones are all head, and
-/// smaller.
+/// An arrow from `tail` along `way`, with a shaft of `radius` metres. A short arrow consists only
+/// of its head, which is smaller.
 pub(crate) fn arrow(tail: DVec3, way: DVec3, radius: f64) -> Triangles {
     let Some(along) = way.try_normalize() else { return Vec::new() };
     let length = way.length();
@@ -245,7 +247,7 @@ fn cone(base: DVec3, tip: DVec3, radius: f64) -> Triangles {
     triangles
 }
 
-/// An arrow round `axis`, by the right hand's rule, in a circle about `center`.
+/// An arrow round `axis` by the right-hand rule, on a circle around `center`.
 pub(crate) fn turning_arrow(center: DVec3, axis: DVec3, circle: f64, radius: f64) -> Triangles {
     let Some(axis) = axis.try_normalize() else { return Vec::new() };
     let u = axis.any_orthonormal_vector();
@@ -258,13 +260,13 @@ pub(crate) fn turning_arrow(center: DVec3, axis: DVec3, circle: f64, radius: f64
         let angle = |k: usize| end * k as f64 / TURN_PARTS as f64;
         triangles.extend(rod(at(angle(k)), at(angle(k + 1)), radius));
     }
-    // Along the tangent where the shaft ends, so that the head joins on.
+    // Along the tangent at the end of the shaft, so that the head continues the shaft.
     let tangent = v * end.cos() - u * end.sin();
     triangles.extend(cone(at(end), at(end) + tangent * HEAD_LENGTH * radius, HEAD_RADIUS * radius));
     triangles
 }
 
-/// A ball of few faces, for dots where everything is a solid.
+/// A ball with few faces, for dots in renderers that draw only solids.
 #[cfg(feature = "gui")]
 pub(crate) fn ball(center: DVec3, radius: f64) -> Triangles {
     let out = |ring: usize, k: usize| {
@@ -296,7 +298,7 @@ const BALL_RINGS: usize = 5;
 #[cfg(feature = "gui")]
 const BALL_SIDES: usize = 9;
 
-/// Unit vectors round an axis.
+/// Unit vectors around an axis.
 fn ring(along: DVec3) -> [DVec3; SIDES] {
     let u = along.any_orthonormal_vector();
     let v = along.cross(u);
@@ -315,7 +317,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_arrow_reaches_from_its_tail_to_its_tip_and_looks_outward() {
+    fn arrow_reaches_from_tail_to_tip_and_faces_outward() {
         let (tail, way) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(0.0, 3.0, 4.0));
         let triangles = arrow(tail, way, 0.05);
         let along: Vec<f64> = triangles.iter().flatten().map(|c| (c.point - tail).dot(way) / 25.0).collect();
@@ -328,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn patches_tell_pressure_and_values_stand_at_tips() {
+    fn patches_show_pressure_and_labels_are_at_tips() {
         use crate::moment::Moment;
         use palpus::algebra::Wrench;
         let mut moment = Moment::new(4);
@@ -341,17 +343,20 @@ mod tests {
         moment.wrench = Wrench { force: DVec3::Z * 2.2, torque: DVec3::X * 0.5 };
         let scene = Scene { moment: Some(moment), force_scale: 4.4, ..Scene::default() };
         let marks = Marks::of(&scene, &Style::default(), &|_, pixels| pixels);
-        assert_eq!(marks.patches.len(), 4, "none without force");
+        assert_eq!(marks.patches.len(), 4, "there must be no patch without a force");
         let (heavy, light) = (marks.patches[1], marks.patches[3]);
         assert!(heavy.radius > light.radius && heavy.colour[1] < light.colour[1] && heavy.normal == DVec3::Z);
         assert!(heavy.cover_at(0.0) > 0.5 && heavy.cover_at(1.0) == 0.0);
         assert_eq!(marks.labels[0].words, "2.20 N");
-        assert!((marks.labels[0].point - DVec3::Z * 75.0).length() < 1e-9, "at the tip, half as far as the longest");
+        assert!(
+            (marks.labels[0].point - DVec3::Z * 75.0).length() < 1e-9,
+            "the label must be at the tip, at half the longest length"
+        );
         assert_eq!(marks.labels[1].words, "500.0 mN·m");
     }
 
     #[test]
-    fn no_force_is_no_arrow() {
+    fn zero_force_has_no_arrow() {
         assert!(arrow(DVec3::ONE, DVec3::ZERO, 0.1).is_empty());
         assert!(turning_arrow(DVec3::ONE, DVec3::ZERO, 1.0, 0.1).is_empty());
     }

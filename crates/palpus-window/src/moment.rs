@@ -1,4 +1,4 @@
-//! The visible part of one tick, in the environment's frame.
+//! The visible state of one tick, in the environment's frame.
 //!
 //! All lists get their full capacity at creation, so [`Moment::fill`] does not allocate on the
 //! servo thread. Items beyond the capacity are dropped.
@@ -12,61 +12,61 @@ use palpus::render::Tick;
 /// A contact as a dot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShownContact {
-    /// Half way between the two bodies' points.
+    /// Middle of the two witness points.
     pub point: DVec3,
-    /// m; negative where the bodies overlap.
+    /// Separation, m; negative where the bodies overlap.
     pub separation: f64,
 }
 
 /// A cluster as an arrow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShownCluster {
-    /// Point at which it pushes.
+    /// Point of the force.
     pub point: DVec3,
-    /// N, on the probe.
+    /// Force on the probe, N.
     pub force: DVec3,
-    /// m, of its deepest contact; negative where the bodies overlap.
+    /// Separation of its deepest contact, m; negative where the bodies overlap.
     pub separation: f64,
 }
 
-/// Point at which friction holds.
+/// A point with friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShownAnchor {
-    /// The point of the probe that is held.
+    /// The point of the probe at which friction acts.
     pub held: DVec3,
     /// Anchor of the friction.
     pub anchor: DVec3,
-    /// It is being dragged.
+    /// True if the anchor slides.
     pub sliding: bool,
 }
 
-/// A tick, as it is shown. See the module's description for frames.
+/// A tick to be shown. See the module's description for frames.
 #[derive(Clone, Debug)]
 pub struct Moment {
-    /// s since the run began.
+    /// Time since the run began, s.
     pub time: f64,
-    /// Pose of the probe at the device.
+    /// Pose of the probe according to the device.
     pub device: Pose,
-    /// Pose at which contacts were looked for: the proxy's with a coupling, else the device's.
+    /// Pose for which contacts were computed: the proxy's with a coupling, else the device's.
     pub tool: Pose,
-    /// Poses of the bodies other than tool and environment: other tools, then the objects.
+    /// Poses of the other bodies: first the other tools, then the objects.
     pub others: Vec<Pose>,
-    /// The grip on the proxy.
+    /// Position of the grip on the proxy.
     pub grip: DVec3,
-    /// About the grip, as commanded.
+    /// Commanded wrench about the grip.
     pub wrench: Wrench,
-    /// Number of all contacts, also of those without room here.
+    /// Number of all contacts, including those beyond the capacity.
     pub contact_count: usize,
     /// Dots.
     pub contacts: Vec<ShownContact>,
     /// Arrows.
     pub clusters: Vec<ShownCluster>,
-    /// Points at which friction holds.
+    /// Points with friction.
     pub anchors: Vec<ShownAnchor>,
 }
 
 impl Moment {
-    /// Nothing yet, with room for `capacity` of each kind.
+    /// Creates an empty moment with the capacity `capacity` for each list.
     pub fn new(capacity: usize) -> Self {
         Self {
             time: 0.0,
@@ -82,8 +82,8 @@ impl Moment {
         }
     }
 
-    /// Fills the moment from the tick at `time` seconds since the beginning. `grip_a` is where the
-    /// hand holds the probe, in the probe's frame. Obtains no memory.
+    /// Fills the moment from the tick at `time` seconds since the beginning. `grip_a` is the grip
+    /// in the probe's frame. Does not allocate.
     pub fn fill(&mut self, tick: &Tick, time: f64, grip_a: DVec3) {
         self.time = time;
         self.device = tick.probe.pose_ba;
@@ -98,14 +98,13 @@ impl Moment {
         self.show(tick, &(0..0));
     }
 
-    /// Takes in where the other bodies are. Obtains no memory.
+    /// Stores the poses of the other bodies. Does not allocate.
     pub fn place_others(&mut self, poses: impl Iterator<Item = Pose>) {
         append(&mut self.others, poses, |pose| pose);
     }
 
-    /// Takes in the same tick of another tool: where that is, and what it touches. Of its contacts
-    /// with tools, the first `known` are those with tools that were taken in before. Obtains no
-    /// memory.
+    /// Adds another tool in the same tick: its pose and its contacts. The first `known` of its
+    /// contacts with tools are contacts with tools that were added before. Does not allocate.
     pub fn join(&mut self, tick: &Tick, known: usize) {
         self.place_others(std::iter::once(tick.tool_ba));
         let own = tick.contacts.len() - tick.contacts_between as usize;
@@ -131,14 +130,14 @@ impl Moment {
         let grips =
             forces.grips.iter().zip(&forces.members).filter(|(_, member)| !known.contains(&(**member as usize)));
         append(&mut self.anchors, grips, |(grip, _)| {
-            // The force is −stiffness times the way from the anchor to the point that it holds.
+            // The force is −stiffness times the vector from the anchor to the point of the probe.
             let strain = if grip.stiffness > 0.0 { grip.force / grip.stiffness } else { DVec3::ZERO };
             ShownAnchor { held: grip.point, anchor: grip.point + strain, sliding: grip.sliding }
         });
     }
 }
 
-/// Appends to `list` within the room that it has.
+/// Appends to `list` within its capacity.
 fn append<T, S>(list: &mut Vec<T>, from: impl Iterator<Item = S>, shown: impl Fn(S) -> T) {
     let room = list.capacity() - list.len();
     list.extend(from.take(room).map(shown));
@@ -151,7 +150,7 @@ mod tests {
     use palpus::detect::Contact;
 
     #[test]
-    fn a_moment_keeps_to_its_room() {
+    fn moment_stays_within_its_capacity() {
         let contact = Contact {
             piece_a: 0,
             piece_b: 0,
@@ -161,6 +160,7 @@ mod tests {
             normal: -DVec3::Z,
             separation: 1.0,
             slope: 0.0,
+            count: 1.0,
         };
         let mut tick = Tick::new(100);
         tick.contacts.resize(100, contact);

@@ -1,8 +1,8 @@
-//! The visible parts of a run's ticks, within a memory limit. A thread that replays a recording
-//! writes them; a window reads them in any order.
+//! The visible states of a run's ticks, within a memory limit. A thread that replays a recording
+//! writes them, and a window reads them in any order.
 //!
-//! All ticks are kept while they fit; then every second one is dropped, and again, so that what is
-//! kept stays evenly spaced however long the run is.
+//! All ticks are kept while they fit. Then every second one is dropped, and again when the memory
+//! is full, so the kept ticks stay evenly spaced in a run of any length.
 
 use std::sync::Mutex;
 
@@ -19,34 +19,34 @@ pub struct Moments {
 
 #[derive(Debug)]
 struct Store {
-    /// Tick `k × every` is number `k`.
+    /// Moment number `k` is tick `k × every`.
     kept: Vec<Moment>,
     every: usize,
     bytes: usize,
     progress: Progress,
 }
 
-/// How far a recording has been run again.
+/// Progress of a replay.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Progress {
-    /// Ticks that were run again.
+    /// Number of replayed ticks.
     pub ticks: usize,
-    /// Number of those whose wrench differs from the recorded one in any bit.
+    /// Number of replayed ticks whose wrench differs from the recorded one in any bit.
     pub differing: usize,
-    /// The first of them.
+    /// The first of these ticks.
     pub first_difference: Option<usize>,
     /// Message about why the replay stopped early, if it did.
     pub failed: Option<String>,
 }
 
 impl Moments {
-    /// Room for so many bytes, and always for one moment.
+    /// Creates a list with room for this many bytes, and for at least one moment.
     pub fn new(most_bytes: usize) -> Self {
         let store = Store { kept: Vec::new(), every: 1, bytes: 0, progress: Progress::default() };
         Self { most_bytes, store: Mutex::new(store) }
     }
 
-    /// Adds the next tick, and whether its wrench is the recorded one.
+    /// Adds the next tick. `same`: its wrench is the recorded one.
     pub fn push(&self, moment: &Moment, same: bool) {
         let Ok(mut store) = self.store.lock() else { return };
         let tick = store.progress.ticks;
@@ -73,7 +73,7 @@ impl Moments {
         }
     }
 
-    /// The last kept moment that is not after `tick`, and its tick; `None` before the first one.
+    /// Returns the last kept moment up to `tick`, and its tick; `None` before the first one.
     pub fn at(&self, tick: usize) -> Option<(usize, Moment)> {
         let store = self.store.lock().ok()?;
         if tick >= store.progress.ticks {
@@ -83,7 +83,7 @@ impl Moments {
         Some((k * store.every, store.kept[k].clone()))
     }
 
-    /// The progress of the replay, and the interval between kept ticks.
+    /// Returns the progress of the replay, and the interval between kept ticks.
     pub fn progress(&self) -> (Progress, usize) {
         self.store.lock().map(|store| (store.progress.clone(), store.every)).unwrap_or_default()
     }
@@ -123,11 +123,11 @@ mod tests {
     }
 
     #[test]
-    fn everything_is_kept_while_there_is_room() {
+    fn all_moments_are_kept_while_there_is_room() {
         let moments = Moments::new(1 << 20);
         (0..100).for_each(|tick| moments.push(&moment(tick), tick != 30 && tick != 40));
         for tick in 0..100 {
-            let (kept, moment) = moments.at(tick).expect("kept");
+            let (kept, moment) = moments.at(tick).expect("the moment is stored");
             assert_eq!((kept, moment.time, moment.contacts.len()), (tick, tick as f64, tick % 7));
         }
         assert!(moments.at(100).is_none());
@@ -136,17 +136,17 @@ mod tests {
     }
 
     #[test]
-    fn of_more_the_kept_ones_are_evenly_spaced_and_fit() {
+    fn full_store_keeps_evenly_spaced_moments() {
         let most = 50 * (size_of::<Moment>() + 3 * size_of::<ShownContact>());
         let moments = Moments::new(most);
         (0..5000).for_each(|tick| moments.push(&moment(tick), true));
         let every = moments.progress().1;
         assert!(every.is_power_of_two() && every >= 128, "{every}");
         for tick in 0..5000 {
-            let (kept, moment) = moments.at(tick).expect("kept");
+            let (kept, moment) = moments.at(tick).expect("the moment is stored");
             assert_eq!((kept, moment.time), (tick / every * every, kept as f64));
         }
-        let store = moments.store.lock().expect("ours");
+        let store = moments.store.lock().expect("no thread has panicked");
         assert!(store.kept.iter().map(bytes).sum::<usize>() <= most && store.kept.len() >= 24);
     }
 }

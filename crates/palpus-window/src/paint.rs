@@ -1,16 +1,16 @@
-//! From a scene to a picture.
+//! Draws a scene as a picture.
 //!
-//! 1. Every pixel is four samples.
+//! 1. Every pixel has four samples.
 //! 2. The *ground*: its grid, and the shadow of the bodies.
-//! 3. *Bodies* into a layer, with outlines where they end.
-//! 4. *Translucent bodies*, bodies around the probes that they hide, and where the device holds the
-//!    probe if the proxy is elsewhere: their nearest inner sides, then their nearest outer sides,
-//!    each over what is there. What looks along the surface sees more of it, as with glass.
-//! 5. *Marks* into a layer of their own. What a body hides of them stays visible, paler.
-//! 6. Samples become pixels, and words stand above.
+//! 3. *Bodies* in one layer, with outlines where they end.
+//! 4. *Translucent bodies*, bodies around the probes that they hide, and the probe at the device's
+//!    pose if the proxy is elsewhere. Their nearest inner sides are drawn first, then their nearest
+//!    outer sides. Surfaces that are seen at a grazing angle are more opaque, as with glass.
+//! 5. *Marks* in a separate layer. Marks that a body hides stay visible in a paler colour.
+//! 6. Samples are averaged to pixels, and text is drawn on top.
 //!
-//! Light is two lamps that go with the eye and a sky: a surface that faces the viewer is never
-//! dark.
+//! Two lamps that move with the camera, and a sky, give the light, so a surface that faces the
+//! viewer is never dark.
 
 mod words;
 
@@ -33,26 +33,26 @@ use words::{WORD_SIZE, words};
 const FINENESS: usize = 2;
 /// Pixels.
 const WIRE_WIDTH: f64 = 0.7;
-/// How far before its point a patch is, in radii: it is flat, and surfaces need not be.
+/// Distance of a patch before its point, in radii: a patch is flat, but the surface may be curved.
 const PATCH_BEFORE: f64 = 0.5;
-/// Pixels; and how strong lines of the grid are, and those through its middle.
+/// Width in pixels, and strength of the lines of the grid and of the lines through its middle.
 const GRID_WIDTH: f64 = 1.1;
 const GRID_LINE: f64 = 0.17;
 const AXIS_LINE: f64 = 0.34;
-/// How much of a mark is seen through a body.
+/// Visibility of a mark behind a body.
 pub(crate) const HIDDEN: f32 = 0.38;
-/// A mark this part of its depth behind a surface counts as before it: contacts lie between the two
-/// surfaces.
+/// A mark that is less than this share of its depth behind a surface counts as before it, because
+/// contacts lie between two surfaces.
 const BEFORE: f32 = 0.997;
 const OUTLINE_STRENGTH: f64 = 0.6;
 const WIRE_STRENGTH: f64 = 0.55;
-/// How much a translucent body covers where it is looked at squarely, and where along.
+/// Opacity of a translucent body seen squarely and at a grazing angle.
 pub(crate) const COVER_SQUARE: f64 = 0.27;
 pub(crate) const COVER_ALONG: f64 = 0.72;
-/// The same for where the device holds the probe.
+/// Opacity of the probe at the device's pose.
 pub(crate) const GHOST_COVER: f64 = 0.35;
 
-/// Draws `scene` as `camera` sees it, `width` by `height` pixels.
+/// Draws `scene` as seen by `camera`, `width` by `height` pixels.
 pub fn paint(scene: &Scene, camera: &Camera, style: &Style, width: usize, height: usize) -> Picture {
     let colours = style.theme.colours();
     let scale = height as f64 / NOMINAL_HEIGHT;
@@ -112,23 +112,23 @@ pub fn paint(scene: &Scene, camera: &Camera, style: &Style, width: usize, height
     picture
 }
 
-/// Inputs of every stroke.
+/// Inputs of all drawing steps.
 struct Brush {
     lens: Lens,
     colours: Colours,
-    /// Samples of a nominal pixel.
+    /// Samples in a nominal pixel.
     samples: f64,
-    /// Probes around which bodies are transparent; in samples.
+    /// Probes around which bodies are transparent, in samples.
     xrays: Vec<XRay>,
 }
 
-/// How much a body covers.
+/// Opacity of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Cover {
     Whole,
-    /// So much squarely, and along.
+    /// Opacity squarely and at a grazing angle.
     Glass(f64, f64),
-    /// Glass where it hides a probe.
+    /// Transparent where it hides a probe.
     AroundProbes(Part),
 }
 
@@ -156,7 +156,8 @@ impl Brush {
             mix(shade, self.colours.shade * shadow.at(point));
             let strength = ground.strength(point);
             if strength > 0.0 {
-                // Samples to the nearest line of each kind, by how far the next sample is.
+                // Distance in samples to the nearest line of each kind, from the positions of
+                // neighbouring samples.
                 let next =
                     |step: DVec2| self.lens.on_plane(at + step, ground.middle, DVec3::Z).unwrap_or(point) - point;
                 let (right, below) = (next(DVec2::X), next(DVec2::Y));
@@ -172,7 +173,7 @@ impl Brush {
         }
     }
 
-    /// A body, or one side of it.
+    /// A body, or one of its sides.
     fn body(&self, layer: &mut Layer, body: &ShownBody, pose: &Pose, name: u16, facing: Facing, cover: Cover) {
         let solid = &body.solid;
         let points: Vec<DVec3> = solid.vertices.iter().map(|v| pose.point(*v)).collect();
@@ -193,7 +194,7 @@ impl Brush {
         }
     }
 
-    /// How much a fragment covers; `None` if it is not drawn now.
+    /// Opacity of a fragment; `None` if it is not drawn in this step.
     fn covered(&self, cover: Cover, fragment: &Fragment) -> Option<f64> {
         match cover {
             Cover::Whole => Some(1.0),
@@ -210,7 +211,7 @@ impl Brush {
         }
     }
 
-    /// One side of all translucent bodies, and of the probe where the device has it.
+    /// Draws one side of all translucent bodies, and of the probe at the device's pose.
     fn translucent(&self, layer: &mut Layer, scene: &Scene, facing: Facing) {
         for (k, body) in scene.bodies.iter().enumerate() {
             let cover = match body.look {
@@ -261,7 +262,7 @@ impl Brush {
         }
     }
 
-    /// A dot like a small ball, in a ring, a little before its place.
+    /// Draws a dot as a small ball in a ring, slightly before its position.
     fn dot(&self, layer: &mut Layer, dot: &Dot) {
         let (inner, outline) = (linear(dot.colour), linear(self.colours.outline));
         let (point, radius) = (dot.point, dot.radius * self.samples);
@@ -281,15 +282,15 @@ impl Brush {
     }
 }
 
-/// All marks have one name.
+/// All marks have the same number in the layer.
 const MARK: u16 = 1;
 
 fn as_light(light: DVec3, covered: f64) -> Light {
     [light.x as f32, light.y as f32, light.z as f32, covered as f32]
 }
 
-/// Two lamps, a warm one from over the left shoulder and a cool one from the right, a sky, a gloss,
-/// and a rim where the surface turns away.
+/// Light: a warm lamp from the left, a cool lamp from the right, a sky, a highlight, and a rim at
+/// grazing angles.
 fn lit(colour: DVec3, fragment: &Fragment) -> DVec3 {
     let n = fragment.normal;
     let key = DVec3::new(-0.45, 0.62, 0.64);
@@ -303,13 +304,13 @@ fn lit(colour: DVec3, fragment: &Fragment) -> DVec3 {
     colour * (sky + lamps) + DVec3::splat(0.15 * gloss) + DVec3::new(0.06, 0.065, 0.07) * slant.powi(3)
 }
 
-/// How much a translucent surface covers.
+/// Opacity of a translucent surface.
 fn glass(fragment: &Fragment, square: f64, along: f64) -> f64 {
     let slant = 1.0 - fragment.normal.dot(fragment.to_eye).clamp(0.0, 1.0);
     square + (along - square) * slant * slant
 }
 
-/// From above to below.
+/// A vertical gradient.
 fn background(colours: &Colours, width: usize, height: usize) -> Vec<[f32; 3]> {
     let (above, below) = (linear(colours.above), linear(colours.below));
     let mut light = Vec::with_capacity(width * height);
@@ -320,7 +321,7 @@ fn background(colours: &Colours, width: usize, height: usize) -> Vec<[f32; 3]> {
     light
 }
 
-/// Lays a layer over the light; `part` says how much of a sample counts.
+/// Draws a layer over the light; `part` gives the share of a sample that counts.
 fn cover(light: &mut [[f32; 3]], layer: &Layer, part: impl Fn(usize) -> f32) {
     for (k, under) in light.iter_mut().enumerate() {
         if layer.name[k] == 0 {
@@ -343,8 +344,8 @@ fn pixels(light: &[[f32; 3]], width: usize, height: usize) -> Picture {
             for row in y * FINENESS..(y + 1) * FINENESS {
                 for column in x * FINENESS..(x + 1) * FINENESS {
                     let [r, g, b] = light[row * width * FINENESS + column];
-                    // Light brighter than white counts as white before it is mixed, so that
-                    // edges of gloss stay smooth.
+                    // Light brighter than white is cut to white before averaging, so that edges of
+                    // highlights stay smooth.
                     sum += DVec3::new(f64::from(r), f64::from(g), f64::from(b)).min(DVec3::ONE);
                 }
             }

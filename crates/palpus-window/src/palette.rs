@@ -1,12 +1,12 @@
-//! Pictures of at most 256 colours: a third of the size, for pages that are mailed.
+//! Pictures with at most 256 colours: a third of the size, for pages that are sent by mail.
 //!
-//! 1. Colours are counted.
+//! 1. The colours are counted.
 //! 2. The box of colours with the largest weight (squared length times the cube root of its number
-//!    of pixels) is halved in the middle of its longest side, until there are enough boxes. *Median
-//!    cut* (Heckbert 1982) halves the number of pixels instead, which leaves rare colours in large
-//!    boxes.
-//! 3. A box's mean stands for its colours. There is no dithering, since it would make the file as
-//!    large as without a palette.
+//!    of pixels) is divided in the middle of its longest side, until there are enough boxes.
+//!    *Median cut* (Heckbert 1982) halves the number of pixels instead, which leaves rare colours
+//!    in large boxes.
+//! 3. The mean of a box replaces its colours. There is no dithering, because it would make the file
+//!    as large as a file without a palette.
 
 use std::io;
 
@@ -26,7 +26,7 @@ impl Picture {
     }
 }
 
-/// A colour, and how many pixels have it.
+/// A colour, and its number of pixels.
 #[derive(Clone, Copy, Debug)]
 struct Counted {
     colour: [u8; 3],
@@ -57,7 +57,8 @@ fn reduced(pixels: &[u8]) -> (Vec<u8>, Vec<u8>) {
     (palette, pixels.iter().map(number).collect())
 }
 
-/// The longest side of the box about all colours: its channel, and from where to where it goes.
+/// Returns the longest side of the box around all colours: its channel, and its smallest and
+/// largest value.
 fn longest(colours: &[Counted]) -> (usize, [u8; 2]) {
     let side = |channel: usize| {
         let values = colours.iter().map(|one| one.colour[channel]);
@@ -98,7 +99,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn few_colours_are_kept_as_they_are() {
+    fn few_colours_are_kept_exactly() {
         let colours = [[0, 0, 0], [250, 10, 10], [10, 250, 10], [128, 128, 128]];
         let pixels: Vec<u8> = (0..100).flat_map(|k| colours[k * k % 4]).collect();
         let (palette, indices) = reduced(&pixels);
@@ -108,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn many_colours_come_near_and_a_rare_one_is_kept() {
+    fn many_colours_are_approximated_and_rare_ones_kept() {
         let mut pixels: Vec<u8> = (0..90_000u32).flat_map(|k| [(k % 200) as u8, (k / 450) as u8, 120]).collect();
         pixels[300..303].copy_from_slice(&[255, 0, 0]);
         let (palette, indices) = reduced(&pixels);

@@ -45,8 +45,8 @@ impl Picture {
         self.pixels[at..at + 3].copy_from_slice(&colour);
     }
 
-    /// Lays another picture over this one, its upper left corner at column `x` of row `y`; what
-    /// does not fit is cut off.
+    /// Draws another picture over this one, with its upper left corner at column `x` of row `y`.
+    /// Parts outside are cut off.
     pub(crate) fn put(&mut self, other: &Self, x: usize, y: usize) {
         let wide = other.width.min(self.width.saturating_sub(x));
         for row in 0..other.height.min(self.height.saturating_sub(y)) {

@@ -1,5 +1,5 @@
-//! One convex piece, as numbers and as triangles: what of it is the mesh's surface, and what the
-//! hull has added.
+//! One convex piece, as numbers and as triangles. Separates the surface of the mesh from the faces
+//! that the hull added.
 
 use glam::DVec3;
 use palpus::body::{Body, Polytope, Provenance};
@@ -11,29 +11,29 @@ use crate::solid::Solid;
 pub struct PieceNumbers {
     /// Faces with a width.
     pub faces: usize,
-    /// Number of faces that are wholly or for the larger part the mesh's.
+    /// Number of faces that belong wholly or mostly to the mesh.
     pub original_faces: usize,
     /// Number of faces that only the hull has.
     pub virtual_faces: usize,
-    /// Faces of no width along the sides of a plate.
+    /// Faces of zero width along the sides of a flat piece.
     pub rims: usize,
     /// Corners.
     pub vertices: usize,
-    /// Edges, those of rims included.
+    /// Edges, including those of rims.
     pub edges: usize,
-    /// Edges along which the piece owns normals.
+    /// Edges with admissible normals.
     pub arcs: usize,
-    /// Normals that are a neighbour's on the mesh, and owned as the ends of arcs.
+    /// Neighbours' normals on the mesh that are admissible as the ends of arcs.
     pub borrowed: usize,
-    /// Triangles of the mesh that it stands for.
+    /// Number of triangles of the mesh in the piece's patch.
     pub triangles: usize,
-    /// m³; zero for a plate.
+    /// Volume, m³; zero for a flat piece.
     pub volume: f64,
-    /// Which part of all directions it owns, from 0 to 1.
+    /// Share of all directions that is admissible, from 0 to 1.
     pub owned: f64,
 }
 
-/// Directions over which the owned part is counted.
+/// Number of directions with which this share is measured.
 const DIRECTIONS: usize = 4096;
 
 impl PieceNumbers {
@@ -64,7 +64,7 @@ impl PieceNumbers {
     }
 }
 
-/// Directions spread evenly, in a spiral from pole to pole.
+/// Returns evenly distributed directions, in a spiral from pole to pole.
 fn spread_direction(i: usize) -> DVec3 {
     let z = 1.0 - (2.0 * i as f64 + 1.0) / DIRECTIONS as f64;
     let (sin, cos) = (i as f64 * GOLDEN_ANGLE).sin_cos();
@@ -72,7 +72,7 @@ fn spread_direction(i: usize) -> DVec3 {
     DVec3::new(wide * cos, wide * sin, z)
 }
 
-/// rad: π (3 − √5).
+/// Golden angle, π (3 − √5), rad.
 const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
 
 /// The sum of the signed tetrahedra between the middle and the faces.
@@ -86,13 +86,14 @@ fn volume(polytope: &Polytope) -> f64 {
     (0..polytope.face_count() as u32).map(of_face).sum()
 }
 
-/// The piece with most faces, of several the first; none of a body without pieces.
+/// Returns the piece with most faces (of several, the first); `None` for a body without pieces.
 pub fn richest_piece(body: &Body) -> Option<u32> {
     let faces = |k: &usize| body.polytopes()[*k].face_count();
     (0..body.polytopes().len()).rev().max_by_key(faces).map(|k| k as u32)
 }
 
-/// The faces of piece `k` that are the mesh's surface, and those that only the hull has.
+/// Returns the faces of piece `k` that belong to the mesh's surface, and those that only the hull
+/// has.
 pub(crate) fn piece_solids(body: &Body, k: u32) -> [Solid; 2] {
     let polytope = &body.polytopes()[k as usize];
     [Provenance::Original, Provenance::Virtual].map(|provenance| {
@@ -107,10 +108,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_box_owns_all_directions_and_has_its_volume() {
+    fn box_owns_all_directions_and_has_its_volume() {
         let side = |k: usize, bit: usize| (k >> bit & 1) as f64;
         let points: Vec<DVec3> = (0..8).map(|k| DVec3::new(2.0 * side(k, 0), side(k, 1), 3.0 * side(k, 2))).collect();
-        let body = Body::from_convex(&points).expect("a box");
+        let body = Body::from_convex(&points).expect("the box has a hull");
         let numbers = PieceNumbers::of(&body, 0);
         assert!((numbers.volume - 6.0).abs() < 1e-12);
         let counted = [numbers.faces, numbers.original_faces, numbers.virtual_faces, numbers.rims, numbers.vertices];

@@ -1,20 +1,20 @@
-//! Pictures as PNG files of eight bits a channel.
+//! Pictures as PNG files with eight bits for each channel.
 
 use std::io::{self, Write};
 
 use png::{BitDepth, ColorType, Compression, Encoder, Filter};
 
-/// Writes `pixels`, row by row from the top, red, green and blue of each.
+/// Writes `pixels`, row by row from the top, with red, green and blue for each.
 pub(crate) fn write_png(out: impl Write, width: u32, height: u32, pixels: &[u8]) -> io::Result<()> {
     let mut encoder = Encoder::new(out, width, height);
     encoder.set_color(ColorType::Rgb);
-    // Shading is smooth: differences to the row above are small numbers.
+    // Shading is smooth, so differences to the row above are small numbers.
     encoder.set_filter(Filter::Up);
     finish(encoder, pixels)
 }
 
-/// Writes a picture of few colours: `palette` has red, green and blue of each, `indices` names one
-/// for every pixel.
+/// Writes a picture of few colours. `palette` has red, green and blue of each colour, and `indices`
+/// has an index for every pixel.
 pub(crate) fn write_indexed_png(
     out: impl Write,
     width: u32,
@@ -44,13 +44,13 @@ mod tests {
 
     use super::*;
 
-    /// Width, height and the red, green and blue of every pixel of a file.
+    /// Reads width, height and the colours (red, green, blue) of every pixel of a PNG file.
     fn read(file: Vec<u8>) -> (u32, u32, Vec<u8>) {
         let mut decoder = png::Decoder::new(Cursor::new(file));
         decoder.set_transformations(png::Transformations::EXPAND);
-        let mut reader = decoder.read_info().expect("a header");
-        let mut pixels = vec![0; reader.output_buffer_size().expect("a small picture")];
-        let frame = reader.next_frame(&mut pixels).expect("a picture");
+        let mut reader = decoder.read_info().expect("the file has a header");
+        let mut pixels = vec![0; reader.output_buffer_size().expect("the picture is small enough")];
+        let frame = reader.next_frame(&mut pixels).expect("the picture can be read");
         (frame.width, frame.height, pixels)
     }
 
@@ -58,14 +58,14 @@ mod tests {
     fn colours_are_read_back() {
         let pixels: Vec<u8> = (0..18).map(|k| k * 13).collect();
         let mut file = Vec::new();
-        write_png(&mut file, 3, 2, &pixels).expect("memory takes all");
+        write_png(&mut file, 3, 2, &pixels).expect("writing to memory succeeds");
         assert_eq!(read(file), (3, 2, pixels));
     }
 
     #[test]
     fn colours_of_a_palette_are_read_back() {
         let mut file = Vec::new();
-        write_indexed_png(&mut file, 2, 2, &[9, 8, 7, 1, 2, 3], &[1, 0, 0, 1]).expect("memory takes all");
+        write_indexed_png(&mut file, 2, 2, &[9, 8, 7, 1, 2, 3], &[1, 0, 0, 1]).expect("writing to memory succeeds");
         assert_eq!(read(file), (2, 2, vec![1, 2, 3, 9, 8, 7, 9, 8, 7, 1, 2, 3]));
     }
 }

@@ -1,30 +1,30 @@
-//! Triangles into a layer of light and depth.
+//! Draws triangles into a layer of light and depth.
 //!
-//! 1. Corners are taken into the view's frame; parts nearer than the eye's nearest distance are cut
-//!    away.
-//! 2. Row by row, the samples within the triangle are found by the signs of three edge functions; a
-//!    sample on an edge belongs to both sides, and the depths decide.
+//! 1. Corners are transformed into the view's frame. Parts nearer than the camera's nearest
+//!    distance are cut away.
+//! 2. Row by row, the samples in the triangle are found by the signs of three edge functions. A
+//!    sample on an edge belongs to both triangles, and the depths decide.
 //! 3. A sample keeps the nearest fragment. Nearness, the inverse of depth, is linear over the
-//!    picture, so that it needs no correction, and a plane's second difference vanishes, which is
-//!    how outlines are found.
+//!    picture, so it needs no correction. The second difference of a plane's nearness is zero,
+//!    which is used to find outlines.
 //!
-//! There is one thread and every sum has one order: the same layer comes out of every run.
+//! There is one thread, and every sum has a fixed order, so every run gives the same layer.
 
 use glam::{DVec2, DVec3};
 
 use crate::camera::Camera;
 
-/// Part of one triangle in one sample.
+/// The part of a triangle in one sample.
 pub(crate) struct Fragment {
-    /// Towards the viewer's side of the surface, view's frame, unit.
+    /// Unit normal towards the viewer, view's frame.
     pub(crate) normal: DVec3,
-    /// Unit, from the surface to the eye, view's frame.
+    /// Unit vector from the surface to the camera, view's frame.
     pub(crate) to_eye: DVec3,
-    /// Samples to the nearest side of the triangle.
+    /// Distance to the nearest side of the triangle, in samples.
     pub(crate) side: f64,
-    /// Place of the sample, in samples from the upper left corner.
+    /// Position of the sample, in samples from the upper left corner.
     pub(crate) at: DVec2,
-    /// m from the eye, along the line of sight through the middle.
+    /// Distance from the camera along the middle line of sight, m.
     pub(crate) depth: f64,
 }
 
@@ -35,7 +35,7 @@ pub(crate) struct Corner {
     pub(crate) normal: DVec3,
 }
 
-/// Which side of a triangle is looked at.
+/// The visible side of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Facing {
     Any,
@@ -43,10 +43,10 @@ pub(crate) enum Facing {
     Back,
 }
 
-/// Light, and the share of the background that it covers.
+/// Light, and the opacity.
 pub(crate) type Light = [f32; 4];
 
-/// The world as the eye has it, in samples.
+/// The transformation of the world into samples of the camera.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lens {
     camera: Camera,
@@ -81,7 +81,7 @@ impl Lens {
         self.vector_in_view(p - self.eye)
     }
 
-    /// m: how long `samples` samples are at a point of the world.
+    /// Returns the length in metres of `samples` samples at a point of the world.
     pub(crate) fn metres(&self, point: DVec3, samples: f64) -> f64 {
         let depth = (-self.point_in_view(point).z).max(self.camera.nearest());
         samples * self.camera.metres_per_pixel(depth, self.height)
@@ -92,10 +92,10 @@ impl Lens {
 pub(crate) struct Layer {
     pub(crate) width: usize,
     pub(crate) height: usize,
-    /// 1/m: the inverse of the depth; 0 where nothing is.
+    /// Inverse of the depth, 1/m; 0 where nothing is drawn.
     pub(crate) nearness: Vec<f32>,
     pub(crate) light: Vec<Light>,
-    /// Name of the body drawn there; 0 for nothing.
+    /// Number of the body that is drawn there; 0 for none.
     pub(crate) name: Vec<u16>,
 }
 
@@ -105,13 +105,14 @@ impl Layer {
         Self { width, height, nearness: vec![0.0; count], light: vec![[0.0; 4]; count], name: vec![0; count] }
     }
 
-    /// Empties the layer; only what is nearer than `other` will be drawn.
+    /// Empties the layer. Only fragments nearer than `other` will be drawn.
     pub(crate) fn restart_before(&mut self, other: &Self) {
         self.nearness.copy_from_slice(&other.nearness);
         self.name.fill(0);
     }
 
-    /// Draws a triangle called `name`; `light` says how a fragment looks, or that it is not drawn.
+    /// Draws a triangle with number `name`. `light` returns the look of a fragment, or `None` if it
+    /// is not drawn.
     pub(crate) fn triangle(
         &mut self,
         lens: &Lens,
@@ -136,7 +137,7 @@ impl Layer {
         }
     }
 
-    /// A triangle that is wholly ahead of the eye, in the view's frame.
+    /// Draws a triangle that is wholly ahead of the camera, in the view's frame.
     fn whole_triangle(
         &mut self,
         lens: &Lens,
@@ -184,7 +185,7 @@ impl Layer {
         }
     }
 
-    /// Draws a round dot of `radius` samples about a point of the world, `nearer` metres before it;
+    /// Draws a round dot of `radius` samples at a point of the world, `nearer` metres before it.
     /// `light` gets the distance from its middle, in radii.
     pub(crate) fn dot(
         &mut self,
@@ -211,8 +212,8 @@ impl Layer {
         }
     }
 
-    /// Calls `draw` with each sample within `radius` samples of a point of the world: its number,
-    /// and its place from the upper left corner.
+    /// Calls `draw` with each sample within `radius` samples of a point of the world: its index,
+    /// and its position from the upper left corner.
     pub(crate) fn about(&self, lens: &Lens, point: DVec3, radius: f64, mut draw: impl FnMut(usize, DVec2)) {
         let Some(at) = lens.camera.project_view(lens.point_in_view(point), lens.width, lens.height) else { return };
         for row in span([at.y - radius, at.y + radius].into_iter(), self.height) {
@@ -222,8 +223,8 @@ impl Layer {
         }
     }
 
-    /// Mixes `colour` into the samples where what was drawn ends before something farther away,
-    /// but not where it was `cut` only to see through.
+    /// Mixes `colour` into the samples where a drawn body ends before something farther away,
+    /// except where it was `cut` to be seen through.
     pub(crate) fn outline(&mut self, colour: DVec3, strength: f64, cut: impl Fn(DVec2) -> bool) {
         let (width, height) = (self.width, self.height);
         let mut edges = Vec::new();
@@ -257,8 +258,8 @@ impl Layer {
     }
 }
 
-/// A fall of nearness by this share within a sample is an outline: half a percent of the distance
-/// to the eye.
+/// A drop of nearness by this share within a sample is an outline: half a percent of the distance
+/// to the camera.
 const OUTLINE_FALL: f32 = 0.005;
 
 /// A triangle in samples.
@@ -282,22 +283,22 @@ impl Flat {
         (flat.area != 0.0 && flat.area.is_finite()).then_some(flat)
     }
 
-    /// Rows grow downwards, so that what is counter-clockwise has a negative area.
+    /// Rows count downwards, so a counter-clockwise triangle has a negative area.
     fn is_front(&self) -> bool {
         self.area < 0.0
     }
 
-    /// Twice the area of the triangle of two corners and a point.
+    /// Twice the signed area of the triangle of two corners and a point.
     fn twice_area(&self, i: usize, j: usize, x: f64, y: f64) -> f64 {
         (self.x[j] - self.x[i]) * (y - self.y[i]) - (self.y[j] - self.y[i]) * (x - self.x[i])
     }
 
-    /// How much each corner counts at a place.
+    /// Weight of each corner at a position.
     fn weights(&self, x: f64, y: f64) -> [f64; 3] {
         [(1, 2), (2, 0), (0, 1)].map(|(i, j)| self.twice_area(i, j, x, y) / self.area)
     }
 
-    /// Samples from a place within to the nearest side.
+    /// Distance in samples from a point inside to the nearest side.
     fn to_side(&self, x: f64, y: f64) -> f64 {
         let distance = |(i, j): (usize, usize)| {
             let length = (self.x[j] - self.x[i]).hypot(self.y[j] - self.y[i]);
@@ -306,7 +307,8 @@ impl Flat {
         [(1, 2), (2, 0), (0, 1)].map(distance).into_iter().fold(f64::INFINITY, f64::min)
     }
 
-    /// The columns that the row through `y` may have within the triangle: one more on both sides.
+    /// Returns the columns that the row through `y` may have in the triangle, with one more on both
+    /// sides.
     fn columns(&self, y: f64, width: usize) -> std::ops::Range<usize> {
         let crossings = [(0, 1), (1, 2), (2, 0)].into_iter().filter_map(|(i, j)| {
             let (low, high) = (self.y[i].min(self.y[j]), self.y[i].max(self.y[j]));
@@ -317,17 +319,18 @@ impl Flat {
     }
 }
 
-/// From the least to the greatest, within 0 to `end`; empty of nothing.
+/// Returns the range from the smallest to the largest value, within 0 to `end`; empty for no
+/// values.
 fn span(values: impl Iterator<Item = f64>, end: usize) -> std::ops::Range<usize> {
     let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
     if low > high {
         return 0..0;
     }
-    // A float becomes the nearest integer that there is: negative ones become 0.
+    // The conversion saturates: negative values become 0.
     ((low - 1.0).floor() as usize).min(end)..((high + 1.0).ceil() as usize).min(end)
 }
 
-/// Cuts a triangle at z = `limit`, view's frame; returns the three or four corners of the farther
+/// Cuts a triangle at z = `limit` (view's frame); returns the three or four corners of the farther
 /// part.
 fn cut_nearest(corners: &[Corner; 3], limit: f64) -> Vec<Corner> {
     let mut cut = Vec::with_capacity(4);
@@ -361,10 +364,10 @@ mod tests {
     }
 
     #[test]
-    fn a_triangle_covers_its_area_and_shows_one_side() {
+    fn triangle_covers_its_area_and_shows_one_side() {
         let points = [DVec3::ZERO, DVec3::X, DVec3::Y];
         let camera = Camera::framing(points.into_iter(), View::Top, 1.0);
-        // A square of 84 % of the picture, halved.
+        // The triangle is half of a square of 84 % of the picture.
         let front = drawn(points, &camera, Facing::Front);
         assert!((front as f64 - 0.5 * 84.0 * 84.0).abs() < 100.0, "{front}");
         assert_eq!(drawn(points, &camera, Facing::Any), front);
@@ -372,7 +375,7 @@ mod tests {
     }
 
     #[test]
-    fn two_halves_of_a_square_leave_no_gap() {
+    fn two_halves_of_a_square_have_no_gap() {
         let [a, b, c, d] = [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.3), DVec3::Y];
         let camera = Camera::framing([a, b, c, d].into_iter(), View::Top, 1.0);
         let mut layer = Layer::new(100, 100);
@@ -387,7 +390,7 @@ mod tests {
     }
 
     #[test]
-    fn what_reaches_behind_the_eye_is_cut() {
+    fn triangle_behind_the_eye_is_clipped() {
         let points = [DVec3::new(0.0, 0.0, 100.0), DVec3::new(-1.0, 0.1, -5.0), DVec3::new(1.0, 0.1, -5.0)];
         let camera = Camera { target: DVec3::ZERO, distance: 2.0, yaw: -1.5, pitch: 1.2 };
         let count = drawn(points, &camera, Facing::Any);
@@ -395,7 +398,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearer_wins_whatever_comes_first() {
+    fn nearer_triangle_wins_in_any_order() {
         let near = [DVec3::new(0.0, 0.0, 0.5), DVec3::new(1.0, 0.0, 0.5), DVec3::new(0.0, 1.0, 0.5)];
         let far = [DVec3::ZERO, DVec3::X, DVec3::Y];
         let camera = Camera::framing(far.into_iter(), View::Top, 1.0);

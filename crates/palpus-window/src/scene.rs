@@ -12,20 +12,20 @@ use crate::solid::Solid;
 use crate::style::Theme;
 use crate::xray::XRay;
 
-/// How one body is drawn.
+/// Drawing style of one body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Look {
-    /// Each convex piece in a colour of its own.
+    /// True if each convex piece has its own colour.
     pub pieces: bool,
-    /// The triangles' sides are drawn.
+    /// True if the triangles' sides are drawn.
     pub wireframe: bool,
-    /// Bodies behind it are seen through it.
+    /// True if bodies behind it are visible through it.
     pub translucent: bool,
-    /// It is translucent only around a probe that it hides.
+    /// True if it is translucent only around a probe that it hides.
     pub xray: bool,
 }
 
-/// A body in its place.
+/// A body at its pose.
 #[derive(Clone, Debug)]
 pub struct ShownBody {
     /// The body's role in the scene.
@@ -34,36 +34,36 @@ pub struct ShownBody {
     pub solid: Arc<Solid>,
     /// Pose of the body in the world.
     pub pose: Pose,
-    /// Its colour, where pieces have none.
+    /// Its colour, if its pieces have none.
     pub colour: Rgb,
-    /// How it is drawn.
+    /// Its drawing style.
     pub look: Look,
 }
 
 /// Everything in one picture.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// The bodies; of a scene that is felt the probe, the environment, the other probes and the
+    /// The bodies: in the scene of a run the probe, the environment, the other probes and the
     /// objects.
     pub bodies: Vec<ShownBody>,
     /// Contacts and forces, if any.
     pub moment: Option<Moment>,
-    /// Pose of the moment's frame, the environment's, in the world.
+    /// Pose of the moment's frame (the environment's frame) in the world.
     pub moment_pose: Pose,
-    /// The largest force of an arrow: N for the longest. The engine's limit.
+    /// Force with the longest arrow, N: the device's limit.
     pub force_scale: f64,
-    /// N·m, of the longest turning arrow.
+    /// Torque with the longest turning arrow, N·m.
     pub torque_scale: f64,
-    /// Title, above everything.
+    /// Title, at the top.
     pub title: String,
-    /// Caption, below.
+    /// Caption, at the bottom.
     pub caption: String,
     /// Unit of length.
     pub unit: Unit,
 }
 
 impl Default for Scene {
-    /// Nothing.
+    /// An empty scene.
     fn default() -> Self {
         Self {
             bodies: Vec::new(),
@@ -84,7 +84,7 @@ pub enum Unit {
     /// Metres.
     #[default]
     Metre,
-    /// Whatever the model's file means.
+    /// The unknown unit of the model's file.
     Model,
 }
 
@@ -93,13 +93,13 @@ pub enum Unit {
 pub enum BodyPart {
     /// The probe in the first hand.
     Probe,
-    /// The environment, with its parts that are drawn by themselves.
+    /// The environment, with its parts that are drawn separately.
     Environment,
     /// The probe in another hand, by its number from 2 on.
     OtherProbe(usize),
     /// A moving body that no hand holds, by its number from 1 on.
     Object(usize),
-    /// The same, and it never moves.
+    /// An object that never moves.
     FixedObject(usize),
 }
 
@@ -114,7 +114,7 @@ impl BodyPart {
         }
     }
 
-    /// Its colour in a theme.
+    /// Colour of the role in a theme.
     pub fn colour(self, theme: Theme) -> Rgb {
         let colours = theme.colours();
         match self {
@@ -125,11 +125,12 @@ impl BodyPart {
     }
 }
 
-/// The window lists how bodies are drawn for at most this many; a longer list would fill it.
+/// The window lists the drawing styles of at most this many bodies, because a longer list would
+/// fill it.
 #[cfg(feature = "gui")]
 pub(crate) const LISTED: usize = 4;
 
-/// A proxy this part of the probe's size from the device is drawn apart from it.
+/// If the proxy is farther from the device than this share of the probe's size, both are drawn.
 const APART: f64 = 2e-3;
 
 impl Scene {
@@ -145,8 +146,8 @@ impl Scene {
         }
     }
 
-    /// Goes on with how the environment is seen: around the probe through it, all through it, not
-    /// through it.
+    /// Selects the next look of the environment: transparent around the probe, transparent
+    /// everywhere, or opaque.
     #[cfg(feature = "gui")]
     pub(crate) fn turn_glass(&mut self) {
         if let Some(Look { xray, translucent, .. }) = self.bodies.get_mut(1).map(|body| &mut body.look) {
@@ -154,21 +155,21 @@ impl Scene {
         }
     }
 
-    /// The bodies that hands hold, where they are seen in a picture of so many pixels of which
-    /// `nominal` make one of a nominal picture.
+    /// Returns the regions of the bodies that hands hold, in a picture of this many pixels;
+    /// `nominal` of them make one pixel of a nominal picture.
     pub(crate) fn xrays(&self, camera: &Camera, size: [f64; 2], nominal: f64) -> Vec<XRay> {
         let held = self.bodies.iter().filter(|body| matches!(body.part, BodyPart::Probe | BodyPart::OtherProbe(_)));
         held.filter_map(|body| XRay::around(&body.solid, &body.pose, camera, size, nominal)).collect()
     }
 
-    /// True if the device holds the probe away from the proxy, so that both are drawn.
+    /// True if the device's pose of the probe differs from the proxy's, so that both are drawn.
     pub(crate) fn is_device_apart(&self, moment: &Moment, probe: &ShownBody) -> bool {
         let (low, high) = probe.solid.bounds();
         let apart = |p: DVec3| (moment.device.point(p) - moment.tool.point(p)).length();
         apart(low).max(apart(high)) > APART * (high - low).length()
     }
 
-    /// Corners of the boxes about all bodies, world: what a camera frames.
+    /// Returns the corners of the boxes around all bodies, world, for framing.
     pub fn corners(&self) -> impl Iterator<Item = DVec3> + Clone {
         let boxes: Vec<(Pose, DVec3, DVec3)> = self
             .bodies

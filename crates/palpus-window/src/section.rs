@@ -1,17 +1,17 @@
 //! The felt penetration depth on a plane through a body.
 //!
-//! A *section* is a grid of points on a plane across one of the model's axes. At each point:
+//! A *section* is a grid of points on a plane perpendicular to one of the model's axes. At each
+//! point three values are computed:
 //!
 //! * *felt depth*: a probe as small as a point ([`POINT`]) is placed there and queried as in the
-//!   servo loop ([`ContactQuery`], without memory of other points): the depth of the deepest
-//!   contact, which is what eq. 5 takes, less the probe's own extent. Zero where there is no
-//!   contact;
-//! * *distance*: to the nearest point of the mesh, whichever side it is on;
-//! * *inside*: whether the point is within the mesh, where that is closed.
+//!   servo loop ([`ContactQuery`], without memory of other points). The felt depth is the depth of
+//!   the deepest contact, which eq. 5 uses, minus the probe's own size. It is zero without contact;
+//! * *distance*: the distance to the nearest point of the mesh, on either side;
+//! * *inside*: whether the point is inside the mesh, if the mesh is closed.
 //!
-//! For an exact answer the felt depth equals the distance inside and is zero outside. The pieces
-//! can give a smaller depth; inside points without contact are *unseen*. Contact directions are not
-//! compared here (`palpus inspect --sweeps` does that).
+//! Ideally, the felt depth is equal to the distance inside and zero outside. The pieces can give a
+//! smaller depth. Inside points without contact are *unseen*. Contact directions are not compared
+//! here (`palpus inspect --sweeps` compares them).
 
 use std::sync::Arc;
 
@@ -20,17 +20,17 @@ use palpus::algebra::{Pose, Workers, map_in_order, quantile};
 use palpus::body::{Body, BodyError};
 use palpus::detect::{ContactQuery, QuerySettings};
 
-/// Size of the probing point, relative to the body's size: near an edge a felt depth may be wrong
-/// by as much.
+/// Size of the probing point, relative to the body's size. Near an edge, a felt depth may be wrong
+/// by this much.
 pub const POINT: f64 = 1e-5;
-/// How far a section reaches beyond the body's box, relative to its size.
+/// Distance by which a section extends beyond the body's box, relative to the body's size.
 const MARGIN: f64 = 0.08;
 /// Capacity for the contacts at a point.
 const CAPACITY: usize = 1024;
 /// Rows that one worker computes at a time.
 const ROWS_PER_PART: usize = 16;
 
-/// Across which of the model's axes a plane lies.
+/// The model's axis that is normal to a plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Axis {
     /// Seen along −x: y to the right, z up.
@@ -43,10 +43,10 @@ pub enum Axis {
 }
 
 impl Axis {
-    /// All three.
+    /// All three axes.
     pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
 
-    /// The coordinate across the plane, to the right, and up.
+    /// Indices of the coordinates normal to the plane, to the right, and up.
     pub(crate) fn coordinates(self) -> [usize; 3] {
         match self {
             Self::X => [0, 1, 2],
@@ -61,23 +61,23 @@ impl Axis {
     }
 }
 
-/// A plane across an axis.
+/// A plane normal to an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SectionPlane {
-    /// Which.
+    /// The axis.
     pub axis: Axis,
     /// Offset of the plane along its normal, m.
     pub offset: f64,
 }
 
 impl SectionPlane {
-    /// At `part` of the way through the body's box, from 0 to 1.
+    /// Returns the plane at this share of the body's box, from 0 to 1.
     pub fn through(body: &Body, axis: Axis, part: f64) -> Self {
         let (bounds, k) = (body.mesh().bounds(), axis.coordinates()[0]);
         Self { axis, offset: bounds.min[k] + part * (bounds.max[k] - bounds.min[k]) }
     }
 
-    /// The point of the plane that is so far to the right and up.
+    /// Returns the point of the plane with these coordinates to the right and up.
     pub fn point(&self, right: f64, up: f64) -> DVec3 {
         let [across, to_right, upwards] = self.axis.coordinates();
         let mut point = DVec3::ZERO;
@@ -85,21 +85,22 @@ impl SectionPlane {
         point
     }
 
-    /// Corners of the rectangle that a section on this plane covers, in order.
+    /// Returns the corners of the rectangle that a section on this plane covers, in order.
     pub fn corners(&self, body: &Body) -> [DVec3; 4] {
         let [low, high] = self.reach(body);
         [[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]].map(|[u, v]| self.point(u, v))
     }
 
-    /// The lower left and the upper right corner of what a section covers, to the right and up.
+    /// Returns the lower left and the upper right corner of the rectangle that a section covers, to
+    /// the right and up.
     fn reach(&self, body: &Body) -> [[f64; 2]; 2] {
         let (bounds, margin) = (body.mesh().bounds(), MARGIN * body.size());
         let [_, right, up] = self.axis.coordinates();
         [[bounds.min[right] - margin, bounds.min[up] - margin], [bounds.max[right] + margin, bounds.max[up] + margin]]
     }
 
-    /// The lines in which `polygons` meet the plane: right and up of both ends. A polygon is convex
-    /// and counted through its corners.
+    /// Returns the line segments in which `polygons` intersect the plane: right and up of both
+    /// ends. A polygon is convex and given by its corners.
     pub(crate) fn cut<'a>(&self, polygons: impl Iterator<Item = Vec<DVec3>> + 'a) -> Vec<[[f64; 2]; 2]> {
         let [across, right, up] = self.axis.coordinates();
         let height = |p: &DVec3| p[across] - self.offset;
@@ -122,15 +123,15 @@ impl SectionPlane {
 /// Result for a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Felt {
-    /// To the nearest point of the mesh, m.
+    /// Distance to the nearest point of the mesh, m.
     pub distance: f64,
-    /// Within a closed mesh; false for an open one.
+    /// True if the point is inside a closed mesh; false for an open one.
     pub inside: bool,
     /// Depth of the deepest contact, m; zero without contact.
     pub depth: f64,
 }
 
-/// A probe as small as a point, and its queries.
+/// A probe as small as a point, with its queries.
 #[derive(Clone, Debug)]
 pub struct Feeler {
     query: ContactQuery,
@@ -140,7 +141,8 @@ impl Feeler {
     /// Creates a probe for `body`.
     ///
     /// # Errors
-    /// If the body is so small that no probe is smaller.
+    ///
+    /// Fails if the body is so small that no smaller probe exists.
     pub fn new(body: &Arc<Body>) -> Result<Self, BodyError> {
         let radius = POINT * body.size();
         // Rotated, so that no face of it is parallel to typical faces of models.
@@ -151,7 +153,7 @@ impl Feeler {
         Ok(Self { query: ContactQuery::new(probe, body.clone(), settings) })
     }
 
-    /// Returns what is felt at `point`, in the body's frame.
+    /// Returns the values at `point`, in the body's frame.
     pub fn feel(&mut self, point: DVec3) -> Felt {
         self.query.clear();
         let contacts = self.query.contacts(&Pose::from_translation(point)).iter();
@@ -174,30 +176,32 @@ impl Feeler {
 const TURNED: [[f64; 3]; 3] =
     [[6.0 / 7.0, 3.0 / 7.0, 2.0 / 7.0], [-3.0 / 7.0, 2.0 / 7.0, 6.0 / 7.0], [2.0 / 7.0, -6.0 / 7.0, 3.0 / 7.0]];
 
-/// Depths on a plane. Samples stand in rows from the lower left corner, [`Section::cell`] apart.
+/// Depths on a plane. Samples are stored in rows from the lower left corner, [`Section::cell`]
+/// apart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Section {
-    /// Where.
+    /// The plane.
     pub plane: SectionPlane,
-    /// The first sample: to the right and up, m.
+    /// Position of the first sample, to the right and up, m.
     pub low: [f64; 2],
-    /// m from a sample to the next.
+    /// Distance between samples, m.
     pub cell: f64,
-    /// Samples a row.
+    /// Samples in a row.
     pub columns: usize,
-    /// Rows.
+    /// Number of rows.
     pub rows: usize,
-    /// The mesh is closed, so that there is an inside.
+    /// True if the mesh is closed, so that points can be inside.
     pub closed: bool,
-    /// Row by row.
+    /// Values, row by row.
     pub samples: Vec<Felt>,
 }
 
 impl Section {
-    /// Feels the body on a grid with at most `finest` samples along its longer side, on `workers`.
-    /// The answer does not depend on them.
+    /// Computes the depths on a grid with at most `finest` samples along its longer side, on
+    /// `workers`. The result does not depend on the workers.
     ///
     /// # Errors
+    ///
     /// See [`Feeler::new`].
     pub fn of(
         body: &Arc<Body>,
@@ -218,7 +222,7 @@ impl Section {
         Ok(section)
     }
 
-    /// The grid, nothing felt yet.
+    /// Creates the grid without values.
     pub fn laid(body: &Body, plane: SectionPlane, finest: usize) -> Self {
         let [low, high] = plane.reach(body);
         let sides = [high[0] - low[0], high[1] - low[1]];
@@ -233,12 +237,12 @@ impl Section {
         (0..self.columns).map(|column| feeler.feel(self.point(column, row))).collect()
     }
 
-    /// Place of a sample.
+    /// Position of a sample.
     pub fn point(&self, column: usize, row: usize) -> DVec3 {
         self.plane.point(self.low[0] + column as f64 * self.cell, self.low[1] + row as f64 * self.cell)
     }
 
-    /// Result at a sample; `None` where it was not computed yet.
+    /// Values at a sample; `None` if not computed yet.
     pub fn at(&self, column: usize, row: usize) -> Option<&Felt> {
         self.samples.get(row * self.columns + column)
     }
@@ -264,16 +268,16 @@ impl Section {
 /// Statistics of a section.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SectionNumbers {
-    /// Samples within the mesh.
+    /// Number of samples inside the mesh.
     pub inside: usize,
-    /// Number of those without contact.
+    /// Number of inside samples without contact.
     pub unseen: usize,
     /// The largest felt depth, m.
     pub deepest_felt: f64,
     /// The largest distance of an inside sample, m.
     pub deepest: f64,
-    /// First decile and median of felt depth as a part of the distance, over inside samples farther
-    /// than a cell from the surface.
+    /// First decile and median of the felt depth relative to the distance, over inside samples that
+    /// are farther than a cell from the surface.
     pub ratio: [Option<f64>; 2],
 }
 
@@ -285,19 +289,20 @@ mod tests {
     fn cube() -> Body {
         let side = |k: usize, bit: usize| if k >> bit & 1 == 1 { 1.0 } else { -1.0 };
         let points: Vec<DVec3> = (0..8).map(|k| DVec3::new(side(k, 0), side(k, 1), side(k, 2))).collect();
-        Body::from_convex(&points).expect("a cube")
+        Body::from_convex(&points).expect("the cube has a hull")
     }
 
     #[test]
-    fn a_cube_is_felt_as_it_is_from_every_side() {
+    fn section_of_a_cube_has_the_right_depths() {
         let body = Arc::new(cube());
         for axis in Axis::ALL {
             let plane = SectionPlane::through(&body, axis, 0.4);
-            let section = Section::of(&body, plane, 24, &Alone, &mut |_| ()).expect("a feeler");
+            let section = Section::of(&body, plane, 24, &Alone, &mut |_| ()).expect("the section can be computed");
             assert_eq!(section.samples.len(), section.columns * section.rows);
             for row in 0..section.rows {
                 for column in 0..section.columns {
-                    let (felt, p) = (section.at(column, row).expect("felt"), section.point(column, row));
+                    let (felt, p) =
+                        (section.at(column, row).expect("the point was probed"), section.point(column, row));
                     let outside = (p.abs() - DVec3::ONE).max(DVec3::ZERO).length();
                     let depth = (DVec3::ONE - p.abs()).min_element();
                     assert_eq!(felt.inside, depth > 0.0);
@@ -312,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn the_plane_cuts_a_cube_in_a_square() {
+    fn plane_cuts_a_cube_in_a_square() {
         let body = cube();
         let plane = SectionPlane::through(&body, Axis::X, 0.3);
         let mesh = body.mesh();

@@ -1,9 +1,9 @@
 //! A section as a picture without text: the felt depth, the true depth, or their difference.
 //!
-//! 1. Colours between samples of one kind (felt, unseen, outside) are mixed; between kinds they
-//!    change at once.
-//! 2. Contour lines at round depths, over cells whose corners are all of one side; the cut through
-//!    pieces, faint, and through the mesh.
+//! 1. Colours between samples of one kind (felt, unseen, outside) are interpolated. Between kinds
+//!    they change abruptly.
+//! 2. Contour lines are drawn at round depths in cells whose corners are all of one kind. The
+//!    outlines of the pieces on the plane are drawn faintly, and the outline of the mesh too.
 
 use glam::DVec3;
 use palpus::body::Body;
@@ -18,7 +18,7 @@ use crate::style::{Theme, encoded, linear};
 /// Quantity that a panel shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shown {
-    /// Depth measured by the convex pieces.
+    /// Depth that the convex pieces give.
     Felt,
     /// The distance to the surface.
     True,
@@ -26,7 +26,7 @@ pub enum Shown {
     Missing,
 }
 
-/// About so many contours up to the largest depth.
+/// Approximate number of contours up to the largest depth.
 const CONTOURS: f64 = 7.0;
 /// With more pieces than this, outlines are not drawn, since they would cover the picture.
 const MOST_OUTLINED: usize = 300;
@@ -37,11 +37,11 @@ const CONTOUR: f64 = 0.55;
 const PIECE_OUTLINE: f64 = 0.35;
 const CONTOUR_STRENGTH: f64 = 0.65;
 const PIECE_STRENGTH: f64 = 0.4;
-/// Smallest distance between lines, pixels.
+/// Smallest distance between contour lines, pixels.
 const CONTOUR_GAP: f64 = 5.0;
 
-/// From shallow to deep: dark blue to yellow, in even steps for the eye and for the colour-blind
-/// (after *viridis*, S. van der Walt and N. Smith, 2015).
+/// Colours from shallow to deep: dark blue to yellow, with perceptually uniform steps, also for
+/// colour-blind readers (after *viridis*, S. van der Walt and N. Smith, 2015).
 const DEPTHS: [Rgb; 10] = [
     [68, 1, 84],
     [72, 40, 120],
@@ -54,9 +54,9 @@ const DEPTHS: [Rgb; 10] = [
     [180, 222, 44],
     [253, 231, 37],
 ];
-/// Inside, but without contact.
+/// Colour of inside points without contact.
 pub(crate) const UNSEEN: Rgb = [228, 20, 140];
-/// Too little depth, and too much.
+/// Colours of too small and too large depths.
 pub(crate) const LESS: Rgb = [33, 92, 190];
 pub(crate) const MORE: Rgb = [200, 40, 30];
 
@@ -73,17 +73,17 @@ pub struct SectionOf<'a> {
     pub unit: Unit,
 }
 
-/// Scale of colours and of lines of depth, in the body's lengths.
+/// Scale of the colours and of the contour lines, in the body's unit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Range {
-    /// Depth that has the last colour.
+    /// Depth with the last colour.
     pub(crate) deepest: f64,
-    /// From line to line.
+    /// Distance between contour lines.
     pub(crate) step: f64,
 }
 
-/// One panel without words, `width` by `height` pixels. `deepest` is what has the last colour of
-/// the scale.
+/// Draws one panel without text, `width` by `height` pixels. `deepest`: depth with the last colour
+/// of the scale.
 pub fn paint_section_panel(
     shown: &SectionOf<'_>,
     which: Shown,
@@ -96,7 +96,7 @@ pub fn paint_section_panel(
     paint_panel(shown, which, &Range { deepest, step }, theme, width, height)
 }
 
-/// The distance between contour lines for depths up to `deepest`: a round length.
+/// Distance between contour lines for depths up to `deepest`: a round length.
 pub fn contour_step(deepest: f64, unit: Unit) -> f64 {
     round_length(deepest / CONTOURS * STEP_UP, unit).0
 }
@@ -104,7 +104,7 @@ pub fn contour_step(deepest: f64, unit: Unit) -> f64 {
 /// The factor makes the rounded-down result close to the requested number.
 const STEP_UP: f64 = 1.5;
 
-/// The colour of a depth that is `part` of the deepest.
+/// Colour of a depth that is the share `part` of the deepest one.
 pub fn depth_colour(part: f64) -> Rgb {
     let at = part.clamp(0.0, 1.0) * (DEPTHS.len() - 1) as f64;
     let k = (at as usize).min(DEPTHS.len() - 2);
@@ -121,7 +121,7 @@ pub(crate) fn outside_step(section: &Section, unit: Unit) -> f64 {
     contour_step(farthest.map(|felt| felt.distance).fold(0.0, f64::max), unit)
 }
 
-/// Kind of place of a sample.
+/// Kind of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Deep,
@@ -138,7 +138,7 @@ fn kind(felt: &Felt, closed: bool, which: Shown) -> Kind {
     }
 }
 
-/// Value that colours a sample; outside always the distance.
+/// Value that colours a sample; outside it is always the distance.
 fn value(felt: &Felt, kind: Kind, which: Shown) -> f64 {
     match (kind, which) {
         (Kind::Outside, _) | (_, Shown::True) => felt.distance,
@@ -204,11 +204,11 @@ pub(crate) fn paint_panel(
     picture
 }
 
-/// The side of a panel for which widths of lines are stated, pixels.
+/// Side of a panel for which line widths are stated, pixels.
 const NOMINAL_SIDE: f64 = 420.0;
 
-/// The kind of the nearest sample to a place on the grid, and the mean value of those of its kind
-/// around.
+/// Returns the kind of the nearest sample to a position on the grid, and the mean value of the
+/// neighbouring samples of this kind.
 fn mixed(section: &Section, at: [f64; 2], which: Shown) -> Option<(Kind, f64)> {
     let sample = |column: f64, row: f64| {
         let column = column.clamp(0.0, (section.columns - 1) as f64) as usize;
@@ -231,7 +231,7 @@ fn mixed(section: &Section, at: [f64; 2], which: Shown) -> Option<(Kind, f64)> {
     Some((own, if weight > 0.0 { sum / weight } else { 0.0 }))
 }
 
-/// Paler with distance; `part` of the picture's size.
+/// Paler with the distance, which is given as a share of the picture's size.
 pub(crate) fn outside_colour(theme: Theme, part: f64) -> Rgb {
     let (near, far) = match theme {
         Theme::Light => ([206, 214, 222], [250, 251, 252]),
@@ -240,7 +240,7 @@ pub(crate) fn outside_colour(theme: Theme, part: f64) -> Rgb {
     encoded(linear(near).lerp(linear(far), (3.0 * part).clamp(0.0, 1.0)))
 }
 
-/// Colour of a missing depth, by its share of the deepest; a fifth has the full colour.
+/// Colour of a missing depth, by its share of the deepest. From a fifth on it is fully saturated.
 fn missing_colour(theme: Theme, part: f64) -> Rgb {
     let none = match theme {
         Theme::Light => [246, 246, 246],
@@ -250,11 +250,11 @@ fn missing_colour(theme: Theme, part: f64) -> Rgb {
     encoded(linear(none).lerp(linear(full), (part.abs() / FULLY_MISSING).min(1.0)))
 }
 
-/// Share of the deepest that has the full colour.
+/// Share of the deepest depth that is fully saturated.
 const FULLY_MISSING: f64 = 0.2;
 
-/// Contour lines at the multiples of the step, by marching squares over cells whose corners are
-/// all of one kind.
+/// Draws contour lines at the multiples of the step, by marching squares over cells whose corners
+/// are all of one kind.
 fn contours(section: &Section, which: Shown, wanted: Kind, step: f64) -> Vec<[[f64; 2]; 2]> {
     let mut lines = Vec::new();
     let corner = |column: usize, row: usize| {
@@ -305,10 +305,10 @@ fn cross_levels(triangle: &[([f64; 2], f64); 3], step: f64, lines: &mut Vec<[[f6
     }
 }
 
-/// A cell that more levels cross is a discontinuity, and gets no lines.
+/// A cell that more levels cross is a discontinuity and gets no lines.
 const MOST_LEVELS: f64 = 50.0;
 
-/// The cut through the pieces, unless they are too many.
+/// Draws the outlines of the pieces on the plane, unless there are too many.
 fn cut_pieces(shown: &SectionOf<'_>) -> Vec<[[f64; 2]; 2]> {
     let (plane, across) = (&shown.section.plane, shown.section.plane.axis.coordinates()[0]);
     let is_cut = |vertices: &[DVec3]| {
@@ -330,7 +330,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_slope_has_a_line_for_every_level() {
+    fn slope_has_a_contour_line_for_every_level() {
         let triangle = [([0.0, 0.0], 0.0), ([1.0, 0.0], 3.5), ([0.0, 1.0], 0.0)];
         let mut lines = Vec::new();
         cross_levels(&triangle, 1.0, &mut lines);

@@ -1,8 +1,8 @@
 //! A section as a page: the felt depth, the true depth, and their difference.
 //!
-//! 1. Panels side by side or one above the other, whichever lets them be larger. An open mesh has
-//!    no inside, so only felt depth.
-//! 2. A scale with its unit, and what the colours mean.
+//! 1. Panels are arranged side by side or one above the other, whichever makes them larger. An open
+//!    mesh has no inside, so it has only the felt depth.
+//! 2. A scale with its unit and a legend of the colours are added.
 
 use crate::letters;
 use crate::picture::Picture;
@@ -19,7 +19,7 @@ const SCALE_ROOM: f64 = 104.0;
 const SCALE_WIDTH: f64 = 16.0;
 const GAP: f64 = 12.0;
 
-/// All panels with words and a scale.
+/// Draws all panels with text and a scale.
 pub fn paint_section(shown: &SectionOf<'_>, style: &Style, width: usize, height: usize) -> Picture {
     let SectionOf { section, name, unit, .. } = shown;
     let numbers = section.numbers();
@@ -73,13 +73,13 @@ fn caption(shown: &SectionOf<'_>) -> [String; 2] {
     let numbers = shown.section.numbers();
     let felt = format!("felt up to {}", length_name(numbers.deepest_felt, shown.unit));
     if !shown.section.closed {
-        let why = "the mesh is open, so that there is no inside: it is felt as deep as its pieces are thick";
+        let why = "the mesh is open and has no inside: the felt depth is the thickness of its pieces";
         return [felt, why.to_owned()];
     }
     let share = 100.0 * numbers.unseen as f64 / numbers.inside.max(1) as f64;
     let ratio = match numbers.ratio {
         [Some(low), Some(median)] => {
-            format!("felt over true depth: median {:.1} %, first decile {:.1} % · ", 100.0 * median, 100.0 * low)
+            format!("ratio of felt to true depth: median {:.1} %, first decile {:.1} % · ", 100.0 * median, 100.0 * low)
         }
         _ => String::new(),
     };
@@ -104,8 +104,8 @@ pub(crate) fn length_name(length: f64, unit: Unit) -> String {
     }
 }
 
-/// Arranges `count` panels, with `head` pixels above each, in the number of columns that makes them
-/// largest.
+/// Arranges `count` panels, with `head` pixels above each, in the number of columns that makes the
+/// panels largest.
 fn arranged(area: &Area, count: usize, section: &Section, head: f64, gap: f64) -> Vec<Area> {
     let (wide, tall) = (section.columns as f64, section.rows as f64);
     let size = |across: usize| {
@@ -130,7 +130,7 @@ fn arranged(area: &Area, count: usize, section: &Section, head: f64, gap: f64) -
         .collect()
 }
 
-/// A bar of the colours of depth, with round numbers.
+/// Draws a colour bar of the depths with round numbers.
 fn draw_scale(sheet: &mut Sheet, area: &Area, range: &Range, unit: Unit) {
     let (wide, tall) = (SCALE_WIDTH * sheet.scale, 0.7 * area.height);
     let (x, top) = (area.x + GAP * sheet.scale, area.y + 0.5 * (area.height - tall));
@@ -146,7 +146,7 @@ fn draw_scale(sheet: &mut Sheet, area: &Area, range: &Range, unit: Unit) {
     let name = length_name(range.step, unit);
     let named = name.split(' ').next_back().unwrap_or_default();
     sheet.write(named, x, top - 0.8 * WORD_SIZE * sheet.scale, WORD_SIZE, faint);
-    // Writes as many lines as there is space for.
+    // Writes as many lines as fit.
     let room = 1.6 * WORD_SIZE * sheet.scale;
     let every = (room / (tall * range.step / range.deepest)).ceil().max(1.0);
     let mut k = 0.0;
@@ -165,7 +165,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lengths_are_said_with_three_digits() {
+    fn lengths_have_three_digits() {
         assert_eq!(length_name(0.0123456, Unit::Metre), "12.3 mm");
         assert_eq!(length_name(0.0005, Unit::Metre), "0.5 mm");
         assert_eq!(length_name(12.0, Unit::Model), "12 units");

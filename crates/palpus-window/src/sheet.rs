@@ -1,5 +1,4 @@
-//! A page with a title, a caption, things drawn flat between margins, and the meaning of their
-//! colours below.
+//! A page with a title, a caption, flat drawings between margins, and a legend below.
 
 use crate::letters::{self, Setting};
 use crate::marks::NOMINAL_HEIGHT;
@@ -10,7 +9,7 @@ use crate::style::{Colours, Style};
 const MARGIN: f64 = 22.0;
 const TITLE_SIZE: f64 = 19.0;
 pub(crate) const WORD_SIZE: f64 = 13.0;
-/// Heights of title and caption above, and of the legend below.
+/// Heights of the title and caption above, and of the legend below.
 const HEAD: f64 = 98.0;
 const LINE: f64 = 1.7 * WORD_SIZE;
 const FOOT: f64 = 46.0;
@@ -25,8 +24,8 @@ pub(crate) struct Area {
 }
 
 impl Area {
-    /// The part from `low` to `high` of its width, and of its height, with `gap` pixels left free
-    /// on all sides.
+    /// Returns the part from `low` to `high` of its width and of its height, with `gap` pixels left
+    /// free on all sides.
     pub(crate) fn part(&self, across: [f64; 2], down: [f64; 2], gap: f64) -> Self {
         Self {
             x: self.x + across[0] * self.width + gap,
@@ -44,20 +43,20 @@ impl Area {
     }
 }
 
-/// The page while it is being drawn.
+/// The page during drawing.
 pub(crate) struct Sheet {
     pub(crate) picture: Picture,
     pub(crate) colours: Colours,
-    /// Pixels of a nominal pixel.
+    /// Pixels for each nominal pixel.
     pub(crate) scale: f64,
     pub(crate) words: bool,
 }
 
 impl Sheet {
-    /// An empty page with its words above.
+    /// Creates an empty page with its title and caption.
     pub(crate) fn new(width: usize, height: usize, style: &Style, title: &str, caption: &[String]) -> Self {
         let colours = style.theme.colours();
-        // Letters fit across as well.
+        // The font is small enough for the width too.
         let scale = (height as f64 / NOMINAL_HEIGHT).min(width as f64 / NOMINAL_WIDTH);
         let mut sheet =
             Self { picture: Picture::new(width, height, colours.above), colours, scale, words: style.words };
@@ -77,7 +76,7 @@ impl Sheet {
         Area { x: 0.0, y: head, width, height: (height - head - foot).max(1.0) }
     }
 
-    /// Writes from `x` to the right on the baseline `y`, pixels; `size` is nominal.
+    /// Writes to the right from `x` on the baseline `y`, pixels; `size` is nominal.
     pub(crate) fn write(&mut self, text: &str, x: f64, y: f64, size: f64, colour: Rgb) {
         if self.words {
             let setting = Setting { x, y, size: size * self.scale, colour, halo: self.colours.above };
@@ -85,13 +84,13 @@ impl Sheet {
         }
     }
 
-    /// The same, with `x` in the middle of the text.
+    /// Writes with `x` in the middle of the text.
     pub(crate) fn write_about(&mut self, text: &str, x: f64, y: f64, size: f64, colour: Rgb) {
         let half = 0.5 * letters::width(text, size * self.scale);
         self.write(text, x - half, y, size, colour);
     }
 
-    /// Writes the legend below everything; a hollow mark is a ring.
+    /// Writes the legend at the bottom; a hollow mark is a ring.
     pub(crate) fn legend(&mut self, rows: &[(Rgb, bool, &str)]) {
         if !self.words {
             return;

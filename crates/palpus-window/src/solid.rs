@@ -1,35 +1,34 @@
-//! A body as it is drawn: triangles, the normal at each of their corners, and the convex piece that
-//! each belongs to.
+//! A body for drawing: triangles, the normal at each of their corners, and the convex piece of each
+//! triangle.
 //!
-//! 1. *Whole*: the mesh's own triangles. Corners are shaded by the mean normal of the triangles
-//!    about the vertex that turn by less than [`CREASE`]; the others make an edge that is seen as
-//!    one.
+//! 1. *Whole*: the mesh's own triangles. The normal at a corner is the mean normal of the triangles
+//!    around the vertex that turn by less than [`CREASE`]. Other triangles form a visible edge.
 //! 2. *Apart*: the faces of every convex piece, moved away from the body's middle.
 
 use glam::DVec3;
 use palpus::body::{Body, Polytope};
 
-/// cos 40°: triangles that turn by more look like an edge.
+/// cos 40°: a larger angle between triangles looks like an edge.
 const CREASE: f64 = 0.766;
-/// Vertices with more triangles than this are not smoothed, since the work grows with the square of
-/// the number.
+/// Vertices with more triangles than this are not smoothed, because the work grows with the square
+/// of the number.
 const MOST_ROUND: usize = 96;
 
 /// Triangles of one body, in the body's frame.
 #[derive(Clone, Debug, Default)]
 pub struct Solid {
-    /// m.
+    /// Positions of the vertices, m.
     pub vertices: Vec<DVec3>,
     /// Indices into the vertices, counter-clockwise from outside.
     pub triangles: Vec<[u32; 3]>,
-    /// Unit, outward, of the three corners of each triangle.
+    /// Unit outward normals at the three corners of each triangle.
     pub normals: Vec<[DVec3; 3]>,
     /// The convex piece of each triangle.
     pub pieces: Vec<u32>,
 }
 
 impl Solid {
-    /// The mesh of a body.
+    /// Makes a solid from the mesh of a body.
     pub fn of_body(body: &Body) -> Self {
         let mesh = body.mesh();
         let triangles = mesh.triangles().to_vec();
@@ -45,8 +44,8 @@ impl Solid {
         Self { vertices: mesh.vertices().to_vec(), triangles, normals, pieces }
     }
 
-    /// The convex pieces of a body, each moved away from the middle of the body's box by `spread`
-    /// times its own distance.
+    /// Makes a solid from the convex pieces of a body, each moved away from the middle of the
+    /// body's box by `spread` times its own distance.
     pub fn exploded(body: &Body, spread: f64) -> Self {
         let mut solid = Self::default();
         for (k, piece) in body.polytopes().iter().enumerate() {
@@ -55,14 +54,14 @@ impl Solid {
         solid
     }
 
-    /// How far a piece is moved when pieces are apart.
+    /// Returns the displacement of a piece when pieces are apart.
     pub(crate) fn shift(body: &Body, piece: u32, spread: f64) -> DVec3 {
         let bounds = body.mesh().bounds();
         let middle = (bounds.min + bounds.max) * 0.5;
         (body.polytopes()[piece as usize].centroid() - middle) * spread
     }
 
-    /// The same, without the triangles of one piece.
+    /// Makes a solid without the triangles of one piece.
     #[cfg(feature = "gui")]
     pub(crate) fn without(mut self, piece: u32) -> Self {
         let keep: Vec<bool> = self.pieces.iter().map(|k| *k != piece).collect();
@@ -73,8 +72,8 @@ impl Solid {
         self
     }
 
-    /// Finds the first triangle on a ray, from either side: the distance along `direction`,
-    /// and that triangle's piece.
+    /// Returns the first triangle on a ray, from either side: the distance along `direction`, and
+    /// the triangle's piece.
     #[cfg(feature = "gui")]
     pub(crate) fn first_met(&self, origin: DVec3, direction: DVec3) -> Option<(f64, u32)> {
         let met = self.triangles.iter().zip(&self.pieces).filter_map(|(triangle, piece)| {
@@ -93,7 +92,7 @@ impl Solid {
         met.min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// Adds those faces of a piece that `which` asks for, moved by `shift`.
+    /// Adds the faces of a piece that `which` selects, moved by `shift`.
     pub(crate) fn add_faces(&mut self, piece: &Polytope, k: u32, shift: DVec3, which: impl Fn(u32) -> bool) {
         let first = self.vertices.len() as u32;
         self.vertices.extend(piece.vertices().iter().map(|v| *v + shift));
@@ -109,13 +108,13 @@ impl Solid {
         }
     }
 
-    /// The lower and the upper corner of the box about all vertices.
+    /// Returns the lower and the upper corner of the box around all vertices.
     pub fn bounds(&self) -> (DVec3, DVec3) {
         self.vertices.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)))
     }
 }
 
-/// The normal at each corner of each triangle.
+/// Returns the normal at each corner of each triangle.
 fn corner_normals(vertex_count: usize, triangles: &[[u32; 3]], flat: &[DVec3], areas: &[f64]) -> Vec<[DVec3; 3]> {
     let mut starts = vec![0u32; vertex_count + 1];
     for &v in triangles.iter().flatten() {
@@ -150,29 +149,29 @@ mod tests {
 
     #[cfg(feature = "gui")]
     #[test]
-    fn a_ray_meets_what_is_nearest_and_not_what_was_taken_out() {
+    fn ray_meets_the_nearest_face_and_skips_removed_pieces() {
         let side = |k: usize, bit: usize| (k >> bit & 1) as f64;
         let points: Vec<DVec3> = (0..8).map(|k| DVec3::new(side(k, 0), side(k, 1), side(k, 2))).collect();
-        let solid = Solid::of_body(&Body::from_convex(&points).expect("a box"));
+        let solid = Solid::of_body(&Body::from_convex(&points).expect("the box has a hull"));
         let (origin, ahead) = (DVec3::new(0.4, 0.3, 5.0), -DVec3::Z);
-        let (distance, piece) = solid.first_met(origin, ahead).expect("the upper face");
+        let (distance, piece) = solid.first_met(origin, ahead).expect("the ray meets the upper face");
         assert!((distance - 4.0).abs() < 1e-12 && piece == 0);
         assert_eq!((solid.first_met(origin, DVec3::Z), solid.first_met(origin + DVec3::X, ahead)), (None, None));
         assert!(solid.without(0).first_met(origin, ahead).is_none());
     }
 
     #[test]
-    fn a_box_keeps_its_edges() {
+    fn box_keeps_its_edges() {
         let side = |k: usize, bit: usize| (k >> bit & 1) as f64;
         let points: Vec<DVec3> = (0..8).map(|k| DVec3::new(side(k, 0), side(k, 1), side(k, 2))).collect();
-        let body = Body::from_convex(&points).expect("a box");
+        let body = Body::from_convex(&points).expect("the box has a hull");
         for solid in [Solid::of_body(&body), Solid::exploded(&body, 1.0)] {
             assert_eq!(solid.triangles.len(), 12);
             for (triangle, normals) in solid.triangles.iter().zip(&solid.normals) {
                 let [a, b, c] = triangle.map(|v| solid.vertices[v as usize]);
                 let normal = (b - a).cross(c - a).normalize();
                 assert!(normals.iter().all(|n| (*n - normal).length() < 1e-9));
-                assert!(normal.dot((a + b + c) / 3.0 - DVec3::splat(0.5)) > 0.0, "outward");
+                assert!(normal.dot((a + b + c) / 3.0 - DVec3::splat(0.5)) > 0.0, "the normal must point outward");
             }
             assert_eq!(solid.bounds(), (DVec3::ZERO, DVec3::ONE));
         }

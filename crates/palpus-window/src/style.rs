@@ -1,4 +1,4 @@
-//! Colours, and which elements are drawn.
+//! Colours, and the selection of drawn elements.
 
 use glam::DVec3;
 
@@ -7,20 +7,21 @@ use crate::picture::Rgb;
 /// Drawing options of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Style {
-    /// Light or dark.
+    /// Light or dark theme.
     pub theme: Theme,
-    /// Contacts as dots: green where the bodies are apart, red where they overlap.
+    /// True if contacts are drawn as dots: green where the bodies are apart, red where they
+    /// overlap.
     pub contacts: bool,
-    /// The force of each cluster as an arrow.
+    /// True if the force of each cluster is drawn as an arrow.
     pub clusters: bool,
-    /// These arrows have the colours of contacts, as in the paper's Figure 4, instead of one of
-    /// their own.
+    /// True if these arrows have the colours of the contacts, as in the paper's Figure 4, instead
+    /// of their own colour.
     pub clusters_as_contacts: bool,
-    /// The wrench at the grip as an arrow and a turning arrow.
+    /// True if the wrench at the grip is drawn as an arrow and a turning arrow.
     pub wrench: bool,
-    /// Draws the points at which friction holds.
+    /// True if points with friction are drawn.
     pub anchors: bool,
-    /// Numbers, the meaning of colours, and a scale.
+    /// True if numbers, a legend and a scale are drawn.
     pub words: bool,
 }
 
@@ -38,7 +39,7 @@ impl Default for Style {
     }
 }
 
-/// Ground below everything.
+/// True if the ground is drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Theme {
     /// Dark on light, for paper.
@@ -69,7 +70,7 @@ pub(crate) struct Colours {
     /// Colour of the compared curve.
     #[cfg(feature = "gui")]
     pub(crate) compared: Rgb,
-    /// Colours of the patches of contact: for light and for hard pressure.
+    /// Colours of the patches of contact, for light and for hard pressure.
     pub(crate) light: Rgb,
     pub(crate) heavy: Rgb,
     /// Colour of the ground's shadow, and its largest opacity.
@@ -78,12 +79,12 @@ pub(crate) struct Colours {
     /// Colours of the world's axes.
     #[cfg(feature = "gui")]
     pub(crate) axes: [Rgb; 3],
-    /// Colours of pieces: how much of them remains, and how light they are.
+    /// Colours of pieces: saturation and lightness.
     pub(crate) piece_lightness: f64,
 }
 
 impl Theme {
-    /// Dark for light, light for dark.
+    /// Returns the other theme.
     #[cfg(feature = "gui")]
     pub(crate) fn other(self) -> Self {
         match self {
@@ -150,27 +151,27 @@ impl Theme {
     }
 }
 
-/// Light as it adds up. The curve is a plain square, near enough to sRGB's and exact on every
-/// machine.
+/// Converts sRGB to linear light. The curve is a plain square, which is close to sRGB's and exact
+/// on every machine.
 pub(crate) fn linear(colour: Rgb) -> DVec3 {
     let part = |c: u8| (f64::from(c) / 255.0).powi(2);
     DVec3::new(part(colour[0]), part(colour[1]), part(colour[2]))
 }
 
-/// The opposite of [`linear`].
+/// Converts linear light to sRGB.
 pub(crate) fn encoded(light: DVec3) -> Rgb {
     let part = |c: f64| (c.clamp(0.0, 1.0).sqrt() * 255.0 + 0.5) as u8;
     [part(light.x), part(light.y), part(light.z)]
 }
 
-/// The turn from one piece's hue to the next, of a whole turn: the golden ratio's, which keeps all
-/// near ones apart.
+/// Difference between the hues of consecutive pieces, as a share of a full turn: the golden ratio,
+/// for which consecutive hues are far apart.
 const HUE_STEP: f64 = 0.618_033_988_749_894_9;
-/// Neighbouring hues also differ in lightness, in turn by this much.
+/// Consecutive pieces also alternate in lightness by this much.
 const LIGHTNESS_STEPS: [f64; 3] = [0.0, 0.07, -0.08];
 const SATURATION: f64 = 0.44;
 
-/// The colour of piece `k`, as light.
+/// Returns the colour of piece `k`, as linear light.
 pub(crate) fn piece_colour(k: u32, lightness: f64) -> DVec3 {
     let hue = (f64::from(k) * HUE_STEP + 0.08).fract();
     let lightness = lightness + LIGHTNESS_STEPS[k as usize % LIGHTNESS_STEPS.len()];
@@ -188,14 +189,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn colours_survive_as_light() {
+    fn colours_survive_the_conversion_to_light() {
         for c in 0..=255u8 {
             assert_eq!(encoded(linear([c, 255 - c, 7])), [c, 255 - c, 7]);
         }
     }
 
     #[test]
-    fn pieces_beside_each_other_in_number_differ() {
+    fn pieces_with_adjacent_numbers_differ_in_colour() {
         for k in 0..200 {
             let now = piece_colour(k, 0.6);
             for j in k + 1..k + 4 {

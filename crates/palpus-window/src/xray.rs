@@ -1,8 +1,8 @@
 //! Transparency of bodies around a probe that they hide.
 //!
-//! The probe is a capsule in the picture, about its longest axis. A body is glass where it is
-//! nearer to the eye than the capsule and covers it, and solid beyond a soft edge. So the touched
-//! place is visible, and the body keeps its shape.
+//! In the picture, the probe is a capsule about its longest axis. A body is transparent where it is
+//! nearer to the camera than the capsule and covers it, and opaque beyond a soft edge. The touched
+//! place is therefore visible, and the body keeps its shape.
 
 use glam::{DVec2, DVec3};
 use palpus::algebra::Pose;
@@ -10,9 +10,9 @@ use palpus::algebra::Pose;
 use crate::camera::Camera;
 use crate::solid::Solid;
 
-/// Pixels (of a nominal picture) that are seen around the probe.
+/// Width of the transparent margin around the probe, pixels of a nominal picture.
 const AROUND: f64 = 16.0;
-/// The radius at which a body is solid again, relative to that at which it is glass.
+/// The radius at which a body is opaque again, relative to the radius at which it is transparent.
 const SOFT: f64 = 1.45;
 /// Pixels.
 const EDGE: f64 = 3.0;
@@ -20,17 +20,18 @@ const EDGE: f64 = 3.0;
 /// A capsule in a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct XRay {
-    /// Pixels from the upper left corner, and m from the eye along the line of sight.
+    /// Pixels from the upper left corner, and m from the camera along the line of sight.
     pub(crate) ends: [DVec3; 2],
-    /// Pixels: glass within this.
+    /// Radius within which a body is transparent, pixels.
     pub(crate) radius: f64,
-    /// m: how far the probe reaches towards the eye and away from it.
+    /// How far the probe extends towards the camera and away from it, m.
     pub(crate) reach: f64,
 }
 
 impl XRay {
-    /// Makes the region around a probe at `pose` (world), in a picture of so many pixels of which
-    /// `nominal` make one of a nominal picture; `None` if it is not ahead of the eye.
+    /// Makes the region around a probe at `pose` (world), in a picture of this many pixels;
+    /// `nominal` of them make one pixel of a nominal picture. `None` if the probe is not ahead of
+    /// the camera.
     pub(crate) fn around(
         solid: &Solid,
         pose: &Pose,
@@ -55,12 +56,12 @@ impl XRay {
         Some(Self { ends, radius: pixels + AROUND * nominal, reach })
     }
 
-    /// True near the edge beyond which a body is solid.
+    /// True near the edge beyond which a body is opaque.
     pub(crate) fn is_edge(&self, pixel: DVec2) -> bool {
         ((pixel - self.nearest(pixel).truncate()).length() - SOFT * self.radius).abs() < EDGE
     }
 
-    /// Corners of the rectangle outside of which a body is solid, pixels.
+    /// Corners of the rectangle outside of which a body is opaque, pixels.
     #[cfg(feature = "gui")]
     pub(crate) fn bounds(&self) -> [DVec2; 2] {
         let [one, other] = self.ends.map(DVec3::truncate);
@@ -68,7 +69,7 @@ impl XRay {
         [one.min(other) - beside, one.max(other) + beside]
     }
 
-    /// The point of the capsule's axis that is nearest in the picture.
+    /// Returns the nearest point of the capsule's axis in the picture.
     fn nearest(&self, pixel: DVec2) -> DVec3 {
         let [one, other] = self.ends;
         let along = (other - one).truncate();
@@ -76,7 +77,8 @@ impl XRay {
         one.lerp(other, part.clamp(0.0, 1.0))
     }
 
-    /// How solid a body is at a pixel, where it is so far from the eye (m): 0 is glass, 1 solid.
+    /// Opacity of a body at a pixel, at this distance from the camera (m): 0 is transparent, 1
+    /// opaque.
     pub(crate) fn solidity(&self, pixel: DVec2, depth: f64) -> f64 {
         let nearest = self.nearest(pixel);
         let beside = smooth(self.radius, SOFT * self.radius, (pixel - nearest.truncate()).length());
@@ -85,7 +87,7 @@ impl XRay {
     }
 }
 
-/// 0 below `low`, 1 above `high`.
+/// Returns 0 below `low`, 1 above `high`, and a smooth value between.
 fn smooth(low: f64, high: f64, value: f64) -> f64 {
     let part = ((value - low) / (high - low)).clamp(0.0, 1.0);
     part * part * (3.0 - 2.0 * part)
@@ -97,19 +99,23 @@ mod tests {
     use crate::camera::View;
 
     #[test]
-    fn bodies_are_glass_before_the_probe_and_solid_elsewhere() {
+    fn bodies_are_transparent_only_before_the_probe() {
         let solid = Solid { vertices: vec![-DVec3::new(0.1, 0.1, 1.0), DVec3::new(0.1, 0.1, 1.0)], ..Solid::default() };
         let camera = Camera::framing(solid.vertices.iter().copied(), View::Front, 1.0);
-        let xray = XRay::around(&solid, &Pose::IDENTITY, &camera, [800.0; 2], 1.0).expect("it is seen");
+        let xray = XRay::around(&solid, &Pose::IDENTITY, &camera, [800.0; 2], 1.0).expect("the probe is visible");
         let (middle, depth) = (DVec2::splat(400.0), camera.distance);
-        assert_eq!(xray.solidity(middle, depth - 1.0), 0.0, "before the probe");
-        assert_eq!(xray.solidity(middle, depth + 1.0), 1.0, "behind it");
-        assert_eq!(xray.solidity(middle + DVec2::new(300.0, 0.0), depth - 1.0), 1.0, "beside it");
+        assert_eq!(xray.solidity(middle, depth - 1.0), 0.0, "the body must be transparent before the probe");
+        assert_eq!(xray.solidity(middle, depth + 1.0), 1.0, "the body must be solid behind the probe");
+        assert_eq!(
+            xray.solidity(middle + DVec2::new(300.0, 0.0), depth - 1.0),
+            1.0,
+            "the body must be solid beside the probe"
+        );
         let end = xray.ends[1].truncate();
-        assert_eq!(xray.solidity(end, depth - 1.0), 0.0, "along all of it");
+        assert_eq!(xray.solidity(end, depth - 1.0), 0.0, "the body must be transparent along the whole probe");
         #[cfg(feature = "gui")]
         for corner in xray.bounds() {
-            assert_eq!(xray.solidity(corner, depth - 1.0), 1.0, "solid at the corners of its bounds");
+            assert_eq!(xray.solidity(corner, depth - 1.0), 1.0, "the body must be solid at the corners of the bounds");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Pictures show the scene at the right places, and are the same on every run.
+//! Tests that pictures show the scene at the right places, and are reproducible.
 
 use std::sync::Arc;
 
@@ -18,14 +18,14 @@ const HEIGHT: usize = 200;
 fn cuboid(half: DVec3) -> Arc<Body> {
     let side = |k: usize, bit: usize| if k >> bit & 1 == 1 { 1.0 } else { -1.0 };
     let points: Vec<DVec3> = (0..8).map(|k| half * DVec3::new(side(k, 0), side(k, 1), side(k, 2))).collect();
-    Arc::new(Body::from_convex(&points).expect("a box"))
+    Arc::new(Body::from_convex(&points).expect("the box has a hull"))
 }
 
-/// A box that leans on a table with one edge: `height` metres above touch.
+/// A box that leans on a table with one edge, `height` metres above contact.
 fn leaning(height: f64) -> Scene {
     let (probe, table) = (cuboid(DVec3::new(0.02, 0.015, 0.01)), cuboid(DVec3::new(0.05, 0.04, 0.01)));
     let settings = Settings { patch_angle: None, ..Settings::default() };
-    let mut renderer = Renderer::new(probe.clone(), table.clone(), settings).expect("valid settings");
+    let mut renderer = Renderer::new(probe.clone(), table.clone(), settings).expect("the settings are valid");
     let rotation = DQuat::from_rotation_y(0.5);
     let lowest = probe.mesh().vertices().iter().map(|v| (rotation * *v).z).fold(f64::INFINITY, f64::min);
     let pose = Pose::new(rotation, DVec3::new(0.0, 0.0, 0.01 - lowest + height));
@@ -52,7 +52,7 @@ fn framed(scene: &Scene, view: View) -> Camera {
     Camera::framing(scene.corners(), view, WIDTH as f64 / HEIGHT as f64)
 }
 
-/// Bodies and nothing else.
+/// A style that shows only the bodies.
 fn bare() -> Style {
     Style { contacts: false, clusters: false, wrench: false, anchors: false, words: false, ..Style::default() }
 }
@@ -61,20 +61,20 @@ fn taken(scene: &Scene, view: View, style: &Style) -> Picture {
     paint(scene, &framed(scene, view), style, WIDTH, HEIGHT)
 }
 
-/// Columns and rows in which two pictures differ.
+/// Returns the columns and rows of the pixels in which two pictures differ.
 fn differences(one: &Picture, other: &Picture) -> Vec<(usize, usize)> {
     let all = (0..HEIGHT).flat_map(|y| (0..WIDTH).map(move |x| (x, y)));
     all.filter(|&(x, y)| one.pixel(x, y) != other.pixel(x, y)).collect()
 }
 
-/// Pixels about a contact that its halo may change.
+/// Radius around a contact that its halo may change, pixels.
 const HALO: f64 = 11.0;
 
 #[test]
-fn dots_are_where_the_contacts_are_and_nowhere_else() {
+fn dots_are_only_at_contacts() {
     for (height, overlapping) in [(0.4e-3, false), (-0.4e-3, true)] {
         let scene = leaning(height);
-        let moment = scene.moment.as_ref().expect("a moment");
+        let moment = scene.moment.as_ref().expect("the scene has a moment");
         assert!(!moment.contacts.is_empty() && moment.contacts.iter().all(|c| (c.separation < 0.0) == overlapping));
         for view in [View::Oblique, View::Front, View::Left, View::Top] {
             let camera = framed(&scene, view);
@@ -83,30 +83,32 @@ fn dots_are_where_the_contacts_are_and_nowhere_else() {
             let places: Vec<_> = moment
                 .contacts
                 .iter()
-                .map(|c| camera.project(c.point, WIDTH as f64, HEIGHT as f64).expect("ahead of the eye"))
+                .map(|c| {
+                    camera.project(c.point, WIDTH as f64, HEIGHT as f64).expect("the point is in front of the camera")
+                })
                 .collect();
             for place in &places {
                 let [red, green, blue] = with.pixel(place.x as usize, place.y as usize).map(i32::from);
                 let [r, g, b] = without.pixel(place.x as usize, place.y as usize).map(i32::from);
-                // A hidden arrow is paler, but turns the colour all the same.
+                // A hidden arrow is paler, but still changes the colour.
                 let (to_red, to_green) = (red - r - (green - g), green - g - (red - r));
                 let turned = if overlapping { to_red } else { to_green };
                 assert!(turned > 15, "{view:?}: no dot at {place:?}: {red} {green} {blue} over {r} {g} {b}");
             }
             for (x, y) in differences(&with, &without) {
                 let near = |p: &palpus_window::Projected| (x as f64 - p.x).hypot(y as f64 - p.y) < HALO;
-                assert!(places.iter().any(near), "{view:?}: something at {x}, {y}, where no contact is");
+                assert!(places.iter().any(near), "{view:?}: a mark at {x}, {y}, where there is no contact");
             }
         }
     }
 }
 
 #[test]
-fn the_force_is_an_arrow_from_the_grip_along_the_force() {
+fn force_arrow_starts_at_the_grip() {
     let scene = leaning(-0.4e-3);
-    let moment = scene.moment.as_ref().expect("a moment");
+    let moment = scene.moment.as_ref().expect("the scene has a moment");
     let camera = framed(&scene, View::Front);
-    let at = |p: DVec3| camera.project(p, WIDTH as f64, HEIGHT as f64).expect("ahead of the eye");
+    let at = |p: DVec3| camera.project(p, WIDTH as f64, HEIGHT as f64).expect("the point is in front of the camera");
     let (tail, ahead) = (at(moment.grip), at(moment.grip + moment.wrench.force.normalize() * 0.01));
     let without = taken(&scene, View::Front, &bare());
     let with = taken(&scene, View::Front, &Style { wrench: true, ..bare() });
@@ -117,13 +119,14 @@ fn the_force_is_an_arrow_from_the_grip_along_the_force() {
     };
     let farthest = changed.iter().map(|&(x, y)| along(x as f64, y as f64)).fold(f64::NEG_INFINITY, f64::max);
     let behind = changed.iter().map(|&(x, y)| along(x as f64, y as f64)).fold(f64::INFINITY, f64::min);
-    // The longest arrow is 150 of 800 pixels; the turning arrow about the grip is smaller than a
-    // third of that.
+    // In a picture with a height of 800 pixels the longest arrow has 150 pixels. Here the height is
+    // 200 pixels, so the arrow has 37.5. The arrow of the torque about the grip is smaller: it
+    // reaches less than 14 pixels behind the grip.
     assert!((farthest - 37.5).abs() < 4.0 && behind > -14.0, "{farthest} {behind}");
 }
 
 #[test]
-fn pictures_are_the_same_to_the_bit_and_not_blank() {
+fn pictures_are_reproducible_and_not_blank() {
     let scene = leaning(-0.4e-3);
     for theme in [Theme::Light, Theme::Dark] {
         let style = Style { theme, ..Style::default() };
@@ -140,7 +143,7 @@ fn pictures_are_the_same_to_the_bit_and_not_blank() {
 }
 
 #[test]
-fn every_look_shows_something_else() {
+fn every_look_gives_another_picture() {
     let looks = [
         Look::default(),
         Look { pieces: true, ..Look::default() },
@@ -163,24 +166,24 @@ fn every_look_shows_something_else() {
 }
 
 #[test]
-fn the_environment_is_seen_through_around_the_probe_only() {
+fn environment_is_transparent_only_around_the_probe() {
     let solid = leaning(0.0);
     let mut seen_through = solid.clone();
     seen_through.bodies[1].look.xray = true;
-    // The table hides the box from below.
+    // Seen from below, the table hides the box.
     let [without, with] = [&solid, &seen_through].map(|scene| taken(scene, View::Bottom, &bare()));
     let probe = framed(&solid, View::Bottom).project(solid.bodies[0].pose.translation, WIDTH as f64, HEIGHT as f64);
-    let [x, y] = probe.map(|p| [p.x as usize, p.y as usize]).expect("ahead of the eye");
+    let [x, y] = probe.map(|p| [p.x as usize, p.y as usize]).expect("the point is in front of the camera");
     let [red, _, blue] = with.pixel(x, y).map(i32::from);
     let [r, _, b] = without.pixel(x, y).map(i32::from);
-    assert!(red - blue > r - b + 20, "the box is orange, the table is not: {red} {blue}, without {r} {b}");
+    assert!(red - blue > r - b + 20, "the orange box must be visible through the table: {red} {blue}, without {r} {b}");
     let changed = differences(&without, &with);
     let share = changed.len() as f64 / (WIDTH * HEIGHT) as f64;
     assert!(share < 0.3 && changed.iter().all(|(x, y)| (10..WIDTH - 10).contains(x) && *y > 3), "{share}");
 }
 
 #[test]
-fn where_the_device_is_elsewhere_its_probe_is_seen_too() {
+fn device_probe_is_shown_if_away_from_the_tool() {
     let mut scene = leaning(-0.4e-3);
     let together = taken(&scene, View::Oblique, &bare());
     if let Some(moment) = &mut scene.moment {
@@ -190,7 +193,7 @@ fn where_the_device_is_elsewhere_its_probe_is_seen_too() {
 }
 
 #[test]
-fn whatever_is_asked_for_there_is_a_picture() {
+fn every_request_gives_a_picture() {
     let scene = leaning(0.0);
     let inside = Camera { target: DVec3::ZERO, distance: 1e-4, yaw: 0.3, pitch: 0.2 };
     let far = Camera { distance: 1e6, ..inside };
@@ -212,11 +215,11 @@ fn l_block() -> Body {
     for k in 0..6 {
         soup.push_face(&[k, (k + 1) % 6, 6 + (k + 1) % 6, 6 + k]);
     }
-    Body::from_soup(&soup, &BodySettings::default(), &mut |_| ()).expect("a block")
+    Body::from_soup(&soup, &BodySettings::default(), &mut |_| ()).expect("the mesh is valid")
 }
 
 #[test]
-fn the_gauss_map_is_coloured_where_directions_are_owned_and_grey_elsewhere() {
+fn gauss_map_is_coloured_only_where_directions_are_owned() {
     let body = l_block();
     let (size, middle) = (240, 120.0);
     for piece in 0..body.polytopes().len() as u32 {
@@ -225,7 +228,8 @@ fn the_gauss_map_is_coloured_where_directions_are_owned_and_grey_elsewhere() {
         let picture = paint_gauss_half(&body, piece, &camera, Theme::Light, size);
         assert_eq!(picture, paint_gauss_half(&body, piece, &camera, Theme::Light, size));
         let [right, up, back] = camera.axes();
-        // For owned and other directions: how many, and how many have the colour.
+        // Counts, for owned and for other directions: all pixels, and pixels with the expected
+        // colour.
         let (mut seen, mut right_colour) = ([0, 0], [0, 0]);
         for (x, y) in (0..size).step_by(3).flat_map(|y| (0..size).step_by(3).map(move |x| (x, y))) {
             let (u, v) = ((x as f64 + 0.5 - middle) / (0.96 * middle), (middle - y as f64 - 0.5) / (0.96 * middle));
@@ -240,13 +244,13 @@ fn the_gauss_map_is_coloured_where_directions_are_owned_and_grey_elsewhere() {
             right_colour[usize::from(owned)] += i32::from(is_grey != owned);
         }
         assert!(seen[1] > 300, "piece {piece}: {seen:?}");
-        // Points and arcs of the faces stand over the regions.
+        // Points and arcs of the faces cover a part of the regions.
         assert!((0..2).all(|k| 10 * right_colour[k] >= 8 * seen[k]), "piece {piece}: {right_colour:?} of {seen:?}");
     }
 }
 
 #[test]
-fn the_page_of_a_piece_has_words_and_two_spheres_at_any_size() {
+fn page_of_a_piece_has_text_and_spheres_at_any_size() {
     let body = l_block();
     let shown = PieceOf { body: &body, piece: 0, name: "l.obj", unit: Unit::Model };
     let camera = before_own_faces(&body, 0);
@@ -260,10 +264,10 @@ fn the_page_of_a_piece_has_words_and_two_spheres_at_any_size() {
 }
 
 #[test]
-fn a_section_is_coloured_by_depth_inside_and_pale_outside() {
+fn section_is_coloured_by_depth_inside_and_pale_outside() {
     let body = Arc::new(l_block());
     let plane = SectionPlane::through(&body, Axis::Z, 0.5);
-    let section = Section::of(&body, plane, 96, &Alone, &mut |_| ()).expect("a feeler");
+    let section = Section::of(&body, plane, 96, &Alone, &mut |_| ()).expect("the section can be computed");
     let numbers = section.numbers();
     assert!(numbers.unseen == 0 && (numbers.deepest - 0.5).abs() < 0.05, "{numbers:?}");
     let shown = SectionOf { section: &section, body: &body, name: "l.obj", unit: Unit::Model };
@@ -278,11 +282,12 @@ fn a_section_is_coloured_by_depth_inside_and_pale_outside() {
             let wanted = depth_colour(part);
             colour.iter().zip(wanted).map(|(a, b)| (i32::from(*a) - i32::from(b)).abs()).max().unwrap_or(0) < 16
         };
-        // At the middle of the long arm the nearest face is 0.3 away; contour lines are elsewhere.
+        // At the middle of the long arm the nearest face is 0.3 away. The contour lines are
+        // elsewhere.
         assert!(near(at(1.57, 0.27), 0.54), "{which:?}: {:?}", at(1.57, 0.27));
         assert!(near(at(1.57, 0.07), 0.14), "{which:?}: {:?}", at(1.57, 0.07));
         let [r, g, b] = at(1.8, 1.8);
-        assert!(r > 180 && g > 180 && b > 180, "the notch is outside: {r} {g} {b}");
+        assert!(r > 180 && g > 180 && b > 180, "the notch must be pale: {r} {g} {b}");
     }
     let page = paint_section(&shown, &Style::default(), 400, 250);
     assert_eq!(page, paint_section(&shown, &Style::default(), 400, 250));

@@ -1,4 +1,4 @@
-//! The force stage obtains no memory once its scratch is made.
+//! Tests that the force stage does not allocate after its working memory has been created.
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist};
@@ -11,7 +11,7 @@ use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
-/// `n` contacts strewn over a ball, different for each tick.
+/// Returns `n` contacts scattered over a sphere. They differ from tick to tick.
 fn contacts(n: u32, tick: u32) -> Vec<Contact> {
     let spin = |k: u32, step: f64| f64::from(k.wrapping_mul(2_654_435_761)) * step + 0.1 * f64::from(tick);
     (0..n)
@@ -29,6 +29,7 @@ fn contacts(n: u32, tick: u32) -> Vec<Contact> {
                 normal,
                 separation,
                 slope: 0.0875,
+                count: 1.0,
             }
         })
         .collect()
@@ -48,11 +49,11 @@ fn the_force_stage_does_not_allocate() {
         twist: Twist::default(),
         pressed: 0.0,
     };
-    // None, a few, as many as fit, and far too many; clusters that are cut; contacts that come and
-    // go.
+    // Ticks with no contacts, a few contacts, as many as fit, and far too many. Some clusters are
+    // cut, and contacts appear and disappear.
     let ticks: Vec<_> = [0, 3, 40, 300, 900, 2000, 7, 0, 150].iter().zip(0..).map(|(&n, t)| contacts(n, t)).collect();
     let before = allocations_of_this_thread();
-    assert!(before > 0, "the counter is not installed");
+    assert!(before > 0, "the counting allocator is not installed");
     let (mut dropped, mut cut) = (0, 0);
     for (contacts, settings) in ticks.iter().flat_map(|contacts| [(contacts, &linkage), (contacts, &smooth)]) {
         force(contacts, &motion, settings, |contact| contact.normal, &mut scratch, &mut forces);

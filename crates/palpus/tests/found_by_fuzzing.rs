@@ -1,4 +1,4 @@
-//! Cases that fuzzing found, by their symptoms.
+//! Regression tests for cases that fuzzing found, named by their symptoms.
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use palpus::body::{Body, Feature, FeaturePair, convex_hull};
 use palpus::collision::{Proximity, march};
 use palpus::render::{Limits, Object, ProbeState, Renderer, Saturation, Settings, World, saturate};
 
-/// A clock that has been running for long.
+/// A clock that starts at a large time.
 struct Late(Cell<u64>);
 
 impl Clock for Late {
@@ -19,34 +19,35 @@ impl Clock for Late {
     }
 }
 
-/// A cube of 2 cm.
+/// Returns a cube with sides of 2 cm.
 fn cube() -> Arc<Body> {
     let corner = |k: u32| 0.02 * DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2));
-    Arc::new(Body::from_convex(&(0..8).map(corner).collect::<Vec<_>>()).expect("a cube"))
+    Arc::new(Body::from_convex(&(0..8).map(corner).collect::<Vec<_>>()).expect("a cube is a convex body"))
 }
 
-/// The end of the allowance was computed beyond what 64 bits hold.
+/// The end of the work allowance overflowed 64 bits.
 #[test]
-fn an_allowance_without_end_is_no_hurry() {
+fn an_unlimited_allowance_is_never_late() {
     let settings = Settings::default();
     let clock = Late(Cell::new(1 << 40));
     let probe = ProbeState::at(Pose::from_translation(DVec3::new(0.0, 0.0, 0.0199)));
-    let mut alone = Renderer::new(cube(), cube(), settings).expect("valid settings");
+    let mut alone = Renderer::new(cube(), cube(), settings).expect("the arguments are valid");
     alone.allow(Some(u64::MAX));
     let tick = alone.step(&probe, 1e-3, &clock);
     assert!(!tick.is_late() && tick.commanded.force.z > 0.0, "{:?}", tick.commanded);
-    let mut world = World::new(settings).expect("valid settings");
-    world.add(Object::fixed(cube(), Pose::IDENTITY)).expect("valid settings");
-    let [tool, _] = [0, 1].map(|_| world.add_tool(cube(), settings).expect("valid settings"));
+    let mut world = World::new(settings).expect("the arguments are valid");
+    world.add(Object::fixed(cube(), Pose::IDENTITY)).expect("the arguments are valid");
+    let [tool, _] = [0, 1].map(|_| world.add_tool(cube(), settings).expect("the arguments are valid"));
     world.allow(Some(u64::MAX));
     world.step(&[probe, ProbeState::at(Pose::from_translation(DVec3::X))], 1e-3, &clock);
     let tick = world.tick(tool);
     assert!(!tick.is_late() && tick.commanded.force.z > 0.0, "{:?}", tick.commanded);
 }
 
-/// Made as long as a limit with few digits, a force was longer than it by one of them.
+/// For a subnormal limit, a force that was scaled to the limit exceeded it by one unit in the last
+/// place.
 #[test]
-fn a_limit_of_next_to_nothing_is_kept() {
+fn subnormal_limits_are_not_exceeded() {
     let limits = Limits { force: 3.259_468_752_411_96e-310, torque: 5e-324 };
     for policy in [Saturation::Separate, Saturation::Joint, Saturation::UnderActuated] {
         for scale in [1e-309, 1.0, 1e200] {
@@ -60,14 +61,14 @@ fn a_limit_of_next_to_nothing_is_kept() {
     }
 }
 
-/// With extreme tolerances and states, bodies may be in contact at distances whose squares
+/// With extreme tolerances and states, bodies can be in contact at distances whose squares
 /// overflow.
 #[test]
-fn contacts_at_absurd_distances_are_finite_or_left_out() {
+fn contacts_at_huge_distances_are_finite_or_omitted() {
     for exponent in (20..308).step_by(4) {
         let far = 10f64.powi(exponent);
         let settings = Settings { contact_tolerance: 1e308, cluster_radius: 0.0, ..Settings::default() };
-        let mut renderer = Renderer::new(cube(), cube(), settings).expect("valid settings");
+        let mut renderer = Renderer::new(cube(), cube(), settings).expect("the arguments are valid");
         for direction in [DVec3::X, DVec3::new(0.3, -0.8, 0.1), DVec3::splat(-1.0)] {
             let tick = renderer.step(&ProbeState::at(Pose::from_translation(far * direction)), 1e-3, &NoClock);
             assert!(tick.contacts.iter().all(|contact| contact.is_finite()), "{far:e}: {:?}", tick.contacts);
@@ -76,11 +77,10 @@ fn contacts_at_absurd_distances_are_finite_or_left_out() {
     }
 }
 
-/// A quaternion that is of unit length for single precision only stretched the bodies, and normals
-/// with them.
+/// A quaternion that has unit length only in single precision scaled the bodies and their normals.
 #[test]
-fn a_quaternion_of_single_precision_stretches_nothing() {
-    let mut renderer = Renderer::new(cube(), cube(), Settings::default()).expect("valid settings");
+fn single_precision_quaternions_keep_normals_unit() {
+    let mut renderer = Renderer::new(cube(), cube(), Settings::default()).expect("the arguments are valid");
     for off in [-9e-7, -3e-8, 3e-8, 9e-7] {
         let turned = DQuat::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 0.3) * (1.0 + off);
         let pose = Pose { rotation: turned, translation: DVec3::new(0.0, 0.0, 0.0195) };
@@ -94,10 +94,10 @@ fn a_quaternion_of_single_precision_stretches_nothing() {
     }
 }
 
-/// Two vertices a hair apart, and a merged face between them and the one that reaches farthest: the
-/// march ended at the hair, and was 1 % too far.
+/// The hull has two vertices very close to each other, and a merged face between them and the
+/// support vertex. The march ended at the two vertices, with a distance that was 1 % too large.
 #[test]
-fn a_march_does_not_end_at_a_hair() {
+fn a_march_does_not_end_at_a_very_short_edge() {
     let points = |list: &[[f64; 3]]| list.iter().map(|&p| DVec3::from(p)).collect::<Vec<_>>();
     let a = points(&[
         [-3.125, -3.125, -3.125],
@@ -116,7 +116,11 @@ fn a_march_does_not_end_at_a_hair() {
     ]);
     let hull = |points: &[DVec3]| {
         let extent = points.iter().map(|p| p.length()).fold(0.0, f64::max);
-        convex_hull(points, 1e-9 * extent).expect("a hull").into_polytope().expect("a solid").0
+        convex_hull(points, 1e-9 * extent)
+            .expect("the points have a hull")
+            .into_polytope()
+            .expect("the hull is a solid")
+            .0
     };
     let (a, b) = (hull(&a), hull(&b));
     let pose =
@@ -130,10 +134,10 @@ fn a_march_does_not_end_at_a_hair() {
     }
 }
 
-/// The same with two vertices that are one but for rounding, so that nothing bulges by more than
-/// that: 2.6 % too far.
+/// The hull has two vertices that differ only by rounding errors, so its bulge is not larger than
+/// rounding errors. The march ended with a distance that was 2.6 % too large.
 #[test]
-fn a_march_does_not_end_at_a_vertex_that_is_there_twice() {
+fn a_march_does_not_end_at_a_duplicate_vertex() {
     let points = |list: &[[f64; 3]]| list.iter().map(|&p| DVec3::from(p)).collect::<Vec<_>>();
     let a = points(&[
         [-3.125, -3.125, -3.125],
@@ -160,7 +164,11 @@ fn a_march_does_not_end_at_a_vertex_that_is_there_twice() {
     ]);
     let hull = |points: &[DVec3]| {
         let extent = points.iter().map(|p| p.length()).fold(0.0, f64::max);
-        convex_hull(points, 1e-9 * extent).expect("a hull").into_polytope().expect("a solid").0
+        convex_hull(points, 1e-9 * extent)
+            .expect("the points have a hull")
+            .into_polytope()
+            .expect("the hull is a solid")
+            .0
     };
     let (a, b) = (hull(&a), hull(&b));
     let turn = DQuat::from_xyzw(
@@ -172,20 +180,22 @@ fn a_march_does_not_end_at_a_vertex_that_is_there_twice() {
     let place = Pose::new(turn, DVec3::new(0.0, 0.0, -16.514_354_033_720_025)).placement();
     for v in 0..11 {
         let start = FeaturePair { a: Feature::Vertex(0), b: Feature::Vertex(v) };
-        let Proximity::Disjoint(closest) = march(&a, &b, &place, start).proximity else { panic!("they are apart") };
+        let Proximity::Disjoint(closest) = march(&a, &b, &place, start).proximity else {
+            panic!("the march reports an overlap of disjoint hulls")
+        };
         assert!((closest.distance - 11.798_546_764_667_083).abs() < 1e-7, "from vertex {v}: {closest:?}");
     }
 }
 
-/// The inverse of the inertia overflowed: a body at rest moved with NaN, or a turning one stood
-/// still.
+/// The inverse of the inertia overflowed. Then a body at rest had a NaN velocity, or a rotating
+/// body stopped.
 #[test]
-fn a_free_body_of_any_mass_moves_as_thrown() {
+fn a_free_body_of_any_mass_keeps_its_thrown_twist() {
     let thrown = Twist { angular: DVec3::new(0.1, -0.2, 0.3), linear: DVec3::X };
     for exponent in (-280..=280).step_by(20) {
-        let mut world = World::new(Settings::default()).expect("valid settings");
+        let mut world = World::new(Settings::default()).expect("the arguments are valid");
         let object = Object::free_of_mass(cube(), Pose::IDENTITY, 10f64.powi(exponent));
-        let body = world.add(object).expect("a mass that is finite and positive");
+        let body = world.add(object).expect("the mass is finite and positive");
         assert_eq!(world.twist(body), Twist::default(), "1e{exponent} kg");
         assert!(world.throw(body, thrown));
         let Twist { angular, linear } = world.twist(body);
@@ -194,22 +204,22 @@ fn a_free_body_of_any_mass_moves_as_thrown() {
     }
 }
 
-/// A throw with finite numbers made a momentum that was not.
+/// A throw with a finite velocity gave an infinite momentum.
 #[test]
-fn a_throw_beyond_a_finite_momentum_is_refused() {
-    let mut world = World::new(Settings::default()).expect("valid settings");
-    let body = world.add(Object::free_of_mass(cube(), Pose::IDENTITY, 1e10)).expect("valid settings");
+fn a_throw_with_infinite_momentum_is_rejected() {
+    let mut world = World::new(Settings::default()).expect("the arguments are valid");
+    let body = world.add(Object::free_of_mass(cube(), Pose::IDENTITY, 1e10)).expect("the arguments are valid");
     assert!(!world.throw(body, Twist { angular: DVec3::ZERO, linear: 1e300 * DVec3::X }));
     assert_eq!(world.momentum(body), Wrench::ZERO);
 }
 
-/// The rotation of a driven body was NaN where its way was beyond what squares of numbers hold.
+/// The rotation of a driven body was NaN if the square of its motion overflowed.
 #[test]
-fn a_driven_body_of_any_speed_has_a_pose() {
+fn a_driven_body_of_any_speed_has_a_valid_pose() {
     for exponent in (0..=300).step_by(20) {
         for dt in [1e-7, 1e-3, 1e3, 1e200] {
-            let mut world = World::new(Settings::default()).expect("valid settings");
-            let body = world.add(Object::driven(cube(), Pose::IDENTITY)).expect("valid settings");
+            let mut world = World::new(Settings::default()).expect("the arguments are valid");
+            let body = world.add(Object::driven(cube(), Pose::IDENTITY)).expect("the arguments are valid");
             let fast = 10f64.powi(exponent) * DVec3::new(0.6, -0.8, 0.1);
             for _ in 0..4 {
                 assert!(world.drive(body, Pose::from_translation(DVec3::X), Twist { angular: fast, linear: fast }));

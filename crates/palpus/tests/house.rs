@@ -1,12 +1,13 @@
-//! The house's laws, held.
+//! Tests the rules of ARCHITECTURE.md about imports.
 //!
-//! 1. A room of the engine imports only rooms that sort before it.
-//! 2. Members of a folder, which are a file and the folder of its name, do not need each other in
-//!    circles. Tests are not looked at.
-//! 3. A crate imports only those that the drawing in ARCHITECTURE.md has an arrow to.
+//! 1. A room (top-level module) of the engine imports only rooms that sort before it.
+//! 2. Imports between the members of a folder form no cycles. A file and the folder of its name
+//!    count as one member. Tests are ignored.
+//! 3. A crate imports another crate only if the drawing in ARCHITECTURE.md has that arrow.
 //!
-//! A file needs the paths in it: of `use` in all its forms, and in the code. A `pub use` needs
-//! nothing, it shows where something is; a path that ends there leads on to where it is defined.
+//! A file imports the targets of all paths in it, both in `use` and in code. A `pub use` does not
+//! count as an import. A path through a `pub use` counts as an import of the file that defines the
+//! item.
 
 mod house {
     pub(crate) mod circles;
@@ -23,13 +24,14 @@ use house::circles::{Needs, circles};
 use house::crates::arrows;
 use house::modules::Modules;
 
-/// The rooms in the order of the law.
+/// The rooms in their required order.
 const ROOMS: [&str; 7] = ["algebra", "body", "collision", "depth", "detect", "force", "render"];
 
-/// Circles that are still there, as folder and members. The list only shrinks.
+/// The remaining cycles, as folder and members. No cycle may be added to this list.
 const ALLOWED_CIRCLES: [&str; 1] = ["detect: belief guard pair query search"];
 
-/// The arrows between crates: those of the product, and those that only tests and benches need.
+/// The targets of a crate's arrows: the crates that its product code imports, and the further
+/// crates that its tests and benches import.
 type Drawn = [&'static [&'static str]; 2];
 const ARROWS: [(&str, Drawn); 11] = [
     ("palpus", [&[], &["palpus-alloc"]]),
@@ -60,8 +62,8 @@ const ARROWS: [(&str, Drawn); 11] = [
     ("palpus-window", [&["palpus", "palpus-device"], &[]]),
 ];
 
-/// Returns the crates that a crate needs without an arrow. Its tests may need all that the product
-/// needs.
+/// Returns a message for each import of crate `name` without an arrow. Tests may import all
+/// crates that the product imports.
 fn not_drawn(name: &str, needed: &[Vec<String>; 2], drawn: &Drawn) -> Vec<String> {
     let [product, tests] = drawn;
     let is_missing = |known: &[&str], to: &str| !known.contains(&to);
@@ -70,13 +72,13 @@ fn not_drawn(name: &str, needed: &[Vec<String>; 2], drawn: &Drawn) -> Vec<String
     bare.chain(tested.map(|to| format!("the tests of {name} import {to}"))).collect()
 }
 
-/// The engine's modules.
+/// Reads the modules of the engine, with or without tests.
 fn engine(tests: bool) -> Modules {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     Modules::read(&|file| fs::read_to_string(source.join(file)).ok(), tests)
 }
 
-/// Imports of rooms that do not sort before the importing one.
+/// Returns a message for each import of a room that does not sort before the importing room.
 fn against_the_order(modules: &Modules, rooms: &[&str]) -> Vec<String> {
     let mut broken = Vec::new();
     for (path, module) in &modules.0 {
@@ -91,8 +93,8 @@ fn against_the_order(modules: &Modules, rooms: &[&str]) -> Vec<String> {
     broken
 }
 
-/// Within one folder, which of its members needs which. A file and the folder of its name are one
-/// member, in several files.
+/// Returns which members of a folder import which others. A file and the folder of its name are one
+/// member.
 fn needs(modules: &Modules, folder: &[String]) -> Needs {
     let mut needs = Needs::new();
     let member = |path: &[String]| path.starts_with(folder).then(|| path.get(folder.len()).cloned()).flatten();
@@ -107,7 +109,7 @@ fn needs(modules: &Modules, folder: &[String]) -> Needs {
     needs
 }
 
-/// All circles of the rooms, each as its folder and members in order.
+/// Returns all cycles in the folders of the engine, each as folder and sorted members.
 fn circles_of_rooms(modules: &Modules) -> BTreeSet<String> {
     let folders = modules.0.keys().filter(|path| !path.is_empty());
     folders
@@ -125,21 +127,21 @@ fn a_room_imports_only_rooms_that_sort_before_it() {
     let rooms: BTreeSet<&str> = modules.0.keys().filter_map(|path| path.first()).map(String::as_str).collect();
     assert_eq!(Vec::from_iter(rooms), ROOMS);
     let broken = against_the_order(&modules, &ROOMS);
-    assert!(broken.is_empty(), "imports against the order of the rooms:\n{}", broken.join("\n"));
+    assert!(broken.is_empty(), "imports that break the order of the rooms:\n{}", broken.join("\n"));
 }
 
 #[test]
-fn members_of_a_folder_do_not_need_each_other_in_circles() {
+fn imports_within_a_folder_form_no_cycles() {
     let found = circles_of_rooms(&engine(false));
     let allowed: BTreeSet<String> = ALLOWED_CIRCLES.iter().map(|circle| circle.to_string()).collect();
     let new: Vec<&String> = found.difference(&allowed).collect();
-    assert!(new.is_empty(), "circles of files: {new:#?}; move what both need into a file of its own");
+    assert!(new.is_empty(), "import cycles: {new:#?}; move the code that both files need into another file");
     let gone: Vec<&String> = allowed.difference(&found).collect();
-    assert!(gone.is_empty(), "mended, so no longer to be allowed: {gone:#?}");
+    assert!(gone.is_empty(), "these cycles no longer exist, so remove them from ALLOWED_CIRCLES: {gone:#?}");
 }
 
 #[test]
-fn crates_import_along_the_arrows_of_the_drawing() {
+fn crates_import_only_along_the_drawn_arrows() {
     let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let found = arrows(&crates);
     let mut wrong = Vec::new();
@@ -150,12 +152,12 @@ fn crates_import_along_the_arrows_of_the_drawing() {
         };
         wrong.extend(not_drawn(name, needed, drawn));
     }
-    assert!(wrong.is_empty(), "against the drawing of the crates in ARCHITECTURE.md:\n{}", wrong.join("\n"));
-    assert_eq!(found.len(), ARROWS.len(), "the drawing has an unknown crate");
+    assert!(wrong.is_empty(), "imports without an arrow in the drawing in ARCHITECTURE.md:\n{}", wrong.join("\n"));
+    assert_eq!(found.len(), ARROWS.len(), "the drawing has a crate that does not exist");
 }
 
-/// A crate of the rooms `body` and `depth` with the given text in `body/first.rs`,
-/// `body/second.rs`, `body/second/inner.rs`.
+/// Returns the modules of an example crate with the rooms `body` and `depth`. The arguments are the
+/// texts of `body/first.rs`, `body/second.rs` and `body/second/inner.rs`.
 fn example(first: &str, second: &str, inner: &str) -> Modules {
     let text_of = |file: &str| {
         let text = match file {
@@ -173,7 +175,7 @@ fn example(first: &str, second: &str, inner: &str) -> Modules {
 }
 
 #[test]
-fn imports_against_the_order_are_found_in_every_form() {
+fn every_form_of_import_is_found() {
     let broken = |first: &str| against_the_order(&example(first, "mod inner;", ""), &ROOMS);
     for import in [
         "use crate::depth::Depth;",
@@ -197,7 +199,7 @@ fn imports_against_the_order_are_found_in_every_form() {
 }
 
 #[test]
-fn circles_are_found_through_re_exports() {
+fn cycles_through_re_exports_are_found() {
     let found =
         |first: &str, second: &str, inner: &str| Vec::from_iter(circles_of_rooms(&example(first, second, inner)));
     let to_first = "mod inner; use super::First; pub struct Second(First);";
@@ -205,16 +207,17 @@ fn circles_are_found_through_re_exports() {
     assert_eq!(found("use crate::body::{self, second}; pub struct First;", to_first, ""), ["body: first second"]);
     let by_inner = ("use super::second::Second; pub struct First;", "mod inner; pub struct Second;");
     assert_eq!(found(by_inner.0, by_inner.1, "fn f(_: crate::body::First) {}"), ["body: first second"]);
-    // One way only, in tests only, or between a file and its own folder.
+    // These are not cycles: an import in one direction, an import in tests, and imports between a
+    // file and the folder of its name.
     assert_eq!(found("pub struct First;", to_first, ""), Vec::<String>::new());
     let in_tests = "pub struct First; #[cfg(test)] mod tests { use super::super::second::Second; }";
     assert_eq!(found(in_tests, to_first, ""), Vec::<String>::new());
-    let told_twice = "mod inner; pub use inner::Part; pub struct Second(inner::Part);";
-    assert_eq!(found("pub struct First;", told_twice, "use super::Second; pub struct Part;"), Vec::<String>::new());
+    let own_folder = "mod inner; pub use inner::Part; pub struct Second(inner::Part);";
+    assert_eq!(found("pub struct First;", own_folder, "use super::Second; pub struct Part;"), Vec::<String>::new());
 }
 
 #[test]
-fn arrows_that_are_not_drawn_are_found() {
+fn missing_arrows_are_found() {
     let manifest = "[package]\nname = \"palpus-io\"\n[dependencies]\npalpus.workspace = true\nglam = \"1\"\n\
         [dependencies.palpus-cli]\npath = \"..\"\n[dev-dependencies]\npalpus-window = { workspace = true }\n";
     let (name, needed) = house::crates::read(manifest);

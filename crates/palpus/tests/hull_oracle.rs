@@ -1,5 +1,5 @@
-//! The hull against SciPy's Qhull, on the point sets of `fixtures/hulls` (made by
-//! `fixtures/make_hulls.py`).
+//! Compares convex hulls with SciPy's Qhull, on the point sets in `fixtures/hulls`. The script
+//! `fixtures/make_hulls.py` makes these files.
 
 use std::{fs, path::Path};
 
@@ -33,7 +33,7 @@ fn read(path: &Path) -> Fixture {
     fixture
 }
 
-/// Volume, and area of the faces (of a plate: of its front).
+/// Returns the volume and the area of all faces. For a plate, the area is that of the front.
 fn measure(polytope: &Polytope) -> (f64, f64) {
     let origin = polytope.centroid();
     let (mut volume, mut area) = (0.0, 0.0);
@@ -49,7 +49,7 @@ fn measure(polytope: &Polytope) -> (f64, f64) {
 }
 
 #[test]
-fn volumes_areas_and_corners_are_those_of_qhull() {
+fn volume_area_and_vertex_count_match_qhull() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/hulls");
     let mut paths: Vec<_> = fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     paths.sort();
@@ -65,12 +65,16 @@ fn volumes_areas_and_corners_are_those_of_qhull() {
             assert_eq!(polytope.vertex(v as u32), fixture.points[k as usize], "{name}");
         }
         let (volume, area) = measure(&polytope);
-        // Merging may shave off the merge distance over the surface; Qhull's own rounding is much
-        // less.
+        // Merging may remove a layer of up to the merge distance from the surface. The rounding
+        // errors of Qhull are much smaller.
         let volume_slack = 2.0 * fixture.coplanar * fixture.area;
         let volume_slack = if fixture.solid { volume_slack } else { f64::INFINITY };
-        assert!((volume - fixture.volume).abs() <= volume_slack, "{name}: volume {volume} and {}", fixture.volume);
-        assert!((area / fixture.area - 1.0).abs() <= 1e-6, "{name}: area {area} and {}", fixture.area);
+        assert!(
+            (volume - fixture.volume).abs() <= volume_slack,
+            "{name}: volume {volume}, Qhull has {}",
+            fixture.volume
+        );
+        assert!((area / fixture.area - 1.0).abs() <= 1e-6, "{name}: area {area}, Qhull has {}", fixture.area);
         if fixture.extreme > 0 {
             assert_eq!(polytope.vertices().len(), fixture.extreme, "{name}");
         }

@@ -1,4 +1,4 @@
-//! Proofs of depths obtain no memory once their scratch and their memory are made.
+//! Tests that proofs of depths do not allocate after their working memory has been created.
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::Pose;
@@ -9,7 +9,7 @@ use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
-/// Points on an ellipsoid, evenly spread over a spiral.
+/// Returns the hull of `n` points on an ellipsoid, along a spiral with even spacing.
 fn ellipsoid(n: u32, radii: DVec3) -> Polytope {
     let point = |k: u32| {
         let (z, turn) = (1.0 - 2.0 * (f64::from(k) + 0.5) / f64::from(n), 2.4 * f64::from(k));
@@ -17,7 +17,7 @@ fn ellipsoid(n: u32, radii: DVec3) -> Polytope {
         DVec3::new(radius * turn.cos(), radius * turn.sin(), z) * radii
     };
     let points: Vec<DVec3> = (0..n).map(point).collect();
-    convex_hull(&points, 1e-9).expect("points around the origin").into_polytope().expect("a sound hull").0
+    convex_hull(&points, 1e-9).expect("the points have a hull").into_polytope().expect("the hull is a solid").0
 }
 
 #[test]
@@ -25,10 +25,10 @@ fn proofs_do_not_allocate() {
     let (a, b) = (ellipsoid(300, DVec3::new(1.0, 0.9, 0.8)), ellipsoid(200, DVec3::new(0.8, 0.8, 0.7)));
     let (mut scratch, mut memory) = (DepthScratch::new(), CertificateMemory::new());
     let before = allocations_of_this_thread();
-    assert!(before > 0, "the counter is not installed");
+    assert!(before > 0, "the counting allocator is not installed");
     let mut growths = 0;
     for k in 0..400 {
-        // Slow motion, with a jump now and then, from side to side through the middle.
+        // A slow motion from side to side through the middle, with a jump every 100 poses.
         let s = f64::from(k) * 2e-3 + f64::from(k / 100);
         let rotation = DQuat::from_scaled_axis(DVec3::new(0.3, -0.4, 1.0) * s);
         let placement = Pose::new(rotation, DVec3::new(1.2 * s.sin(), 0.1, 0.0)).placement();

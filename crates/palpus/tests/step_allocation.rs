@@ -1,4 +1,4 @@
-//! A step of the renderer obtains no memory.
+//! Tests that a step of the renderer or the world does not allocate.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
-/// A torus about z, of `n` times `m` quads.
+/// Returns a torus about z, made of `n` × `m` quads. The radii are in metres.
 fn torus(major: f64, minor: f64, n: u32, m: u32) -> Arc<Body> {
     let mut soup = PolygonSoup::new();
     for i in 0..n {
@@ -25,16 +25,16 @@ fn torus(major: f64, minor: f64, n: u32, m: u32) -> Arc<Body> {
             soup.push_face(&[i * m + j, k * m + j, k * m + l, i * m + l]);
         }
     }
-    let (mesh, _) = Mesh::from_soup(&soup).expect("a torus is a mesh");
-    Arc::new(Body::build(mesh, &BodySettings::default(), &mut |_| ()).expect("a torus is a body"))
+    let (mesh, _) = Mesh::from_soup(&soup).expect("the torus has a mesh");
+    Arc::new(Body::build(mesh, &BodySettings::default(), &mut |_| ()).expect("the torus has a body"))
 }
 
-/// The probe's and the environment's.
+/// Returns the tori of the probe and of the environment.
 fn tori() -> [Arc<Body>; 2] {
     [torus(0.04, 0.012, 20, 10), torus(0.04, 0.012, 24, 12)]
 }
 
-/// Settings under which friction, shading and damping have their part.
+/// Returns settings with friction, shading, damping and a material.
 fn every_force_stage() -> Settings {
     Settings {
         friction: Some(FrictionSettings {
@@ -49,7 +49,8 @@ fn every_force_stage() -> Settings {
     }
 }
 
-/// One torus rolls and slides through the hole of another, touching and parting.
+/// Returns the state of the probe at tick `k`. One torus rolls and slides through the hole of the
+/// other, with phases of contact and of separation.
 fn path(k: u32) -> ProbeState {
     let s = f64::from(k) / 400.0;
     let turn = DQuat::from_rotation_x(0.5 * TAU * s) * DQuat::from_rotation_y(1.3 + 3.0 * s);
@@ -64,7 +65,7 @@ fn a_step_does_not_allocate() {
     let mut hurried = Renderer::new(probe, environment, settings).expect("the settings are valid");
     hurried.allow(Some(60));
     let before = allocations_of_this_thread();
-    assert!(before > 0, "the counter is not installed");
+    assert!(before > 0, "the counting allocator is not installed");
     let (mut touching, mut most, mut overlapping) = (0, 0, 0);
     for k in 0..400 {
         let tick = renderer.step(&path(k), 1e-3, &NoClock);
@@ -73,7 +74,7 @@ fn a_step_does_not_allocate() {
         most = most.max(tick.contacts.len());
         overlapping += u32::from(tick.separation() < 0.0);
     }
-    // The same under settings that change all the time.
+    // Repeat the motion with settings that change every 10 ticks.
     let direct = Settings { clustering: Clustering::Linkage, shading: None, friction: None, ..settings };
     for k in 0..400 {
         if k % 10 == 0 {
@@ -84,7 +85,8 @@ fn a_step_does_not_allocate() {
         }
         assert!(renderer.step(&path(k), 1e-3, &NoClock).commanded.is_finite());
     }
-    // The same in a hurry, some of it too fast for one step.
+    // Repeat the motion with a limit on the work per step. The second part is too fast for one
+    // step, so it needs sub-steps.
     let (mut late, mut sub_steps) = (0, 0);
     for k in (0..400).chain((0..400).step_by(3)) {
         let tick = hurried.step(&path(k), 1e-3, &NoClock);

@@ -1,21 +1,21 @@
 #!/usr/bin/env python3
-"""A ROS 2 node that makes a device on topics a device of palpus: an adapter between both.
+"""A ROS 2 node that connects a device on ROS topics to palpus, through the bridge.
 
-    ros2 topics of the device                          palpus
+    ROS 2 topics of the device                     palpus
     ~/pose    geometry_msgs/PoseStamped   in   ──►  state
     ~/twist   geometry_msgs/TwistStamped  in   ──►  state
-    ~/ready   std_msgs/Bool               in   ──►  READY flag (true until something is heard)
-    ~/wrench  geometry_msgs/WrenchStamped out  ◄──  command, zero when none is valid
+    ~/ready   std_msgs/Bool               in   ──►  READY flag (true until a message arrives)
+    ~/wrench  geometry_msgs/WrenchStamped out  ◄──  command; zero if none is valid
 
     source /opt/ros/jazzy/setup.bash
     python3 examples/bridge/ros2/palpus_ros2.py --ros-args \
         -p address:=/tmp/palpus.sock -p force_max:=5.0 -r '~/pose:=/arm/pose' -r '~/wrench:=/arm/wrench'
     palpus run --device bridge:/tmp/palpus.sock
 
-All is in one frame of the device: x to the right, y away from the user, z up, m and rad. The twist
-is about the grip, in that frame. Without a new pose for 5 ms the node withholds the force and
-publishes zero: whatever subscribes to the wrench must do the same when wrenches cease.
-Needs rclpy; it was compiled, and never run with a robot.
+All values are in the device's frame (x to the right, y away from the user, z up) and in SI units. The twist
+is the velocity of the grip. Without a new pose for 5 ms the node withholds the force and publishes zero. The subscriber
+to the wrench must also set the force to zero when no more wrenches arrive.
+Needs rclpy. The script was compiled, but not yet run with a robot.
 """
 
 import pathlib
@@ -31,12 +31,12 @@ from std_msgs.msg import Bool
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
 from palpus_bridge import Bridge, Spec  # noqa: E402
 
-# A pose that is older is not answered with a force, s.
+# No force is given if the last pose is older than this, s.
 STALE = 0.005
 
 
 class Adapter(Node):
-    """Turns messages into frames, and frames into messages."""
+    """Converts ROS messages to bridge frames, and bridge frames to ROS messages."""
 
     def __init__(self):
         super().__init__("palpus")
@@ -47,7 +47,7 @@ class Adapter(Node):
             name=parameter("name", "ROS 2 device"),
             force_max=parameter("force_max", 1.0),
             torque_max=torque_max,
-            # Topics take their time; palpus reckons with it.
+            # Delay of the ROS topics, s, which palpus takes into account.
             delay=parameter("delay", 0.002),
             rate_hz=parameter("rate", 1000.0),
             actuated=(3, rotation, 0),
@@ -105,7 +105,7 @@ class Adapter(Node):
         self.publisher.publish(message)
 
     def end(self):
-        """Leaves nothing that pushes."""
+        """Publishes a zero wrench and ends the session."""
         self.publish((0.0,) * 3, (0.0,) * 3)
         self.bridge.close("the ROS 2 adapter was stopped")
 

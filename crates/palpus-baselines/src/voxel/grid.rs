@@ -8,20 +8,20 @@ use crate::BaselineError;
 /// A block of equal cubes, numbered along x, then y, then z.
 #[derive(Clone, Debug)]
 pub(super) struct Grid {
-    /// The block's least corner.
+    /// Corner of the block with the least coordinates, m.
     origin: DVec3,
-    /// Side of a cube, m.
+    /// Edge length of a voxel, m.
     pub(super) size: f64,
-    /// Voxels along each axis.
+    /// Number of voxels along each axis.
     counts: [i32; 3],
 }
 
 impl Grid {
-    /// A grid of voxels of `size` around `bounds`, with `margin` layers more on each side; fails if
-    /// `bytes` for each voxel come to more than `memory`.
+    /// Makes a grid of voxels of `size` (m) around `bounds`, with `margin` additional layers on
+    /// each side. Fails if the voxels, with `bytes` each, need more than `memory` bytes.
     ///
-    /// The least corner of `bounds` lies in the middle of a voxel: flat sides there belong to one
-    /// layer of voxels and not to two.
+    /// The corner of `bounds` with the least coordinates lies at the centre of a voxel. So flat
+    /// sides there belong to one layer of voxels and not to two.
     pub(super) fn around(
         bounds: &Aabb,
         size: f64,
@@ -32,7 +32,8 @@ impl Grid {
         let origin = bounds.min - DVec3::splat(size * (f64::from(margin) + 0.5));
         let counts = ((bounds.max - origin) / size).floor() + DVec3::splat(f64::from(margin) + 1.0);
         let needed = counts.x * counts.y * counts.z * bytes as f64;
-        // Half of u32 keeps numbers of voxels apart from "none", and counts within i32.
+        // Half of u32 keeps voxel numbers different from the mark for "no voxel", and counts within
+        // i32.
         if needed <= memory as f64 && needed < f64::from(u32::MAX / 2) * bytes as f64 {
             Ok(Self { origin, size, counts: whole(counts) })
         } else {
@@ -44,7 +45,7 @@ impl Grid {
         self.counts.iter().map(|&count| count as usize).product()
     }
 
-    /// The voxel with this index along each axis; `None` outside of the block.
+    /// Returns the voxel with these indices; `None` outside of the block.
     fn at(&self, [x, y, z]: [i32; 3]) -> Option<usize> {
         let [row, column, layers] = self.counts;
         let inside = (0..row).contains(&x) && (0..column).contains(&y) && (0..layers).contains(&z);
@@ -56,7 +57,7 @@ impl Grid {
         [(voxel % row) as i32, (voxel / row % column) as i32, (voxel / row / column) as i32]
     }
 
-    /// The voxel that holds a point.
+    /// Returns the voxel that contains a point; `None` outside of the block.
     pub(super) fn holding(&self, p: DVec3) -> Option<usize> {
         self.at(whole((p - self.origin) / self.size))
     }
@@ -65,24 +66,26 @@ impl Grid {
         self.origin + (DVec3::from_array(self.place(voxel).map(f64::from)) + DVec3::splat(0.5)) * self.size
     }
 
-    /// The six voxels that share a side with this one, as far as there are any.
+    /// Returns the voxels that share a face with this one: six inside the block, fewer at its
+    /// sides.
     pub(super) fn beside(&self, voxel: usize) -> impl Iterator<Item = usize> + '_ {
         let [x, y, z] = self.place(voxel);
         let places = [[x - 1, y, z], [x + 1, y, z], [x, y - 1, z], [x, y + 1, z], [x, y, z - 1], [x, y, z + 1]];
         places.into_iter().filter_map(|place| self.at(place))
     }
 
-    /// The 26 voxels that share a corner with this one, as far as there are any.
+    /// Returns the voxels that share a corner with this one: 26 inside the block, fewer at its
+    /// sides.
     pub(super) fn around_voxel(&self, voxel: usize) -> impl Iterator<Item = usize> + '_ {
         let [x, y, z] = self.place(voxel);
         let places = (0..27).filter(|&k| k != 13).map(move |k| [x + k % 3 - 1, y + k / 3 % 3 - 1, z + k / 9 - 1]);
         places.filter_map(|place| self.at(place))
     }
 
-    /// Calls `visit` with each voxel that a triangle meets.
+    /// Calls `visit` for each voxel that a triangle meets.
     pub(super) fn visit_met(&self, corners: &[DVec3; 3], mut visit: impl FnMut(usize)) {
         let bounds = Aabb::around(*corners);
-        // A voxel more on each side: the triangle may lie on a side between two.
+        // One more voxel on each side, since the triangle may lie on the face between two voxels.
         let low = whole((bounds.min - self.origin) / self.size).map(|k| k - 1);
         let high = whole((bounds.max - self.origin) / self.size).map(|k| k + 1);
         for z in low[2]..=high[2] {
@@ -104,8 +107,8 @@ fn whole(v: DVec3) -> [i32; 3] {
     v.floor().to_array().map(|k| k as i32)
 }
 
-/// Does a triangle meet a cube? The separating axis test over 13 axes: Akenine-Möller, *Fast 3D
-/// Triangle–Box Overlap Testing*, 2001.
+/// Returns true if a triangle meets a cube. Separating axis test with 13 axes: Akenine-Möller,
+/// *Fast 3D Triangle–Box Overlap Testing*, 2001.
 fn meets(corners: &[DVec3; 3], center: DVec3, half: f64) -> bool {
     let [p, q, r] = corners.map(|corner| corner - center);
     let sides = [q - p, r - q, p - r];
@@ -129,24 +132,27 @@ mod tests {
     const SEED: u64 = 0x6A1D;
 
     #[test]
-    fn triangles_meet_the_voxels_that_hold_a_point_of_theirs() {
+    fn triangle_meets_the_voxels_of_its_points() {
         let mut random = Random::new(SEED);
         let bounds = Aabb { min: DVec3::splat(-1.0), max: DVec3::splat(1.0) };
-        let grid = Grid::around(&bounds, 0.25, 1, 1, 1 << 20).expect("a small grid");
+        let grid = Grid::around(&bounds, 0.25, 1, 1, 1 << 20).expect("the grid is small enough");
         for round in 0..60 {
             let corners = [(); 3].map(|()| random.vector());
             let mut met = vec![false; grid.len()];
             grid.visit_met(&corners, |voxel| met[voxel] = true);
             let [p, q, r] = corners;
-            // Points of the triangle lie in voxels that are met.
+            // The voxels of points on the triangle must be met.
             for _ in 0..200 {
                 let [u, v] = [random.vector(), random.vector()].map(|w| w.x.abs());
                 let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
                 let inside = p + (q - p) * u + (r - p) * v;
-                assert!(met[grid.holding(inside).expect("a point of the grid")], "seed {SEED:#x}, round {round}");
+                assert!(
+                    met[grid.holding(inside).expect("the point lies in the grid")],
+                    "seed {SEED:#x}, round {round}"
+                );
             }
-            // A voxel whose circumscribed sphere misses the triangle is not met; one whose
-            // inscribed sphere touches it is.
+            // A voxel must not be met if its circumscribed sphere misses the triangle. It must be
+            // met if its inscribed sphere touches the triangle.
             for (voxel, &met) in met.iter().enumerate() {
                 let center = grid.center(voxel);
                 let distance = closest_on_triangle(center, p, q, r).distance(center);
@@ -157,16 +163,20 @@ mod tests {
     }
 
     #[test]
-    fn voxels_and_their_centres_belong_together() {
+    fn voxel_contains_its_own_centre() {
         let bounds = Aabb { min: DVec3::new(-1.0, 0.0, 2.0), max: DVec3::new(1.0, 0.5, 2.1) };
-        let grid = Grid::around(&bounds, 0.1, 2, 5, 1 << 20).expect("a small grid");
+        let grid = Grid::around(&bounds, 0.1, 2, 5, 1 << 20).expect("the grid is small enough");
         assert!((0..grid.len()).all(|voxel| grid.holding(grid.center(voxel)) == Some(voxel)));
         assert!((0..grid.len()).all(|voxel| grid.around_voxel(voxel).all(|other| {
             let steps = (grid.center(other) - grid.center(voxel)).abs() / 0.1;
             other != voxel && steps.max_element() < 1.5
         })));
         let corners = [bounds.min, bounds.max];
-        assert!(corners.into_iter().all(|p| grid.around_voxel(grid.holding(p).expect("inside")).count() == 26));
+        assert!(
+            corners
+                .into_iter()
+                .all(|p| grid.around_voxel(grid.holding(p).expect("the corner lies in the grid")).count() == 26)
+        );
         assert_eq!(grid.holding(DVec3::splat(1e300)), None);
     }
 }

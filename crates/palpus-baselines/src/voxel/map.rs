@@ -1,4 +1,4 @@
-//! The environment as voxels: free space, interior, surface, and layers around it.
+//! The environment as voxels: free space, interior, surface, and the layers around the surface.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -11,13 +11,14 @@ use crate::BaselineError;
 /// Kind of a voxel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// Nothing is near.
+    /// Free space, far from the surface.
     Free,
-    /// Points are braked here.
+    /// The layer outside the force field, where approaching points are braked.
     Braking,
-    /// The force field: the surface, or a layer of proximity voxels around it.
+    /// The force field: the surface, or a layer of proximity voxels outside it.
     Force,
-    /// Behind the force field: proximity nearer to the surface, surface and solid.
+    /// Behind the force field: proximity layers nearer to the surface, the surface, and the
+    /// interior.
     Behind,
 }
 
@@ -26,20 +27,19 @@ pub(super) enum Kind {
 pub(super) struct Voxmap {
     grid: Grid,
     kinds: Vec<Kind>,
-    /// For voxels behind the force field the nearest one of the field, for those of the field
-    /// themselves; otherwise a mark.
+    /// The nearest voxel of the field, for voxels behind the field and for the field itself;
+    /// otherwise [`NONE`].
     field: Vec<u32>,
 }
 
 const NONE: u32 = u32::MAX;
-/// Memory for a voxel.
+/// Memory for a voxel, bytes.
 const BYTES: usize = 1 + 4;
 
 impl Voxmap {
-    /// Voxels of `size` whose force field lies `offset` layers outside the surface.
+    /// Makes voxels of `size` (m) whose force field lies `offset` layers outside the surface.
     pub(super) fn new(body: &Body, size: f64, offset: u32, memory: usize) -> Result<Self, BaselineError> {
-        // One more layer for braking, and a free one, through which all that is outside hangs
-        // together.
+        // One more layer is for braking. A last free layer connects all of the outside space.
         let margin = offset.min(MOST_LAYERS) as i32 + 2;
         let grid = Grid::around(&body.mesh().bounds(), size, margin, BYTES, memory)?;
         let surface = surface_voxels(body, &grid);
@@ -54,8 +54,8 @@ impl Voxmap {
         Ok(Self { grid, kinds, field })
     }
 
-    /// Returns the kind at a point, and the centre of the voxel of the force field that applies to
-    /// it.
+    /// Returns the kind of the voxel at a point, and the centre of the nearest voxel of the force
+    /// field.
     pub(super) fn at(&self, p: DVec3) -> (Kind, DVec3) {
         let Some(voxel) = self.grid.holding(p) else { return (Kind::Free, p) };
         match self.field[voxel] {
@@ -65,10 +65,10 @@ impl Voxmap {
     }
 }
 
-/// Most layers by which a force field may be moved outward; a larger value is taken for an error.
+/// Largest number of layers between the surface and the force field; a larger value is an error.
 pub(super) const MOST_LAYERS: u32 = 64;
 
-/// Every voxel that the surface meets, in the order of their numbers.
+/// Returns all voxels that the surface meets, sorted by number.
 fn surface_voxels(body: &Body, grid: &Grid) -> Vec<usize> {
     let mut met = vec![false; grid.len()];
     for t in 0..body.mesh().triangles().len() as u32 {
@@ -77,8 +77,8 @@ fn surface_voxels(body: &Body, grid: &Grid) -> Vec<usize> {
     (0..met.len()).filter(|&voxel| met[voxel]).collect()
 }
 
-/// Surface voxels as the force field, what they enclose behind it. Each part of the rest that hangs
-/// together is asked once whether it lies in the solid.
+/// Marks the surface voxels as the force field and the interior as behind it. For each connected
+/// region of other voxels, one query decides whether it is inside.
 fn solid(body: &Body, grid: &Grid, surface: &[usize]) -> Vec<Kind> {
     let mut kinds: Vec<Option<Kind>> = vec![None; grid.len()];
     surface.iter().for_each(|&voxel| kinds[voxel] = Some(Kind::Force));
@@ -102,7 +102,7 @@ fn solid(body: &Body, grid: &Grid, surface: &[usize]) -> Vec<Kind> {
     kinds.into_iter().map(|kind| kind.unwrap_or(Kind::Free)).collect()
 }
 
-/// Gives `kind` to the free voxels around a layer, and answers them.
+/// Sets the free voxels around a layer to `kind`, and returns them.
 fn next_layer(grid: &Grid, kinds: &mut [Kind], layer: &[usize], kind: Kind) -> Vec<usize> {
     let mut next = Vec::new();
     for &voxel in layer {
@@ -116,8 +116,8 @@ fn next_layer(grid: &Grid, kinds: &mut [Kind], layer: &[usize], kind: Kind) -> V
     next
 }
 
-/// For every voxel of the field and behind it the nearest one of the field, handed on from
-/// neighbour to neighbour.
+/// Returns for every voxel of the field and behind it the nearest voxel of the field. The result is
+/// passed on from neighbour to neighbour.
 fn nearest_of_field(grid: &Grid, kinds: &[Kind], field: &[usize]) -> Vec<u32> {
     let mut nearest = vec![NONE; grid.len()];
     let mut waiting: VecDeque<usize> = field.iter().copied().collect();
@@ -135,8 +135,8 @@ fn nearest_of_field(grid: &Grid, kinds: &[Kind], field: &[usize]) -> Vec<u32> {
     nearest
 }
 
-/// The centres of the voxels that a body's surface meets, with the mean of its triangles' normals
-/// there: the body's *point shell*, in its frame.
+/// Returns the *point shell* of a body in its frame: the centres of the voxels that its surface
+/// meets, with the mean normal of the triangles there.
 pub(super) fn point_shell(body: &Body, size: f64, memory: usize) -> Result<Vec<ShellPoint>, BaselineError> {
     let grid = Grid::around(&body.mesh().bounds(), size, 1, 1, memory)?;
     let mut outward: BTreeMap<usize, DVec3> = BTreeMap::new();
@@ -156,15 +156,15 @@ pub(super) fn point_shell(body: &Body, size: f64, memory: usize) -> Result<Vec<S
     Ok(outward.into_iter().filter_map(point).collect())
 }
 
-/// A sum of unit normals shorter than this has no reliable direction (opposite sides of a sheet in
-/// one voxel). The nearest triangle's normal is used instead.
+/// If the sum of the unit normals in a voxel is shorter than this, it has no reliable direction, as
+/// for two opposite sides of a sheet. Then the normal of the nearest triangle is used.
 const CANCELLED: f64 = 1e-6;
 
-/// A sample of the probe's surface.
+/// A sample point of the probe's surface.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ShellPoint {
-    /// In the probe's frame, m.
+    /// Position in the probe's frame, m.
     pub(super) center: DVec3,
-    /// Unit, into the probe.
+    /// Unit normal into the probe.
     pub(super) inward: DVec3,
 }

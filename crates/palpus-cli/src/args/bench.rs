@@ -50,10 +50,10 @@ pub(crate) enum BenchCommand {
         #[arg(long, value_name = "SEED", requires = "sweep", value_parser = seed)]
         seed: Option<u64>,
     },
-    /// Compares engines on the same recorded motions: truth, steps, energy, pop-throughs and
-    /// time, of palpus's methods, the baselines, and any engine that answers in CSV.
+    /// Compares engines on the same recorded motions: palpus's methods, the baselines, and any
+    /// engine that answers in CSV. Measures errors, force steps, energy, pop-throughs and time.
     #[command(
-        after_help = "Examples:\n  palpus bench open --out open --scenes-only\n  palpus bench open --out open --engine coal=my-answers\n\ndocs/open-benchmark.md says how an engine takes part."
+        after_help = "Examples:\n  palpus bench open --out open --scenes-only\n  palpus bench open --out open --engine coal=my-answers\n\ndocs/open-benchmark.md describes how an engine takes part."
     )]
     Open {
         /// The folder for the files.
@@ -62,18 +62,18 @@ pub(crate) enum BenchCommand {
         /// Only this scene.
         #[arg(long, value_name = "NAME")]
         scene: Option<String>,
-        /// Measures parts with a known play too: the folder of their models, itself or the
-        /// folders in it. Missing models are left out.
+        /// Measures parts with a known play too. The folder, or a folder in it, has their models;
+        /// missing models are left out.
         #[arg(long, value_name = "DIR")]
         models: Option<PathBuf>,
-        /// Another engine: its name and the folder of its answers, one SCENE.csv for each
-        /// scene that it answered. May be given several times.
+        /// Another engine: its name and the folder of its answers, with one file SCENE.csv for
+        /// each scene. May be given several times.
         #[arg(long = "engine", value_name = "NAME=DIR", value_parser = engine)]
         engines: Vec<(String, PathBuf)>,
-        /// Writes scenes and motions only, for engines to answer.
+        /// Writes only the scenes and motions, which other engines need.
         #[arg(long)]
         scenes_only: bool,
-        /// Uses at most so many seconds of each motion. Answers of other engines must be of the
+        /// Uses at most this many seconds of each motion. Answers of other engines must have the
         /// same length.
         #[arg(long, value_name = "S", value_parser = seconds)]
         seconds: Option<f64>,
@@ -94,34 +94,34 @@ pub(crate) enum BenchCommand {
         #[arg(long, value_name = "N", default_value_t = 20_000)]
         ticks: usize,
         /// Number of passes over the same ticks. The smallest time of each tick counts, which
-        /// removes what the operating system did.
+        /// removes most interruptions by the operating system.
         #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
         passes: u32,
         /// Only the pair of this name, or one of `triangles`, `contacts` (the two sweeps) and
-        /// `hurried` (steps with and without bounded work).
+        /// `hurried` (steps with and without a work limit).
         #[arg(long, value_name = "NAME")]
         only: Option<String>,
     },
-    /// Measures close-fitting contact: a nut pressed on its thread, gears, a peg in its hole,
-    /// scans; time, work and truth of the wrench.
+    /// Measures close-fitting contact (a nut pressed on its thread, gears, a peg in its hole,
+    /// scans): time and work of a step, and the error of the wrench.
     #[command(
-        after_help = "Example:\n  palpus bench conformal --models models --out conformal\n\nTimes are processor time of one thread. docs/conformal.md says what the columns mean."
+        after_help = "Example:\n  palpus bench conformal --models models --out conformal\n\nTimes are processor time of one thread. docs/conformal.md describes the columns."
     )]
     Conformal {
-        /// Folder for the files.
+        /// The folder for the files.
         #[arg(long, value_name = "DIR", default_value = "palpus-out/conformal")]
         out: PathBuf,
-        /// Folder with the real meshes; cases whose meshes are missing are left out.
+        /// A folder with the real meshes; cases whose meshes are missing are left out.
         #[arg(long, value_name = "DIR")]
         models: Option<PathBuf>,
         /// Ticks per case.
         #[arg(long, value_name = "N", default_value_t = 2000, value_parser = ticks)]
         ticks: usize,
-        /// Poses of each case at which the wrench is compared with the truth; it takes seconds each
-        /// on a thread.
+        /// Poses of each case at which the wrench is compared with the truth. For threads, each
+        /// pose takes seconds.
         #[arg(long, value_name = "N", default_value_t = 24)]
         truths: usize,
-        /// Only the cases whose names begin so.
+        /// Only the cases whose names begin with this text.
         #[arg(long, value_name = "NAME")]
         only: Option<String>,
     },
@@ -152,9 +152,9 @@ fn seed(text: &str) -> Result<u64, std::num::ParseIntError> {
     text.strip_prefix("0x").map_or_else(|| text.parse(), |digits| u64::from_str_radix(digits, 16))
 }
 
-/// Reads a number of ticks: two stretches of at least one each.
+/// Reads a number of ticks; the two stretches of a case need at least one tick each.
 fn ticks(text: &str) -> Result<usize, String> {
-    let ticks: usize = text.parse().map_err(|_| format!("{text} is no number of ticks"))?;
+    let ticks: usize = text.parse().map_err(|_| format!("{text} is not a number of ticks"))?;
     if ticks < 2 { Err("at least 2 ticks are needed".to_owned()) } else { Ok(ticks) }
 }
 

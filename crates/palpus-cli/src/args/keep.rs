@@ -10,13 +10,13 @@ pub(crate) struct KeepArguments {
     /// Overwrites a recording of the same name. By default the new one gets a number: run-2.csv.
     #[arg(long)]
     pub(crate) force: bool,
-    /// The largest size of a recording on disk, such as 500MB, or `none`. Half of it keeps the
-    /// beginning of the run in the file, the other half its newest part in files beside it:
-    /// run-part2.csv and so on.
+    /// The largest size of a recording on disk, such as 500MB, or `none`. The first half of the
+    /// size is for the beginning of the run. The other half is for the newest part of the run, in
+    /// further files: run-part2.csv and so on.
     #[arg(long, value_name = "SIZE", default_value = "2GB", value_parser = size)]
     pub(crate) record_limit: Size,
     /// The file of the fault log (one line of JSON for each fault), or `none` [default:
-    /// palpus/faults.jsonl in the user's folder for state, such as ~/.local/state].
+    /// palpus/faults.jsonl in the user's state folder, such as ~/.local/state].
     #[arg(long, value_name = "FILE")]
     pub(crate) fault_log: Option<PathBuf>,
 }

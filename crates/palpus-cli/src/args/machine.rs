@@ -8,7 +8,7 @@ use crate::durations::{Span, seconds};
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  palpus doctor\n  palpus doctor --scene intestine --duration 30 --json\n\nMeasures a bare timer at 1 kHz and the scene's loop, each for the duration, and the timer at rates from 500 Hz to 10 kHz, each for a fifth of it, with\nthe priority and memory that `palpus run` asks for.\nExit status: 0 if the machine is fit for 1 kHz, 1 if not."
+    after_help = "Examples:\n  palpus doctor\n  palpus doctor --scene intestine --duration 30 --json\n\nMeasures a bare timer at 1 kHz and the scene's loop, each for the duration, and then the timer at rates from 500 Hz to 10 kHz, each for a fifth of\nthe duration. It asks for the same priority and memory as `palpus run`.\nExit status: 0 if the machine holds 1 kHz, 1 if not."
 )]
 pub(crate) struct DoctorArguments {
     /// The scene whose steps are timed: a built-in one (`palpus run --list`) or a scene file
@@ -25,13 +25,13 @@ pub(crate) struct DoctorArguments {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  palpus soak --duration 10m\n  palpus soak my-scene.toml --duration 1h --hand firm\n  palpus soak --models models --duration 1h     the paper's armadillo and intestine\n\nThe report (soak.json, soak.md, soak.html, plots) is rewritten every minute. Ctrl-C ends the run with its report.\nExit status: 0 if the loop held; 1 after a fault, an allocation in the loop, or if more than 0.1 % of the ticks were late by more than 0.5 ms\nand more than those of the bare timer."
+    after_help = "Examples:\n  palpus soak --duration 10m\n  palpus soak my-scene.toml --duration 1h --hand firm\n  palpus soak --models models --duration 1h     the paper's armadillo and intestine\n\nThe report (soak.json, soak.md, soak.html, plots) is rewritten every minute. Ctrl-C ends the run with its report.\nExit status: 0 if the loop held its rate; 1 after a fault, after an allocation in the loop, or if more than 0.1 % of the ticks were late by more\nthan 0.5 ms and this share is larger than that share for the bare timer."
 )]
 pub(crate) struct SoakArguments {
     /// A built-in scene (`palpus run --list`) or a scene file (TOML).
     #[arg(default_value = "intestine")]
     pub(crate) scene: String,
-    /// How long: 90s, 10m, 1h, 1h30m.
+    /// Duration of the run: 90s, 10m, 1h, 1h30m.
     #[arg(long, default_value = "10m", value_name = "TIME")]
     pub(crate) duration: Span,
     /// How long the bare timer is measured before and after; 0 skips it.
@@ -46,8 +46,8 @@ pub(crate) struct SoakArguments {
     /// Ticks per second [default: the scene's, or 1000].
     #[arg(long, value_name = "HZ")]
     pub(crate) rate: Option<f64>,
-    /// A folder with armadillo_31240.obj and intestine_colon_male_24846.obj, which become the
-    /// scene; its file is written to --out.
+    /// A folder with armadillo_31240.obj and intestine_colon_male_24846.obj, which are used as the
+    /// scene; the scene file is written to --out.
     #[arg(long, value_name = "DIR", conflicts_with = "scene")]
     pub(crate) models: Option<PathBuf>,
     /// Lets the scene file name meshes outside its own folder.

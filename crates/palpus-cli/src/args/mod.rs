@@ -1,4 +1,4 @@
-//! The command line: the commands, and in a file for each group of them, their arguments.
+//! The command line: the commands, and in one file for each group of commands, their arguments.
 
 mod bench;
 mod keep;
@@ -41,48 +41,47 @@ pub(crate) struct Arguments {
     /// Does not use the user's cache folder for prepared bodies.
     #[arg(long, global = true)]
     pub(crate) no_cache: bool,
-    /// Prints answers and errors only: no notes, no progress.
+    /// Prints only results and errors: no notes, no progress.
     #[arg(short, long, global = true, conflicts_with = "verbose")]
     pub(crate) quiet: bool,
-    /// Also says what each step did: models, their pieces, times, and whether they came from the
-    /// cache.
+    /// Also prints details of each step: models, their pieces, times, and whether they came from
+    /// the cache.
     #[arg(short, long, global = true)]
     pub(crate) verbose: bool,
 }
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Runs the closed loop: device, contacts, wrench, device, a thousand times a second.
+    /// Runs the closed loop of device, contacts and wrench a thousand times a second.
     Run(Box<RunArguments>),
     /// Computes distances and contacts of two models for a list of poses.
     Query(QueryArguments),
     /// Computes how deep two models of any shape overlap, with proven bounds: the shortest
     /// translation that separates them.
     Depth(DepthArguments),
-    /// Computes the clearance of two models along a path, and where it is tightest.
+    /// Computes the clearance of two models along a path, and finds the tightest places.
     Clearance(ClearanceArguments),
     /// Decomposes models into convex pieces, builds their hierarchies and caches both.
     Prepare(PrepareArguments),
     /// Reports the defects, mass properties and convex pieces of a model.
     Inspect(InspectArguments),
-    /// Shows a model in a window or as a picture: its convex pieces, the Gauss map of a piece, the
-    /// depth that is felt.
+    /// Shows a model in a window or as a picture: its convex pieces, the Gauss map of a piece, or
+    /// the felt depth.
     View(ViewArguments),
     /// Runs a recording again and compares every wrench bit for bit, or shows the recording.
     Replay(ReplayArguments),
     /// Converts a recording to CSV, Parquet or MCAP.
     Convert(ConvertArguments),
-    /// Writes a built-in scene as files (meshes, scene file, poses of the hand), as a start for
-    /// your own.
+    /// Writes a built-in scene as files that you can edit: meshes, scene file, poses of the hand.
     Export(ExportArguments),
     /// Makes a self-contained HTML page of a recorded run, or of the reproduction of the paper.
     Report(ReportArguments),
-    /// Lists the haptic devices that were found, and what is missing to use the others.
+    /// Lists the haptic devices that were found, and gives advice for the others.
     Devices(DevicesArguments),
-    /// Measures whether this machine can hold 1 kHz, and says what would help.
+    /// Measures whether this machine can hold 1 kHz, and gives advice.
     Doctor(DoctorArguments),
-    /// Runs the loop in real time for a long time, with a hand that keeps moving, and reports how
-    /// well it held.
+    /// Runs the loop in real time for a long time, with a hand that keeps moving, and reports
+    /// lateness, faults and memory.
     Soak(SoakArguments),
     /// Measures the paper's table and figures, contact feel, and the time of an engine step.
     #[command(subcommand)]

@@ -41,7 +41,7 @@ pub(crate) struct QueryArguments {
 #[derive(Debug, Args)]
 #[command(
     mut_arg("out", |out| out.required(true)),
-    after_help = "Examples:\n  palpus depth spoon.obj cup.obj --poses poses.csv --out depths.csv\n  palpus depth peg.stl hole.stl --poses path.csv --out depths.csv --gap 0.01mm --unit mm\n\nPOSES has the columns tx,ty,tz,qx,qy,qz,qw: A placed in B's frame, in model units. The result has one row for each pose, in B's frame. No translation shorter than lower separates the bodies; moving A by (tx, ty, tz), of length upper, does.\ncertified: upper - lower is at most the gap. contained: 1 A lies inside B's solid, 2 B inside A's, 0 neither. distance: between the surfaces; negative if one body lies inside the other, empty if the surfaces cross."
+    after_help = "Examples:\n  palpus depth spoon.obj cup.obj --poses poses.csv --out depths.csv\n  palpus depth peg.stl hole.stl --poses path.csv --out depths.csv --gap 0.01mm --unit mm\n\nPOSES has the columns tx,ty,tz,qx,qy,qz,qw: A placed in B's frame, in model units. The result has one row for each pose, in B's frame. No translation shorter than lower separates the bodies. Moving A by (tx, ty, tz), which has the length upper, separates them.\ncertified: upper - lower is at most the gap. contained: 1 A lies inside B's solid, 2 B inside A's, 0 neither. distance: between the surfaces; negative if one body lies inside the other, empty if the surfaces cross."
 )]
 pub(crate) struct DepthArguments {
     #[command(flatten)]
@@ -68,12 +68,12 @@ pub(crate) struct PairArguments {
     /// The unit of the models' coordinates, for a gap with a unit: m, cm, mm, inch, …
     #[arg(long, value_name = "UNIT", default_value = "mm")]
     pub(crate) unit: String,
-    /// Largest number of evaluations for a pose; beyond it the bounds stay apart and certified is
-    /// false.
+    /// Largest number of evaluations for a pose. If it is reached, the bounds are farther apart
+    /// than the gap and certified is false.
     #[arg(long, value_name = "N", default_value_t = DEPTH_BUDGET)]
     pub(crate) budget: u64,
-    /// Accepts only translations from which A can leave B in a straight line, not those into
-    /// pockets of B. The lower bound is that of all separating translations.
+    /// Accepts only translations from which A can leave B in a straight line, not translations into
+    /// pockets of B. The lower bound is still the bound for all separating translations.
     #[arg(long)]
     pub(crate) outside: bool,
     /// Prints a summary as one JSON document.
@@ -83,7 +83,7 @@ pub(crate) struct PairArguments {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  palpus clearance peg.obj hole.obj --poses path.csv --html clearance.html\n\nPOSES has the columns tx,ty,tz,qx,qy,qz,qw: A placed in B's frame, in model units. The clearance is the distance of separate bodies, and minus the depth (its upper bound) of overlapping ones. Of neighbouring poses in the file only the tightest is listed."
+    after_help = "Example:\n  palpus clearance peg.obj hole.obj --poses path.csv --html clearance.html\n\nPOSES has the columns tx,ty,tz,qx,qy,qz,qw: A placed in B's frame, in model units. The clearance is the distance of separate bodies, and minus the depth (its upper bound) of overlapping ones. Of neighbouring poses in the file, only the tightest pose is listed."
 )]
 pub(crate) struct ClearanceArguments {
     #[command(flatten)]
@@ -117,7 +117,8 @@ pub(crate) struct PrepareArguments {
 pub(crate) struct InspectArguments {
     /// The model.
     pub(crate) model: PathBuf,
-    /// Also sweeps a closed model with small probes: how deep it can be felt, and how exactly.
+    /// Also presses small probes into a closed model, to measure to which depth and how exactly
+    /// contact is felt.
     #[arg(long)]
     pub(crate) sweeps: bool,
     /// Number of probes of each sweep.
@@ -133,7 +134,7 @@ pub(crate) struct InspectArguments {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  palpus view cup.obj                                    a window\n  palpus view cup.obj --screenshot cup.png\n  palpus view cup.obj --exploded --dark --screenshot pieces.png\n  palpus view cup.obj --gauss 3 --screenshot gauss.png\n  palpus view cup.obj --depth --axis z --offset 12.5 --screenshot depth.png\n\nDepth: at each point of the plane, the depth that the servo loop computes for a probe as small as a point, the distance to the mesh, and the difference of the two."
+    after_help = "Examples:\n  palpus view cup.obj                                    a window\n  palpus view cup.obj --screenshot cup.png\n  palpus view cup.obj --exploded --dark --screenshot pieces.png\n  palpus view cup.obj --gauss 3 --screenshot gauss.png\n  palpus view cup.obj --depth --axis z --offset 12.5 --screenshot depth.png\n\nDepth: at each point of the plane, the depth that the servo loop computes for a probe as small as a point, the distance to the mesh, and the difference of both."
 )]
 pub(crate) struct ViewArguments {
     /// The model.
@@ -141,15 +142,14 @@ pub(crate) struct ViewArguments {
     /// Writes a picture (PNG) instead of opening a window.
     #[arg(long, value_name = "FILE")]
     pub(crate) screenshot: Option<PathBuf>,
-    /// Shows the convex pieces apart, moved by this share of their distance from the middle.
+    /// Shows the convex pieces moved apart by this share of their distance from the middle.
     #[arg(long, value_name = "FACTOR", num_args = 0..=1, default_missing_value = "0.6")]
     pub(crate) exploded: Option<f64>,
     /// Shows a piece and its Gauss map: the normals of the mesh, and those that only the hull has.
-    /// Pieces count from 0 [default piece: the one with most faces].
+    /// Pieces count from 0 [default: the piece with most faces].
     #[arg(long, value_name = "PIECE", num_args = 0..=1, conflicts_with_all = ["exploded", "depth"])]
     pub(crate) gauss: Option<Option<u32>>,
-    /// Shows the depth that is felt on a plane through the body, and for closed meshes the true
-    /// depth.
+    /// Shows the felt depth on a plane through the body, and for closed meshes also the true depth.
     #[arg(long, conflicts_with = "exploded")]
     pub(crate) depth: bool,
     /// Axis of the model that is normal to the plane.

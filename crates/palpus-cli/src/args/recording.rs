@@ -17,10 +17,10 @@ pub(crate) struct ReplayArguments {
     /// the whole run.
     #[arg(long, group = "shown", conflicts_with = "json")]
     pub(crate) view: bool,
-    /// Writes a picture (PNG) of the last tick, or of the one at --at; needs no display.
+    /// Writes a picture (PNG) of the last tick, or of the tick at --at; needs no display.
     #[arg(long, value_name = "FILE", group = "shown", conflicts_with = "json")]
     pub(crate) screenshot: Option<PathBuf>,
-    /// Time of the picture, or at which the window begins, s.
+    /// Time of the picture, or time at which the window starts, s.
     #[arg(long, value_name = "S", requires = "shown")]
     pub(crate) at: Option<f64>,
     /// A folder to search for the recorded meshes, under any name, if they have moved. May be given
@@ -54,7 +54,7 @@ pub(crate) struct ConvertArguments {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  palpus run peg-hole --record peg.csv && palpus report peg.csv\n  palpus report palpus-out\n  palpus report --reproduce                    everything, under 20 minutes on two quiet cores\n  palpus report docs/report --reproduce --models ../models\n\nThe libraries that are compared with need Python: pip install numpy coal mujoco. Without them the page says what is missing and shows\nfigures of an earlier run, marked as such."
+    after_help = "Examples:\n  palpus run peg-hole --record peg.csv && palpus report peg.csv\n  palpus report palpus-out\n  palpus report --reproduce                    everything, under 20 minutes on two quiet cores\n  palpus report docs/report --reproduce --models ../models\n\nThe comparison with other libraries needs Python: pip install numpy coal mujoco. Without them the page names what is missing and shows\nfigures of an earlier run, marked as such."
 )]
 pub(crate) struct ReportArguments {
     /// A recording, or a folder with recordings or with a reproduction [default: palpus-out; with
@@ -71,14 +71,14 @@ pub(crate) struct ReportArguments {
     /// Measures the paper's table and figures and all other benchmarks, and makes a page of them.
     #[arg(long)]
     pub(crate) reproduce: bool,
-    /// Measures less, in two minutes: fewer ticks, fewer hands, nothing that has to be built.
+    /// Measures less, in two minutes: fewer ticks, fewer hands, and no steps that build programs.
     #[arg(long, requires = "reproduce")]
     pub(crate) quick: bool,
-    /// A folder with real meshes for Table 1 and for the pairs beside Coal.
+    /// A folder with real meshes for Table 1 and for the comparison with Coal.
     #[arg(long, value_name = "DIR", requires = "reproduce")]
     pub(crate) models: Option<PathBuf>,
-    /// Only this step, as the page calls it; earlier measurements of the others stay. May be given
-    /// several times.
+    /// Measures only this step (by its name on the page) and keeps earlier measurements of the
+    /// other steps. May be given several times.
     #[arg(long, value_name = "STEP", requires = "reproduce")]
     pub(crate) only: Vec<String>,
 }

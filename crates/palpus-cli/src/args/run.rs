@@ -42,29 +42,29 @@ pub(crate) struct RunArguments {
     /// Scales the translations of a recorded hand.
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, requires = "hand_path", value_parser = factor)]
     pub(crate) hand_scale: f64,
-    /// Speed, as a factor of the recorded one.
+    /// Speed of the recorded hand, as a factor.
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, requires = "hand_path", value_parser = factor)]
     pub(crate) hand_speed: f64,
-    /// The device of the second hand, where the scene has a second tool: the same as a second
-    /// --device.
+    /// The device of the second tool, if the scene has one: the same as a second --device.
     #[arg(long, value_name = "DEVICE")]
     pub(crate) second_device: Option<String>,
     /// The second simulated hand: the same as a second --hand.
     #[arg(long, value_name = "PRESET")]
     pub(crate) second_hand: Option<String>,
-    /// Ties the tool to the hand by a virtual coupling, or lets the device move it directly as in
-    /// the paper [default: the scene's, or coupled].
+    /// Connects the tool to the hand by a virtual coupling, or lets the device move the tool
+    /// directly as in the paper [default: the scene's, or coupled].
     #[arg(long, value_enum, value_name = "MODE")]
     pub(crate) rendering: Option<Rendering>,
     /// How contacts share stiffness: smoothly by direction, or in linked clusters as in the paper
     /// [default: the scene's, or smooth].
     #[arg(long, value_enum, value_name = "METHOD")]
     pub(crate) clustering: Option<ClusteringMethod>,
-    /// Removes all energy that the loop generates, however little; by default only above half a
-    /// millimetre at peak force.
+    /// Damps as soon as the loop has generated any energy. By default, damping begins above the
+    /// energy of half a millimetre at peak force.
     #[arg(long)]
     pub(crate) passive: bool,
-    /// Opens no window. The same holds without a display, and with --fast, --json or --screenshot.
+    /// Opens no window. No window opens either without a display, or with --fast, --json or
+    /// --screenshot.
     #[arg(long)]
     pub(crate) headless: bool,
     /// Runs in simulated time, as fast as possible, instead of real time.
@@ -100,22 +100,22 @@ pub(crate) struct RunArguments {
     /// Ends the run at the first fault instead of engaging again.
     #[arg(long)]
     pub(crate) stop_on_fault: bool,
-    /// Enables the force again after three faults in ten seconds: a person (a button of the device,
-    /// G in the window, or r and Enter in the terminal), or the program itself, for tests.
+    /// Who enables the force again after three faults in ten seconds: a person (a button of the
+    /// device, G in the window, or r and Enter in the terminal), or the program itself, for tests.
     #[arg(long, value_enum, value_name = "WHO", default_value_t = Rearming::Person)]
     pub(crate) rearm: Rearming,
-    /// The device leads a probe that begins inside the part out gently before it renders contacts.
-    /// The simulated hand lets itself be led.
+    /// If the probe starts inside the part, the device leads it out gently before it renders
+    /// contacts. The simulated hand follows.
     #[arg(long)]
     pub(crate) lead_out: bool,
     /// Gives force only while a button of the device, or G in the window, is held. Always on for
     /// devices with buttons.
     #[arg(long)]
     pub(crate) dead_man: bool,
-    /// The largest force, N, if the device can give more.
+    /// Lowers the device's largest force to this value, N.
     #[arg(long, value_name = "N", value_parser = limit)]
     pub(crate) max_force: Option<f64>,
-    /// The largest torque, N·m, if the device can give more.
+    /// Lowers the device's largest torque to this value, N·m.
     #[arg(long, value_name = "N·m", value_parser = limit)]
     pub(crate) max_torque: Option<f64>,
     /// Prints the safety thresholds for the device, with their reasons.
@@ -124,7 +124,7 @@ pub(crate) struct RunArguments {
     /// Does not ask the system for real-time priority, locked memory or a core of its own.
     #[arg(long)]
     pub(crate) no_realtime: bool,
-    /// Writes a picture (PNG) of the last tick, or of the one at --at; needs no display.
+    /// Writes a picture (PNG) of the last tick, or of the tick at --at; needs no display.
     #[arg(long, value_name = "FILE")]
     pub(crate) screenshot: Option<PathBuf>,
     /// Time of the picture, s.

@@ -36,25 +36,15 @@ const BOX: DVec3 = DVec3::new(0.06, 0.04, 0.02);
 /// Half the range of tilts and the step between them, degrees.
 const TILT: f64 = 2.0;
 const TILT_STEP: f64 = 0.002;
-/// How deep the middle of the box's bottom stands under the table's top, m.
+/// Depth of the middle of the box's bottom below the table's top, m.
 const PRESSED: f64 = 0.0005;
-/// m.
+/// Contact tolerance, m.
 const TOLERANCE: f64 = 0.002;
 
 /// Returns the point where the load acts: the mean of the contacts, by tilt share and engagement;
 /// `None` without contacts.
 fn middle(contacts: &[Contact]) -> Option<DVec3> {
-    let corners: Vec<Tilted> = contacts
-        .iter()
-        .map(|contact| Tilted {
-            place: contact.midpoint(),
-            direction: contact.normal,
-            separation: contact.separation,
-            engagement: TOLERANCE - contact.separation,
-            slope: contact.slope,
-            pieces: [contact.piece_a, contact.piece_b],
-        })
-        .collect();
+    let corners: Vec<Tilted> = contacts.iter().map(|contact| Tilted::of(contact, TOLERANCE)).collect();
     let mut shares = TiltShares::new(corners.len());
     shares.run(&corners);
     let load = |i: usize| shares.shares()[i] * corners[i].engagement;
@@ -75,8 +65,8 @@ fn tilting(path: &Path) -> anyhow::Result<()> {
                 let degrees = k as f64 * TILT_STEP - TILT;
                 let turn = DQuat::from_rotation_y(degrees.to_radians());
                 let pose = Pose::new(turn, DVec3::Z * -PRESSED - turn * (DVec3::Z * (-0.5 * BOX.z)));
-                let middle =
-                    middle(query.contacts(&pose)).ok_or_else(|| anyhow!("the box lost the table at {degrees}°"))?;
+                let middle = middle(query.contacts(&pose))
+                    .ok_or_else(|| anyhow!("the box lost contact with the table at {degrees}°"))?;
                 Ok((degrees, middle.x * 1e3))
             })
             .collect()
@@ -84,7 +74,7 @@ fn tilting(path: &Path) -> anyhow::Result<()> {
     let patches = curve(Settings::default().patch_angle)?;
     let exact = curve(None)?;
     let figure = Figure::new(
-        "A box tilts through flat on a table: where it is touched",
+        "A box tilts through flat contact on a table: the contact point",
         "tilt (degrees)",
         vec![Panel::lines(
             "contact point along the box",

@@ -1,5 +1,5 @@
-//! Figure 4 of the paper: a moment in which a spoon touches a cup in several clusters, some
-//! penetrating, some within the tolerance, as a picture with the force of each.
+//! Figure 4 of the paper, as a picture: a moment in which a spoon touches a cup in several
+//! clusters, some penetrating and some within the tolerance, with the force of each cluster.
 
 use std::fs;
 use std::path::Path;
@@ -37,7 +37,7 @@ struct Cluster {
 const PENETRATING: usize = 1;
 const DISJOINT: usize = 3;
 
-/// Writes the pictures (PNG, light and dark, whole and from near) and what is in them.
+/// Writes the pictures (PNG; light and dark, whole and close up) and their description.
 pub(super) fn figure_4(out: &Path) -> anyhow::Result<()> {
     let stage = stage::prepare("spoon-cup", FilePolicy::Inside)?;
     let as_in_the_paper = Settings { clustering: Clustering::Linkage, ..stage.settings };

@@ -1,7 +1,7 @@
 //! `palpus bench figures`: Table 1, Figures 4, 5 and 6 of the paper.
 //!
-//! The scripted hands move the probe directly, without a device between, so that the same poses are
-//! queried on every machine. Times are this machine's.
+//! The scripted hands move the probe directly, without a device, so that the same poses are queried
+//! on every machine. The times are from this machine.
 
 use std::fs;
 use std::io::Write;

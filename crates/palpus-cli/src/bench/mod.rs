@@ -1,5 +1,5 @@
 //! `palpus bench`: the paper's table and figures as measured here, and the time of the engine step
-//! against everything that it could depend on.
+//! as a function of everything on which it could depend.
 
 mod conformal;
 mod depth;
@@ -50,10 +50,11 @@ pub(crate) fn bench(command: &BenchCommand) -> anyhow::Result<ExitCode> {
     }
 }
 
-/// s.
+/// Length of a tick, s.
 const TICK: f64 = 1e-3;
 
-/// A renderer's settings with this tolerance: what `palpus run` feels, without a device's limits.
+/// Returns a renderer's settings with this tolerance: those of `palpus run`, without a device's
+/// limits.
 fn settings(tolerance: f64) -> Settings {
     Settings {
         contact_tolerance: tolerance,
@@ -63,5 +64,5 @@ fn settings(tolerance: f64) -> Settings {
     }
 }
 
-/// As the built-in scenes have it.
+/// As in the built-in scenes.
 const CLUSTER_TOLERANCES: f64 = 4.0;

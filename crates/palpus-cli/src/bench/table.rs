@@ -1,4 +1,4 @@
-//! Table 1 of the paper: convex pieces of the models, beside the paper's.
+//! Table 1 of the paper: convex pieces of the models, compared with the paper's.
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::bodies::{self, Prepared};
 
-/// One model beside the paper's.
+/// One model, compared with the paper's.
 #[derive(Debug, Serialize)]
 pub(super) struct Row {
     model: &'static str,
@@ -33,7 +33,7 @@ const PAPER: [(&str, usize, usize); 5] = [
     ("intestine", 24846, 9913),
 ];
 
-/// Scanned and modelled meshes at the paper's counts, by file name.
+/// Scanned and modelled meshes with the paper's triangle counts, by file name.
 const FILES: [(&str, &str); 5] = [
     ("cup", "teacup_500.obj"),
     ("spoon", "teaspoon_336.obj"),
@@ -42,7 +42,7 @@ const FILES: [(&str, &str); 5] = [
     ("intestine", "intestine_small_female_24846.obj"),
 ];
 
-/// Prepares every model that there is.
+/// Prepares every model that exists.
 pub(super) fn measure(models: Option<&Path>) -> anyhow::Result<Vec<Row>> {
     let mut rows = Vec::new();
     for (model, soup) in
@@ -78,7 +78,7 @@ fn row(model: &'static str, source: String, prepared: &Prepared) -> Row {
     }
 }
 
-/// The file in the folder or one of its own folders.
+/// Returns the file in the folder or in one of the folders in it.
 pub(crate) fn find(folder: &Path, file: &str) -> Option<PathBuf> {
     let direct = folder.join(file);
     if direct.is_file() {

@@ -1,4 +1,4 @@
-//! `palpus devices --conformance`: whether a driver of one's own keeps to the bridge's protocol.
+//! `palpus devices --conformance`: tests whether a user's driver follows the bridge's protocol.
 
 use std::process::ExitCode;
 
@@ -18,16 +18,18 @@ pub(super) fn conformance(address: &str, json: bool) -> anyhow::Result<ExitCode>
         output::line("");
         output::line(match failed {
             0 => format!("The driver at {address} conforms: palpus run --device bridge:{address}"),
-            1 => format!("The driver at {address} does not conform: mend what failed; docs/bridge.md says how."),
+            1 => format!(
+                "The driver at {address} does not conform: correct the failed check; docs/bridge.md describes the protocol."
+            ),
             more => format!(
-                "The driver at {address} does not conform: {more} checks failed; docs/bridge.md says how to mend them."
+                "The driver at {address} does not conform: {more} checks failed; docs/bridge.md describes the protocol."
             ),
         });
     }
     Ok(if failed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// A line for each check; below one that failed, what to mend.
+/// Prints a line for each check, and advice below each failed one.
 fn table(checks: &[Check]) -> Vec<String> {
     let mut lines = Vec::new();
     for Check { name, outcome } in checks {
@@ -53,7 +55,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_failed_check_says_what_to_mend() {
+    fn failed_check_names_the_remedy() {
         let check = |name, outcome| Check { name, outcome };
         let checks = [
             check("answers a hello", Ok("an arm, 5 N".to_owned())),

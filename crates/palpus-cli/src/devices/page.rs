@@ -3,9 +3,9 @@
 use palpus_device::{Axes, DeviceSpec, Finding, FindingState, SafetyLimits};
 use serde_json::{Map, Value, json};
 
-/// Columns of the page: those of the narrowest terminal that is common.
+/// Width of the page in columns: that of the narrowest common terminal.
 const WIDTH: usize = 80;
-/// Columns of the names of lines.
+/// Width of the names of lines, in columns.
 const MARGIN: usize = 14;
 
 pub(super) fn page(findings: &[Finding]) -> Vec<String> {
@@ -29,17 +29,19 @@ pub(super) fn page(findings: &[Finding]) -> Vec<String> {
         }
     }
     lines.push(String::new());
-    lines.extend(wrapped("More: docs/devices.md (how each was tested, two of a kind, where limits come from); `palpus run --device DEVICE --limits` prints safety thresholds with their reasons; `palpus doctor` tells whether this machine keeps the pace.", WIDTH));
+    lines.extend(wrapped("More: docs/devices.md (tests of each device, several devices of one kind, sources of the limits); `palpus run --device DEVICE --limits` prints safety thresholds with their reasons; `palpus doctor` shows whether this machine holds the rate.", WIDTH));
     lines
 }
 
-/// Opening sentence: which devices were found, and that none is needed.
+/// Opening sentence: which devices were found, and that palpus works without one.
 fn opening(findings: &[Finding]) -> String {
     let hardware = |finding: &&Finding| finding.is_found() && finding.backend != "simulated";
     match findings.iter().filter(hardware).count() {
-        0 => "No haptic device answers on this machine, and none is needed: `palpus run` is held by a simulated hand.",
-        1 => "A device answers on this machine.",
-        _ => "Several devices answer on this machine.",
+        0 => {
+            "No haptic device was found on this machine. palpus works without one: `palpus run` uses a simulated hand."
+        }
+        1 => "A device was found on this machine.",
+        _ => "Several devices were found on this machine.",
     }
     .to_owned()
 }
@@ -57,7 +59,7 @@ fn missing(lines: &mut Vec<String>, backend: &str, (looked_for, why): (&str, &st
     entry(lines, "looked for", &format!("{looked_for}; {why}"));
 }
 
-/// As the name of a section.
+/// The name as the title of a section.
 fn title(finding: &Finding) -> String {
     let Finding { backend, name, .. } = finding;
     if name == backend { format!("  {name}") } else { format!("  {name} ({backend})") }
@@ -107,8 +109,8 @@ fn axes(spec: &DeviceSpec) -> String {
     let sensed = if spec.sensed == spec.actuated { "the same".to_owned() } else { count(spec.sensed) };
     let buttons = match spec.buttons {
         0 => String::new(),
-        1 => "; a button, which asks for force".to_owned(),
-        more => format!("; {more} buttons, which ask for force"),
+        1 => "; a button, which enables the force".to_owned(),
+        more => format!("; {more} buttons, which enable the force"),
     };
     format!("driven: {}; sensed: {sensed}{buttons}", count(spec.actuated))
 }
@@ -130,7 +132,7 @@ fn safety(spec: &DeviceSpec, rate_hz: f64) -> String {
         String::new()
     };
     format!(
-        "at most {:.1} N, {:.0} N/s{torque}; {:.1} N continuously; held for {:.0} ms at most; {motion}",
+        "at most {:.1} N, {:.0} N/s{torque}; {:.1} N continuously; without a new wrench for at most {:.0} ms; {motion}",
         limits.force_peak,
         limits.force_slew,
         limits.force_continuous,
@@ -138,7 +140,7 @@ fn safety(spec: &DeviceSpec, rate_hz: f64) -> String {
     )
 }
 
-/// A named line, wrapped behind its name.
+/// A named line with a hanging indent.
 fn entry(lines: &mut Vec<String>, name: &str, text: &str) {
     for (k, part) in wrapped(text, WIDTH - MARGIN - 4).into_iter().enumerate() {
         lines.push(format!("  {:>MARGIN$}  {part}", if k == 0 { name } else { "" }));
@@ -209,7 +211,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn long_lines_are_wrapped_and_lose_nothing() {
+    fn long_lines_are_wrapped_completely() {
         let text = "one two  three four five";
         let lines = wrapped(text, 9);
         assert_eq!(lines, ["one two", "three", "four five"]);
@@ -217,15 +219,15 @@ mod tests {
     }
 
     #[test]
-    fn who_has_no_device_is_told_that_none_is_needed() {
+    fn page_without_devices_offers_the_simulated_device() {
         let simulated = palpus_device::look().into_iter().filter(|finding| finding.backend == "simulated");
         let page = page(&simulated.collect::<Vec<_>>()).join("\n");
-        assert!(page.starts_with("No haptic device answers") && page.contains("palpus run --device sim"), "{page}");
+        assert!(page.starts_with("No haptic device was found") && page.contains("palpus run --device sim"), "{page}");
         assert!(!page.contains("IF YOU HAVE"), "{page}");
     }
 
     #[test]
-    fn a_command_that_mends_stands_on_one_line() {
+    fn remedy_command_is_on_one_line() {
         let mend = "echo something long | sudo tee /a/file && ".repeat(4);
         let page = page(&[Finding::missing("backend", "some arm", "its library", "it is not there", mend.trim())]);
         assert!(page.iter().any(|line| line.trim() == mend.trim()));
@@ -233,14 +235,14 @@ mod tests {
     }
 
     #[test]
-    fn the_page_fits_a_narrow_terminal() {
+    fn page_fits_a_narrow_terminal() {
         for line in page(&palpus_device::look()) {
             assert!(line.chars().count() <= WIDTH || is_command(&line), "{line}");
         }
     }
 
     #[test]
-    fn a_found_device_says_all_that_it_is_asked_for() {
+    fn found_device_lists_all_its_data() {
         let spec = palpus_device::known_device("Touch X").unwrap();
         let finding = Finding::found("openhaptics", "openhaptics", spec, 1000.0, "");
         let page = page(std::slice::from_ref(&finding)).join("\n");

@@ -12,7 +12,7 @@ pub(crate) struct Snapshot {
     stolen: u64,
     own: u64,
     cores: u64,
-    /// Every other program: its process id, its name, its time.
+    /// Every other program: its process id, its name and its time.
     programs: Vec<(u32, String, u64)>,
 }
 
@@ -48,10 +48,13 @@ impl Load {
         let Self { cores, others_cores, stolen_share, load_average, .. } = self;
         let average = load_average.map_or(String::new(), |load| format!("; load average {load:.1}"));
         let stolen = match stolen_share {
-            share if *share > 0.001 => format!("; {:.1} % of the time stolen by the host", share * 100.0),
+            share if *share > 0.001 => format!("; the host took {:.1} % of the time", share * 100.0),
             _ => String::new(),
         };
-        format!("others kept {others_cores:.1} of {cores} cores busy{}{stolen}{average}", self.busiest_in_words())
+        format!(
+            "other programs kept {others_cores:.1} of {cores} cores busy{}{stolen}{average}",
+            self.busiest_in_words()
+        )
     }
 
     /// Lists the programs in brackets, the busiest first; empty without programs.
@@ -104,7 +107,7 @@ fn programs() -> Vec<(u32, String, u64)> {
     numbers.filter(|number| *number != std::process::id()).filter_map(read).collect()
 }
 
-/// The programs with the highest load, in cores; programs of the same name are added up.
+/// The programs with the highest load, in cores. Programs of the same name are added up.
 fn busiest(before: &Snapshot, after: &Snapshot, ticks_per_core: f64) -> Vec<Program> {
     let spent = |(number, name, time): &(u32, String, u64)| {
         // A program that started during the measurement used all of its time within it.
@@ -149,7 +152,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_this_program_did_is_not_others() {
+    fn load_excludes_this_program() {
         let own = |time: u64| format!("1 (a )b) S 1 1 1 0 -1 0 0 0 0 0 {time} 0 0 0 20 0 1");
         let all = |busy: u64, idle: u64| format!("cpu  {busy} 0 0 {idle} 0 0 0 0 0 0\ncpu0 1\ncpu1 1\nintr 5");
         let before = Snapshot::of(&all(100, 100), &own(10));
@@ -160,7 +163,7 @@ mod tests {
         };
         let load = between(with(before, 100), with(after, 140)).unwrap();
         assert!(load.in_words().contains("(a build 0.4)"), "{}", load.in_words());
-        // Half of two cores was busy, and half of that was not ours.
+        // Half of two cores was busy, and half of that load came from this program.
         assert_eq!(load.cores, 2);
         assert!((load.others_cores - 0.5).abs() < 1e-12, "{load:?}");
         assert!(Snapshot::of("", "").is_none());

@@ -13,15 +13,15 @@ pub(super) struct Machine {
     pub(super) cores: Option<usize>,
     /// Isolated cores, in the kernel's list format: the scheduler puts no ordinary work on them.
     pub(super) isolated_cores: Option<String>,
-    /// How cores choose their frequency: each governor with the number of its cores.
+    /// Frequency governors of the cores, each with the number of its cores.
     pub(super) governors: Option<Vec<(String, usize)>>,
     /// True for a kernel with `PREEMPT_RT`, in which real-time threads preempt also kernel code.
     pub(super) real_time_kernel: Option<bool>,
     /// The highest real-time priority that the user may have; 0: none.
     pub(super) priority_limit: Option<String>,
-    /// How much memory the user may lock, bytes or `unlimited`.
+    /// Amount of memory that the user may lock: bytes or `unlimited`.
     pub(super) memory_limit: Option<String>,
-    /// The user may have any priority and lock any memory, whatever the limits say.
+    /// True if the user may set any priority and lock any memory, whatever the limits are.
     pub(super) above_limits: Option<bool>,
     /// True in a virtual machine.
     pub(super) virtual_machine: Option<bool>,
@@ -44,7 +44,7 @@ impl Machine {
         }
     }
 
-    /// For people: name and value.
+    /// Names and values, for people.
     pub(super) fn lines(&self) -> [(&'static str, String); 4] {
         let unknown = || "not known here".to_owned();
         let of = |value: &Option<String>| value.clone().unwrap_or_else(unknown);
@@ -149,14 +149,14 @@ mod tests {
     }
 
     #[test]
-    fn a_guest_is_told_from_its_flags() {
+    fn virtual_machine_is_detected_from_flags() {
         assert_eq!(is_virtual("flags\t\t: fpu sse hypervisor\n"), Some(true));
         assert_eq!(is_virtual("flags\t\t: fpu sse\n"), Some(false));
         assert_eq!(is_virtual("Features\t: neon\n"), None);
     }
 
     #[test]
-    fn what_is_not_known_is_said_so() {
+    fn unknown_facts_are_marked() {
         let lines = Machine { system: "none", ..Machine::default() }.lines();
         assert!(lines.iter().all(|(_, value)| value.contains("not known here")));
     }

@@ -1,15 +1,15 @@
-//! `palpus doctor`: can this machine hold the loop, and what would help.
+//! `palpus doctor`: measures whether this machine can hold the loop, and gives advice.
 //!
 //! 1. The machine: cores, governor, limits, kernel ([`machine`]).
-//! 2. A bare loop with absolute deadlines at 1 kHz, with the claims that `palpus run` makes: how
-//!    late it is woken ([`timer`]).
+//! 2. A bare loop with absolute deadlines at 1 kHz and the real-time rights that `palpus run`
+//!    requests: how late the system wakes it ([`timer`]).
 //! 3. The scene's closed loop on the simulated device: how long a step takes ([`scene`]).
-//! 4. The bare loop at other rates, and so how fast the scene's loop could be ([`rates`]).
-//! 5. What else the machine was busy with meanwhile ([`load`]).
-//! 6. A verdict in words, and a line for each thing that would help ([`verdict`]).
+//! 4. The bare loop at other rates, which shows how fast the scene's loop could be ([`rates`]).
+//! 5. The load by other programs during the measurement ([`load`]).
+//! 6. A verdict, and advice for each problem ([`verdict`]).
 //!
-//! Exit status 1 when the machine is not fit. Nothing needs root; properties that cannot be read
-//! are reported as unknown.
+//! The exit status is 1 if the machine is not fast enough. No step needs root. Properties that
+//! cannot be read are reported as unknown.
 
 pub(crate) mod load;
 mod machine;
@@ -33,11 +33,11 @@ use scene::SceneTimes;
 use timer::Timer;
 use verdict::{Fitness, Verdict};
 
-/// Rate of the measurement, Hz: the usual one of haptic devices.
+/// Rate of the measurement, Hz: the usual rate of haptic devices.
 const RATE_HZ: f64 = 1000.0;
 /// Longest measurement, s.
 const LONGEST: f64 = 600.0;
-/// The measurement at each rate is shorter by this factor, and at least so long (s).
+/// The measurement at each rate is shorter by this factor, and has at least this length (s).
 const RATE_SHARE: f64 = 5.0;
 const SHORTEST_RATE: f64 = 0.3;
 /// With fewer ticks the 99.9th percentile is not meaningful.
@@ -55,7 +55,7 @@ struct Report {
     load: Option<Load>,
 }
 
-/// Outcome of a claim.
+/// Outcome of a request for a real-time right.
 #[derive(Clone, Debug, Serialize)]
 struct ClaimLine {
     name: &'static str,
@@ -66,14 +66,14 @@ struct ClaimLine {
 
 pub(crate) fn doctor(arguments: &DoctorArguments) -> anyhow::Result<ExitCode> {
     if !(SHORTEST..=LONGEST).contains(&arguments.duration) {
-        bail!("--duration must be from {SHORTEST} to {LONGEST} seconds, and is {}", arguments.duration);
+        bail!("--duration must be from {SHORTEST} to {LONGEST} seconds, but is {}", arguments.duration);
     }
     let machine = Machine::look();
     let stage = scene::prepare(&arguments.scene)?;
     if !arguments.json {
         let seconds = arguments.duration;
         output::note(format!(
-            "{seconds:.0} s of a bare timer, {seconds:.0} s of {}, then the timer at other rates; leave the machine as you would use it",
+            "{seconds:.0} s of a bare timer, {seconds:.0} s of {}, then the timer at other rates; use the machine as usual meanwhile",
             arguments.scene
         ));
     }

@@ -1,4 +1,5 @@
-//! Which rates this machine holds with the scene: a bare timer at each, and the step's time.
+//! Measures which rates this machine holds with the scene: it compares the lateness of a bare timer
+//! at each rate with the time of a step.
 
 use comfy_table::presets::NOTHING;
 use comfy_table::{CellAlignment, Table};
@@ -9,7 +10,7 @@ use super::timer::{self, Timer};
 
 /// Rates at which devices are driven, Hz.
 const RATES: [f64; 7] = [500.0, 1000.0, 2000.0, 4000.0, 5000.0, 8000.0, 10_000.0];
-/// Largest share of turns that may be late by more than half a period.
+/// Largest share of wake-ups that may be late by more than half a period.
 const MOST_LATE: f64 = 1e-2;
 
 /// A rate, and whether it can be held.
@@ -21,17 +22,17 @@ pub(super) struct Rate {
     p99_us: f64,
     p999_us: f64,
     max_us: f64,
-    /// Share of its turns that are late by more than half a period.
+    /// Share of its wake-ups that are late by more than half a period.
     late_share: f64,
     /// Time that remains for a step after the 99th percentile of the lateness, µs.
     room_us: f64,
-    /// True if 99.9 % of the steps fit into that time and few enough turns are late.
+    /// True if 99.9 % of the steps fit into this time and few enough wake-ups are late.
     pub(super) holds: bool,
     /// The reason why the rate does not hold.
     why: Option<String>,
 }
 
-/// Measures the bare timer for `seconds` at each rate and compares the rest of the period with the
+/// Measures the bare timer for `seconds` at each rate, and compares the rest of the period with the
 /// step time.
 pub(super) fn measure(seconds: f64, scene: &SceneTimes) -> anyhow::Result<Vec<Rate>> {
     RATES
@@ -50,7 +51,7 @@ fn judge(hz: f64, timer: &Timer, late_share: f64, step_us: f64) -> Rate {
     let Timer { p50_us, p99_us, p999_us, max_us, .. } = *timer;
     let room_us = PERIOD_SHARE * 1e6 / hz - p99_us;
     let why = if late_share > MOST_LATE {
-        Some(format!("{:.1} % of turns late by over half a period", late_share * 100.0))
+        Some(format!("{:.1} % of wake-ups late by over half a period", late_share * 100.0))
     } else if step_us > room_us {
         Some(format!("a step takes {step_us:.0} µs (99.9 %)"))
     } else {
@@ -64,7 +65,7 @@ pub(super) fn fastest(rates: &[Rate]) -> Option<f64> {
     rates.iter().filter(|rate| rate.holds).map(|rate| rate.hz).max_by(f64::total_cmp)
 }
 
-/// As a table, a line each.
+/// The rates as a table, one line for each.
 pub(super) fn table(rates: &[Rate]) -> Vec<String> {
     let mut table = Table::new();
     table.load_preset(NOTHING);
@@ -93,7 +94,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_rate_is_held_when_step_and_timer_fit() {
+    fn rate_is_held_if_step_and_timer_fit() {
         let timer = |p99_us| Timer { p99_us, p999_us: 2.0 * p99_us, ..Timer::default() };
         let rates = [
             judge(1000.0, &timer(5.0), 0.0, 90.0),

@@ -15,8 +15,8 @@ use crate::engine::{Answer, Detail, Engine};
 use crate::run::joined;
 use crate::stage::{self, Stage};
 
-/// Share of a period that step and lateness may take together. The rest is for the device's reads
-/// and writes.
+/// Largest share of a period for step and lateness together. The rest is for the device's reads and
+/// writes.
 pub(super) const PERIOD_SHARE: f64 = 0.8;
 
 /// Times of the steps of a scene, µs.
@@ -28,27 +28,27 @@ pub(super) struct SceneTimes {
     pub(super) p99_us: f64,
     pub(super) p999_us: f64,
     pub(super) max_us: f64,
-    /// Share of the ticks whose work was bounded, so that some contacts were extrapolated from the
-    /// tick before.
+    /// Share of the ticks that reached the work limit, so that some contacts were extrapolated from
+    /// the previous tick.
     pub(super) bounded_share: f64,
     /// Share of the ticks that wrote their wrench more than a period late.
     pub(super) overrun_share: f64,
-    /// The fastest usual rate that the machine holds ([`super::rates`]); `None` if it does not hold
-    /// 500 Hz, or before the measurement.
+    /// The fastest usual rate that the machine holds ([`super::rates`]). `None` if it does not hold
+    /// 500 Hz, and before the measurement.
     pub(super) achievable_hz: Option<f64>,
 }
 
 impl SceneTimes {
     pub(super) fn in_words(&self) -> String {
         let Self { name, p50_us, p99_us, p999_us, max_us, achievable_hz, .. } = self;
-        let rate = achievable_hz.map_or("with that timer not even 500 Hz".to_owned(), |hz| format!("up to {hz:.0} Hz"));
+        let rate = achievable_hz.map_or("with this timer not even 500 Hz".to_owned(), |hz| format!("up to {hz:.0} Hz"));
         format!(
             "{name}: a step takes {p50_us:.1} µs (half), {p99_us:.1} µs (99 %), {p999_us:.1} µs (99.9 %), {max_us:.0} µs (worst); {rate}"
         )
     }
 }
 
-/// The scene, ready to run; takes a while the first time.
+/// The scene, prepared for a run. Preparing takes time at the first use.
 pub(super) fn prepare(name: &str) -> anyhow::Result<Stage> {
     stage::prepare(name, FilePolicy::Inside)
 }
@@ -93,13 +93,13 @@ pub(super) fn measure(name: &str, stage: &Stage, duration: f64) -> anyhow::Resul
     })
 }
 
-/// A tool's simulated device, held by the simulated operator that the scene sets.
+/// A tool's simulated device in the scene's simulated hand.
 fn simulated(stage: &Stage) -> anyhow::Result<Box<dyn HapticDevice + Send>> {
     let settings = SimulationSettings { rate_hz: RATE_HZ, hand: stage.hand(None)?, ..SimulationSettings::default() };
     Ok(Box::new(SimulatedDevice::new(settings, stage.intent())?))
 }
 
-/// The settings of a tool on that device.
+/// Returns the settings of a tool on this device.
 fn usual(stage: &Stage) -> Settings {
     stage.settings_for(&SimulationSettings::default().spec, RATE_HZ)
 }

@@ -7,7 +7,7 @@ use palpus::algebra::quantile_of_sorted;
 use palpus_device::{LATE, LoopTime, RealTimeClaims, RealTimeOptions, ServoOptions, WallTime, claim};
 use serde::Serialize;
 
-/// How late turns began, µs; percentiles as usual.
+/// Lateness of the wake-ups, µs, as percentiles.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub(super) struct Timer {
     pub(super) turns: usize,
@@ -15,7 +15,7 @@ pub(super) struct Timer {
     pub(super) p99_us: f64,
     pub(super) p999_us: f64,
     pub(super) max_us: f64,
-    /// Share of the turns that began more than half a millisecond late.
+    /// Share of the wake-ups that were more than half a millisecond late.
     pub(super) late_share: f64,
 }
 
@@ -24,7 +24,7 @@ impl Timer {
         let Self { turns, p50_us, p99_us, p999_us, max_us, late_share } = self;
         format!(
             "late by {p50_us:.1} µs (half), {p99_us:.1} µs (99 %), {p999_us:.1} µs (99.9 %), {max_us:.0} µs (worst); \
-             {:.2} % of {turns} turns by over 0.5 ms",
+             {:.2} % of {turns} wake-ups by over 0.5 ms",
             late_share * 100.0
         )
     }
@@ -37,7 +37,7 @@ pub(super) fn measure(duration: f64, rate_hz: f64) -> anyhow::Result<(Timer, Opt
     Ok((of(lateness), claims))
 }
 
-/// Lateness of each turn of a bare loop, ns, and what the system granted it.
+/// Lateness of each wake-up of a bare loop, ns, and the real-time rights that the system granted.
 pub(crate) fn lateness(
     duration: f64,
     rate_hz: f64,
@@ -58,14 +58,14 @@ pub(crate) fn lateness(
 fn run(turns: usize, rate_hz: f64, lateness: &mut Vec<u64>) {
     let time = WallTime::new();
     let period = Duration::from_secs_f64(1.0 / rate_hz);
-    // As in the servo loop.
+    // The same as in the servo loop.
     let spin = ServoOptions::default().spin.min(period / 2);
     let mut deadline = time.now() + period;
     for _ in 0..turns {
         time.wait_until(deadline, spin);
         let late = time.now().saturating_sub(deadline);
         lateness.push(late.as_nanos() as u64);
-        // Whole periods that are over are skipped, as the servo loop does.
+        // Skips whole missed periods, as the servo loop does.
         let skipped = (late.as_nanos() / period.as_nanos()) as u32;
         deadline += period * (skipped + 1);
     }
@@ -91,7 +91,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shares_are_of_all_turns() {
+    fn shares_refer_to_all_turns() {
         let timer = of((1..=1000).rev().map(|us| us * 1000).collect());
         assert_eq!((timer.p50_us, timer.p99_us, timer.p999_us, timer.max_us), (500.0, 990.0, 999.0, 1000.0));
         assert!((timer.late_share - 0.5).abs() < 1e-12);

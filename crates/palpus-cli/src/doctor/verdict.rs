@@ -1,4 +1,4 @@
-//! The verdict, and what would help.
+//! The verdict and the advice.
 
 use serde::Serialize;
 
@@ -17,11 +17,11 @@ pub(super) enum Fitness {
     NotFit,
 }
 
-/// The answer.
+/// Result of the judgement.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Verdict {
     pub(super) fitness: Fitness,
-    /// In one sentence.
+    /// The verdict in one sentence.
     pub(super) words: String,
     /// Problems; the ones that are easiest to solve come first.
     pub(super) notes: Vec<Note>,
@@ -48,23 +48,25 @@ impl Verdict {
     }
 }
 
-/// Share of late turns above which the report has a note. One late tick in a thousand is not felt.
+/// Share of late wake-ups above which the report has a note. One late tick in a thousand is not
+/// felt.
 const NOTED_LATE: f64 = 1e-3;
-/// Share of late turns above which the machine is not fit: ten late ticks a second feel rough.
+/// Share of late wake-ups above which the machine is not fast enough: ten late ticks per second
+/// feel rough.
 const UNFIT_LATE: f64 = 1e-2;
-/// Share of ticks with bounded work above which a note reports it.
+/// Share of ticks at the work limit above which the report has a note.
 const NOTED_BOUNDED: f64 = 0.01;
 /// Load by other programs (in cores) that can delay a loop without priority.
 const NOTED_LOAD: f64 = 0.5;
 /// Share of the time that the host of a virtual machine may take.
 const NOTED_STOLEN: f64 = 5e-3;
 
-const CLOSE_OTHERS: &str = "close what else runs on this machine, browsers and builds first, and measure again";
+const CLOSE_OTHERS: &str = "close other programs on this machine, browsers and builds first, and measure again";
 
 /// Advice for a real-time right that is refused because another one is missing.
 const FOLLOWS: &str = "get the priority first";
 
-/// Judges what was measured.
+/// Derives the verdict from the measurements.
 pub(super) fn of(
     timer: &Timer,
     scene: &SceneTimes,
@@ -90,7 +92,7 @@ pub(super) fn of(
     notes.extend(load.and_then(stolen));
     if machine.has_slow_governor() {
         notes.push(Note {
-            what: "cores lower their frequency when they have little to do, as they have between two ticks".to_owned(),
+            what: "cores lower their frequency when they are idle, such as between two ticks".to_owned(),
             mends: vec!["sudo cpupower frequency-set -g performance".to_owned()],
         });
     }
@@ -123,7 +125,7 @@ fn late(timer: &Timer, machine: &Machine) -> Note {
     }
     Note {
         what: format!(
-            "{:.2} % of turns begin over 0.5 ms late; at most {:.1} % should",
+            "{:.2} % of wake-ups are over 0.5 ms late; at most {:.1} % should be",
             timer.late_share * 100.0,
             NOTED_LATE * 100.0
         ),
@@ -136,20 +138,18 @@ fn slow(scene: &SceneTimes) -> Note {
     if scene.achievable_hz.is_some() {
         mends.push("run slower: `palpus run --rate 500`".to_owned());
     }
-    Note { what: format!("a step takes {:.0} µs (99.9 %), too much of a millisecond", scene.p999_us), mends }
+    Note { what: format!("a step takes {:.0} µs (99.9 %), too long for a period of 1 ms", scene.p999_us), mends }
 }
 
 fn bounded(scene: &SceneTimes) -> Note {
     let percent = 100.0 * scene.bounded_share;
     Note {
-        what: format!(
-            "the work of a step was bounded in {percent:.0} % of the ticks: contacts come late by some ticks"
-        ),
+        what: format!("{percent:.0} % of the ticks reached the work limit: some contacts are several ticks late"),
         mends: vec![SMALLER.to_owned()],
     }
 }
 
-const SMALLER: &str = "take smaller meshes, with fewer convex pieces where they touch (`palpus inspect`)";
+const SMALLER: &str = "use smaller meshes, with fewer convex pieces where they touch (`palpus inspect`)";
 
 fn busy(load: &Load) -> Option<Note> {
     (load.others_cores > NOTED_LOAD).then(|| Note {
@@ -198,13 +198,13 @@ mod tests {
     }
 
     #[test]
-    fn a_quiet_machine_is_fit() {
+    fn quiet_machine_is_fit() {
         let verdict = of(&timer(0.0), &scene(Some(4000.0)), &[claim(true)], &Machine::default(), None);
         assert_eq!((verdict.fitness, verdict.notes.len()), (Fitness::Fit, 0));
     }
 
     #[test]
-    fn what_is_not_granted_or_busy_is_noted_with_its_mend() {
+    fn refused_claim_and_load_are_noted_with_remedy() {
         let load =
             Load { cores: 2, others_cores: 1.5, stolen_share: 0.02, load_average: Some(3.0), busiest: Vec::new() };
         let machine = Machine { governors: Some(vec![("powersave".to_owned(), 2)]), ..Machine::default() };
@@ -212,7 +212,7 @@ mod tests {
         assert_eq!((verdict.fitness, verdict.notes.len()), (Fitness::FitWithNotes, 5));
         let mends = verdict.mends();
         assert!(mends.contains(&"ask for it") && mends.iter().any(|mend| mend.contains("cpupower")));
-        // Late turns and load have the same advice, which is printed once.
+        // Late turns and load have the same remedy, which is printed once.
         assert_eq!(mends.iter().filter(|mend| mend.contains("browsers")).count(), 1);
     }
 

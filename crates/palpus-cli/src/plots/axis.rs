@@ -1,4 +1,4 @@
-//! Places and labels of the ticks of an axis.
+//! Positions and labels of the ticks of an axis.
 
 use std::ops::Range;
 
@@ -63,7 +63,7 @@ const FEW_DECADES: f64 = 3.0;
 /// More ticks than this are too many.
 const MANY_DECADES: f64 = 9.0;
 
-/// The number with its SI prefix, such as `k` for thousands.
+/// Formats the number with its SI prefix, such as `k` for thousands.
 fn short(value: f64) -> String {
     match value {
         _ if value >= 0.999e6 => format!("{} M", value / 1e6),
@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn ticks_are_round_and_within() {
+    fn ticks_are_round_and_within_the_axis() {
         assert_eq!(labels(&even(&(0.0..10.0), 5)), ["0", "2", "4", "6", "8", "10"]);
         assert_eq!(labels(&even(&(-0.3..0.3), 5)), ["−0.2", "0", "0.2"]);
         assert_eq!(labels(&even(&(0.0..42_000.0), 4)), ["0", "20\u{202f}000", "40\u{202f}000"]);
@@ -92,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn powers_of_ten_have_names() {
+    fn powers_of_ten_have_labels() {
         assert_eq!(labels(&powers(&(0.9..2.1))), ["10", "20", "50", "100"]);
         assert_eq!(labels(&powers(&(-1.0..0.5))), ["0.1", "0.2", "0.5", "1", "2"]);
         assert_eq!(labels(&powers(&(2.9..6.1))), ["1000", "10 k", "100 k", "1 M"]);

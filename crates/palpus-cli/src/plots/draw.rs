@@ -1,5 +1,5 @@
-//! A figure as SVG text. Attributes hold the colours for white paper; a style sheet replaces them
-//! if the reader's system has a dark theme.
+//! Draws a figure as SVG text. Attributes hold the colours for white paper. A style sheet replaces
+//! them if the reader's system has a dark theme.
 
 use std::fmt::Write;
 use std::ops::Range;
@@ -34,8 +34,8 @@ const LETTER: f64 = 6.7;
 const SWATCH: f64 = 18.0;
 /// Curves with at most this many points are drawn without thinning.
 const FEW_POINTS: usize = 20;
-/// Columns of a long curve; each shows its smallest and its largest value. Two for each pixel of a
-/// phone.
+/// Columns of a long curve: two for each pixel of a phone. Each column shows its smallest and its
+/// largest value.
 const BINS: usize = 400;
 /// Smallest visible width of a band, pixels.
 const LEAST_BAND: f64 = 0.75;
@@ -108,7 +108,7 @@ impl Up {
     }
 }
 
-/// Legend labels arranged in rows: the index of each series, and where its label begins.
+/// Arranges legend labels in rows: the index of each series, and the position of its label.
 fn legend_rows(series: &[Series]) -> Vec<Vec<(usize, f64)>> {
     let mut rows = vec![Vec::new()];
     let mut x = LEFT;
@@ -126,7 +126,7 @@ fn legend_rows(series: &[Series]) -> Vec<Vec<(usize, f64)>> {
     rows
 }
 
-/// Position of a panel in its figure: first, last.
+/// Whether a panel is the first or the last in its figure.
 #[derive(Clone, Copy)]
 struct Ends {
     first: bool,
@@ -151,7 +151,7 @@ impl Pen {
         ));
     }
 
-    /// Draws a panel whose top is at `y`; returns where it ends.
+    /// Draws a panel with its top at `y`; returns the position of its end.
     fn panel(
         &mut self,
         panel: &Panel,
@@ -327,13 +327,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_curve_is_interrupted_where_it_has_no_value() {
+    fn curve_is_interrupted_at_missing_values() {
         let points = [(0.0, 1.0), (1.0, f64::NAN), (2.0, 2.0), (3.0, 4.0)];
         assert_eq!(runs(&points), vec![&points[0..1], &points[2..4]]);
     }
 
     #[test]
-    fn a_thinned_curve_keeps_the_extremes() {
+    fn thinned_curve_keeps_the_extremes() {
         let points: Vec<(f64, f64)> = (0..10_000).map(|k| (f64::from(k), if k == 7777 { 9.0 } else { 1.0 })).collect();
         let thin = thinned(&points);
         assert!(thin.len() <= 2 * BINS && thin.contains(&(7777.0, 9.0)));
@@ -342,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn a_figure_of_anything_is_finite_and_escaped() {
+    fn figure_of_any_data_is_finite_and_escaped() {
         for points in [vec![], vec![(0.0, f64::NAN)], vec![(1.0, 2.0)], vec![(0.0, f64::INFINITY), (1.0, 1e300)]] {
             for drawn in [Drawn::Lines, Drawn::ThickInBands, Drawn::Bars] {
                 let series = |label| Series { label, color: BLUE, points: points.clone() };

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-/// A colour, by its index in the table.
+/// A colour, as an index into the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Ink(usize);
 
@@ -26,7 +26,8 @@ const INKS: [[&str; 2]; 10] = [
     ["#000000", "#f0f0f0"],
 ];
 
-/// Inks of a plot beside curves: class, coloured property, colour on white, and on black.
+/// Colours of a plot's other elements: class, coloured property, colour on white, and colour on
+/// black.
 const REST: [(&str, &str, [&str; 2]); 6] = [
     ("paper", "fill", ["#ffffff", "#171a20"]),
     ("ink", "fill", ["#1c212b", "#e6e9ee"]),
@@ -47,7 +48,7 @@ impl Ink {
         INKS[self.0][0]
     }
 
-    /// The CSS class of a curve, and that of a filled shape.
+    /// Returns the CSS class of a curve, and the class of a filled shape.
     pub(super) fn classes(self) -> [String; 2] {
         [format!("s{}", self.0), format!("f{}", self.0)]
     }

@@ -1,11 +1,11 @@
-//! Plots as SVG: stacked panels over a common horizontal axis, with the penetrating intervals
+//! Plots as SVG: stacked panels over a common horizontal axis, with the intervals of penetration
 //! shaded.
 //!
-//! 1. *Values say what is plotted*: a [`Figure`] of [`Panel`]s of [`Series`] ([`mod@self`]).
+//! 1. *Values*: a [`Figure`] of [`Panel`]s of [`Series`] ([`mod@self`]).
 //! 2. *Ticks* at round numbers, or at 1, 2 and 5 times powers of ten ([`axis`]).
-//! 3. *Drawing* ([`draw`]): long curves are thinned to the least and the largest value of each bin,
-//!    so that no peak is lost and a figure stays small. Colours are light by themselves and dark
-//!    where the reader's system is ([`ink`]).
+//! 3. *Drawing* ([`draw`]): long curves are reduced to the smallest and the largest value of each
+//!    bin, so that no peak is lost and a figure stays small. Colours are light by default and dark
+//!    if the reader's system is dark ([`ink`]).
 
 mod axis;
 mod draw;
@@ -25,7 +25,7 @@ use crate::files;
 pub(crate) struct Series {
     /// Name of the quantity, with its unit.
     pub(crate) label: &'static str,
-    /// Its colour.
+    /// Colour of the curve.
     pub(crate) color: Ink,
     /// (x, y); a `NaN` y interrupts the curve.
     pub(crate) points: Vec<(f64, f64)>,
@@ -36,27 +36,28 @@ pub(crate) struct Series {
 pub(crate) enum Drawn {
     /// As curves.
     Lines,
-    /// As curves that are thick within the shaded intervals (the paper's Figure 6).
+    /// Curves that are thicker within the shaded intervals (the paper's Figure 6).
     ThickInBands,
-    /// As a [`histogram`]: x are the middles of its bins, y numbers of samples, by their logarithm.
+    /// A [`histogram`]: x are the middles of its bins, y the numbers of samples on a logarithmic
+    /// scale.
     Bars,
 }
 
 /// One panel of a figure.
 pub(crate) struct Panel {
-    /// Above the panel.
+    /// Title above the panel.
     pub(crate) title: &'static str,
-    /// Beside the title.
+    /// Explanation beside the title.
     pub(crate) unit: &'static str,
     /// The curves, drawn in this order.
     pub(crate) series: Vec<Series>,
-    /// How.
+    /// How the series are drawn.
     pub(crate) drawn: Drawn,
 }
 
 /// A labelled position on the horizontal axis.
 pub(crate) struct Mark {
-    /// Where.
+    /// Position on the axis.
     pub(crate) x: f64,
     /// Label: a letter or two, above the first panel.
     pub(crate) label: String,
@@ -66,19 +67,19 @@ pub(crate) struct Mark {
 pub(crate) struct Figure {
     /// Title above all panels; omitted if empty.
     pub(crate) title: String,
-    /// Below the horizontal axis.
+    /// Label below the horizontal axis.
     pub(crate) x_label: &'static str,
-    /// x is drawn by its logarithm; it is then positive.
+    /// True for a logarithmic horizontal axis; all x are then positive.
     pub(crate) log_x: bool,
-    /// Intervals of x in which the bodies penetrate.
+    /// Intervals of x in which the bodies overlap.
     pub(crate) bands: Vec<Range<f64>>,
-    /// Named places.
+    /// Labelled positions.
     pub(crate) marks: Vec<Mark>,
-    /// Top to bottom.
+    /// Panels from top to bottom.
     pub(crate) panels: Vec<Panel>,
 }
 
-/// The intervals of x over which `inside` holds, from samples in order of x.
+/// Returns the intervals of x in which `inside` is true, from samples in order of x.
 pub(crate) fn bands(samples: impl Iterator<Item = (f64, bool)>) -> Vec<Range<f64>> {
     let mut bands = Vec::new();
     let mut open: Option<Range<f64>> = None;
@@ -140,7 +141,7 @@ impl Figure {
         Self { title: title.into(), x_label, log_x: false, bands: Vec::new(), marks: Vec::new(), panels }
     }
 
-    /// Points as they lie on the horizontal axis.
+    /// Points with their positions on the horizontal axis.
     fn on_axis(&self, points: &[(f64, f64)]) -> Vec<(f64, f64)> {
         points.iter().map(|&(x, y)| (self.place(x), y)).collect()
     }
@@ -200,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn a_histogram_counts_every_positive_value_once() {
+    fn histogram_counts_every_positive_value_once() {
         let values = (0..1000).map(|k| f64::from(k) - 10.0);
         let bars = histogram(values);
         assert_eq!(bars.len(), BINS);

@@ -39,7 +39,7 @@ pub(crate) fn run_figure(name: &str, rows: &[RecordRow]) -> Figure {
                 Panel::lines(
                     "separation: least distance, or minus the greatest depth",
                     "mm",
-                    // It is infinite where no pair is near.
+                    // The separation is infinite where no pair is near.
                     vec![Series::new("separation", BLUE, curve(&|row| row.separation * 1e3))],
                 ),
                 Panel::lines(
@@ -72,17 +72,18 @@ pub(crate) fn run_histograms(rows: &[RecordRow]) -> [Figure; 2] {
     ]
 }
 
-/// Tolerance query and depth together: the paper's contact query.
+/// Contact query and depth together, which is the paper's contact query.
 pub(crate) fn query_us(row: &RecordRow) -> f64 {
     row.query_us + row.depth_us.unwrap_or(0.0)
 }
 
-/// Since the run began.
+/// Time since the run began.
 pub(crate) fn seconds(row: &RecordRow) -> f64 {
     row.time_ns as f64 * 1e-9
 }
 
-/// The curve without outliers: pauses of the operating system would flatten the rest of it.
+/// Returns the curve without outliers, because pauses of the operating system would flatten the
+/// rest of it.
 fn cut(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     let mut values: Vec<f64> = points.iter().map(|point| point.1).collect();
     if let Some(ceiling) = quantile(&mut values, 0.99) {

@@ -1,16 +1,16 @@
-//! The recording that a run leaves: rows and changes of settings from the servo thread to a file.
+//! The recording of a run: passes rows and changes of settings from the servo thread to a file.
 //!
-//! 1. The servo thread hands over every tick ([`Rows::row`]) and, between two ticks, every change
-//!    of the engine's settings ([`Rows::change`]), through one bounded queue that keeps their
-//!    order. It never waits.
-//! 2. A thread of its own writes them ([`palpus_device::record`]), piece by piece ([`pen`]): a
-//!    program that is killed leaves a whole file, without its last second at most. When writing
-//!    fails, a line says so at once, and the run goes on.
-//! 3. [`Writing::finish`] writes the rest and says what was left out.
+//! 1. The servo thread passes every tick ([`Rows::row`]) and, between two ticks, every change of
+//!    the engine's settings ([`Rows::change`]) to one bounded queue, which keeps their order. It
+//!    never waits.
+//! 2. A separate thread writes them ([`palpus_device::record`]), part by part ([`pen`]). If the
+//!    program is killed, the file is complete except for at most the last second. If writing fails,
+//!    a message is printed at once, and the run goes on.
+//! 3. [`Writing::finish`] writes the rest and returns notes about missing rows.
 //!
-//! A row that finds the queue full is dropped and counted. A change that finds the queue full is
-//! offered again before the next row. It contains the tick from which it holds, so it may come late
-//! but must not be lost.
+//! If the queue is full, a row is dropped and counted. A change is kept and put into the queue
+//! before the next row. It contains the number of its first tick, so it may arrive late, but it
+//! must not be lost.
 
 mod pen;
 
@@ -42,7 +42,7 @@ enum Entry {
     Change(u64, Settings),
 }
 
-/// The servo thread's end.
+/// The servo thread's end of the queue.
 pub(crate) struct Rows {
     queue: Recorder<Entry>,
     /// A change that found the queue full.
@@ -50,14 +50,15 @@ pub(crate) struct Rows {
 }
 
 impl Rows {
-    /// Records a tick; without a `detail`, one whose step gave no answer. Never waits or allocates.
+    /// Records a tick. Without a `detail`, the tick's step gave no answer. Never waits or
+    /// allocates.
     pub(crate) fn row(&mut self, tick: &ServoTick, detail: Option<&Detail>) {
         self.offer();
         self.queue.push(Entry::Row(row(tick, detail)));
     }
 
-    /// Records that the ticks from number `tick` on are stepped with these settings; to be called
-    /// before that tick's row. Never waits or allocates.
+    /// Records that the ticks from number `tick` on use these settings. Call this before that
+    /// tick's row. Never waits or allocates.
     pub(crate) fn change(&mut self, tick: u64, settings: &Settings) {
         self.waiting = Some((tick, *settings));
         self.offer();
@@ -109,28 +110,27 @@ fn row(tick: &ServoTick, detail: Option<&Detail>) -> RecordRow {
     }
 }
 
-/// The pose of a tool in a tick in which the engine rendered none.
+/// The pose of a tool in a tick without a rendered pose.
 const NOWHERE: Pose =
     Pose { rotation: DQuat::from_xyzw(f64::NAN, f64::NAN, f64::NAN, f64::NAN), translation: DVec3::NAN };
 
-/// The state as read, if the step got a different one.
+/// The raw state, if the step got a different one.
 fn raw(tick: &ServoTick) -> Option<RawState> {
     let DeviceState { pose, twist, .. } = tick.read;
     // A state with NaN is unequal to itself, so it counts as replaced.
     (pose != tick.state.pose || twist != tick.state.twist).then_some(RawState { pose, twist })
 }
 
-/// How a recording is kept.
+/// Options of a recording.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Keep {
     /// True to overwrite an existing file; else the recording gets a free name.
     pub(crate) overwrite: bool,
-    /// Bytes of all files of a recording together, at the most.
+    /// Largest size of all files of a recording together, bytes.
     pub(crate) limit: Option<u64>,
 }
 
-/// Returns free names for the recordings of so many tools, of which the first was to be called
-/// `file`.
+/// Returns free names for the recordings of this many tools. The first one was requested as `file`.
 pub(crate) fn free(file: &Path, tools: usize) -> Vec<PathBuf> {
     let all = |path: &Path| tools::recordings(path.to_owned(), tools);
     all(&files::first_free(file, |path| all(path).iter().all(|path| !path.exists())))
@@ -143,20 +143,20 @@ pub(crate) fn of_run(file: &Path, tools: usize, keep: &Keep) -> Vec<PathBuf> {
     }
     let free = free(file, tools);
     if free[0] != file {
-        output::note(format!("{} is there already; recording to {}", file.display(), free[0].display()));
+        output::note(format!("{} exists already; recording to {}", file.display(), free[0].display()));
     }
     free
 }
 
-/// A recording under way.
+/// An open recording.
 pub(crate) struct Recording {
-    /// For the servo thread.
+    /// The end of the queue for the servo thread.
     pub(crate) rows: Rows,
-    /// To end it.
+    /// Tells the writer to end.
     pub(crate) writing: Writing,
 }
 
-/// The writer's end.
+/// The writer's thread.
 pub(crate) struct Writing {
     path: PathBuf,
     thread: palpus_device::Recording,
@@ -164,7 +164,7 @@ pub(crate) struct Writing {
 }
 
 impl Recording {
-    /// Creates the file, and its folder if need be, and starts the writer.
+    /// Creates the file, and its folder if necessary, and starts the writer.
     pub(crate) fn start(path: &Path, header: &RecordingHeader, keep: &Keep) -> anyhow::Result<Self> {
         let problem = || format!("{} could not be created; name another file with --record", path.display());
         files::make_folder_of(path).with_context(problem)?;
@@ -192,19 +192,19 @@ impl Writing {
         self.told.trouble()
     }
 
-    /// Writes the rest of the queue, and returns notes about the recording, one a line. A
-    /// recording that could not be written is reported there and does not end the run's summary.
+    /// Writes the rest of the queue, and returns notes about the recording, one for each line. If a
+    /// recording could not be written, a note says so, and the run's summary is complete.
     pub(crate) fn finish(self) -> Vec<String> {
         let written = self.thread.finish();
         let path = self.path.display();
         let mut notes: Vec<String> = self.told.parts().into_iter().collect();
         if let Some(error) = written.error {
             notes.push(format!(
-                "note: {path} is not whole: writing ended before the run did ({error}); {} ticks came after that",
+                "note: {path} is not complete: writing failed before the end of the run ({error}); the last {} ticks are missing",
                 written.dropped
             ));
         } else if written.dropped > 0 {
-            notes.push(format!("note: {} rows were not recorded, the disk was too slow", written.dropped));
+            notes.push(format!("note: {} rows were not recorded, because the disk was too slow", written.dropped));
         }
         notes
     }
@@ -220,24 +220,24 @@ mod tests {
     use crate::fault_log::tests::ticks;
 
     #[test]
-    fn recording_a_tick_obtains_no_memory() {
+    fn recording_a_tick_does_not_allocate() {
         crate::bodies::use_cache(false);
-        let stage = crate::stage::prepare("pen-sphere", FilePolicy::Inside).expect("a built-in scene");
+        let stage = crate::stage::prepare("pen-sphere", FilePolicy::Inside).expect("the scene is built in");
         let header = stage.header(stage.settings, "sim", 1000.0);
         let path = std::env::temp_dir().join(format!("palpus-rows-{}.csv", std::process::id()));
         let keep = Keep { overwrite: true, limit: None };
-        let Recording { mut rows, writing } = Recording::start(&path, &header, &keep).expect("a file");
+        let Recording { mut rows, writing } = Recording::start(&path, &header, &keep).expect("the file can be written");
         let ticks = ticks();
         let before = allocations_of_this_thread();
         rows.change(0, &stage.settings);
         ticks.iter().for_each(|tick| rows.row(tick, None));
-        assert_eq!(allocations_of_this_thread(), before, "the servo thread allocates");
+        assert_eq!(allocations_of_this_thread(), before, "the servo thread must not allocate");
         assert!(writing.finish().is_empty());
-        let read = read_recording(&path).expect("a recording");
-        std::fs::remove_file(&path).expect("it goes");
+        let read = read_recording(&path).expect("the recording can be read");
+        std::fs::remove_file(&path).expect("the file can be deleted");
         assert_eq!(read.rows.len(), ticks.len());
         for (row, tick) in read.rows.iter().zip(&ticks) {
-            let servo = row.servo.expect("of format 3");
+            let servo = row.servo.expect("the row has format 3");
             assert!(row.same_wrench(&tick.wrench) && !servo.stepped && servo.phase == tick.phase as u32);
         }
     }

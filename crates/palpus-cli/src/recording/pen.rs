@@ -1,8 +1,8 @@
-//! The writer of a recording: its file, and further parts when that becomes too large.
+//! The writer of a recording: its file, and further parts when the file becomes too large.
 //!
-//! **Limit.** The first file takes half of what all may take. It begins with the run, so that it
-//! can be replayed. What comes after it goes into parts of a quarter, `run-part2.csv` and on, of
-//! which the newest two are kept: what a fault leaves is at the end.
+//! **Limit.** The first file may take half of the total size. It begins with the run, so that it
+//! can be replayed. Later ticks go into parts of a quarter each, `run-part2.csv` and so on, of
+//! which the newest two are kept: the ticks before a fault are at the end of a run.
 
 use std::collections::VecDeque;
 use std::fs::File;
@@ -35,7 +35,7 @@ struct Words {
 }
 
 impl Told {
-    /// Why nothing is written any more.
+    /// The write error after which nothing is written.
     #[cfg(feature = "window")]
     pub(super) fn trouble(&self) -> Option<String> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).trouble.clone()
@@ -53,7 +53,7 @@ impl Told {
 
 /// Writes the entries.
 pub(super) struct Pen {
-    /// `None` when it is over.
+    /// `None` after the end.
     writer: Option<RecordingWriter<File>>,
     path: PathBuf,
     /// Header of the next part, with the current settings.
@@ -61,11 +61,11 @@ pub(super) struct Pen {
     limit: Option<u64>,
     /// The number of this part, from 1.
     part: u32,
-    /// Later parts that are there, the newest last.
+    /// Existing later parts, the newest last.
     later: VecDeque<PathBuf>,
-    /// Bytes of this part before its newest piece.
+    /// Bytes of this part before its newest block.
     before: u64,
-    /// Bytes of the largest piece.
+    /// Bytes of the largest block.
     piece: u64,
     told: Arc<Told>,
 }
@@ -93,7 +93,7 @@ impl Pen {
         Ok(())
     }
 
-    /// True if the next piece might exceed the size limit.
+    /// True if the next block might exceed the size limit.
     fn is_full(&mut self) -> bool {
         let (Some(limit), Some(writer)) = (self.limit, &self.writer) else { return false };
         let length = writer.length();
@@ -105,7 +105,7 @@ impl Pen {
         length + self.piece > if self.part == 1 { limit / 2 } else { limit / 4 }
     }
 
-    /// Ends this file and goes on in another one.
+    /// Ends this file and continues in another one.
     fn next_part(&mut self) -> io::Result<()> {
         if let Some(writer) = self.writer.take() {
             writer.finish()?;
@@ -127,13 +127,13 @@ impl Pen {
         self.before = 0;
         if self.part == 2 {
             let (full, next) = (self.path.display(), path.display());
-            output::note(format!("note: {full} is full; the recording goes on in {next}: see --record-limit"));
+            output::note(format!("note: {full} is full; the recording continues in {next} (see --record-limit)"));
         }
         self.later.push_back(path);
         let kept: Vec<String> = self.later.iter().map(|path| path.display().to_string()).collect();
         let dropped = self.part as usize - 1 - self.later.len();
         let words = format!(
-            "note: the recording goes on in {}{}",
+            "note: the recording continues in {}{}",
             kept.join(" and "),
             if dropped > 0 { format!("; {dropped} older parts were removed (--record-limit)") } else { String::new() }
         );
@@ -170,7 +170,7 @@ impl Sink<Entry> for Pen {
     }
 }
 
-/// If `recording` is a later part: the name of the file in which it began.
+/// If `recording` is a later part, returns the name of the file in which it began.
 pub(crate) fn first_part(header: &RecordingHeader) -> Option<&str> {
     header.scene.more.get(SECTION)?.as_table()?.get("first")?.as_str()
 }

@@ -1,4 +1,4 @@
-//! The page of `palpus clearance`: room along the placements, and pictures of the tightest ones.
+//! The page of `palpus clearance`: clearance along the poses, and pictures of the tightest ones.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use super::html::{Html, Table};
 use crate::clearance::{Place, Shown};
 use crate::plots::{BLUE, Figure, Mark, Panel, Series, bands, svg};
 
-/// Pixels.
+/// Size of the pictures, pixels.
 const WIDTH: usize = 960;
 const HEIGHT: usize = 600;
 
@@ -30,7 +30,7 @@ pub(crate) fn clearance_page(shown: &Shown<'_>) -> anyhow::Result<String> {
     page.section("along", "Clearance along the placements", |section| {
         section.plot(
             &svg(&figure(shown)),
-            "Distance where the bodies are free; minus the depth, its upper bound, where they overlap (shaded). Letters: the tightest places.",
+            "Distance where the bodies are apart; minus the depth (upper bound) where they overlap (shaded). Letters mark the tightest places.",
         );
     });
     let solids = shown.bodies.map(|body| Arc::new(Solid::of_body(body)));
@@ -81,14 +81,14 @@ fn table(tightest: &[Place]) -> Table {
         ]
     };
     Table {
-        title: "Lengths in model units; the way out frees A, in B's frame.".to_owned(),
+        title: "Lengths are in model units. Moving A along the way out (in B's frame) separates the bodies.".to_owned(),
         head: head.map(str::to_owned).to_vec(),
         rows: tightest.iter().enumerate().map(row).collect(),
         naming: 2,
     }
 }
 
-/// A, B, …; numbers beyond Z.
+/// A, B, …; numbers after Z.
 fn letter(k: usize) -> String {
     u8::try_from(k).ok().filter(|&k| k < 26).map_or_else(|| (k + 1).to_string(), |k| char::from(b'A' + k).to_string())
 }

@@ -12,7 +12,7 @@ use crate::plots::Svg;
 #[derive(Default)]
 pub(super) struct Html(String);
 
-/// A table: its cells, and which of its columns are numbers.
+/// A table: its cells, and which columns are numbers.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Table {
     pub(super) title: String,
@@ -59,7 +59,7 @@ impl Html {
         self
     }
 
-    /// Our own text; text between backticks is code.
+    /// Text of the program; text between backticks is code.
     pub(super) fn prose(&mut self, text: &str) -> &mut Self {
         for (k, part) in text.split('`').enumerate() {
             match k % 2 {
@@ -72,7 +72,7 @@ impl Html {
         self
     }
 
-    /// Writes an element around what `inner` writes. An empty class is left out.
+    /// Writes an element around the content that `inner` writes. An empty class is left out.
     pub(super) fn element(
         &mut self,
         tag: &'static str,
@@ -110,7 +110,7 @@ impl Html {
         })
     }
 
-    /// A part of the page with its own heading, to which a contents list can point.
+    /// A section with its own heading, to which a table of contents can link.
     pub(super) fn section(&mut self, id: &'static str, title: &str, inner: impl FnOnce(&mut Self)) -> &mut Self {
         self.0 += "<section id=\"";
         self.0 += id;
@@ -206,7 +206,7 @@ impl Html {
         });
     }
 
-    /// A folded part of the page.
+    /// A section that can be opened and closed.
     pub(super) fn folded(&mut self, title: &str, inner: impl FnOnce(&mut Self)) -> &mut Self {
         self.element("details", "", |details| {
             details.element("summary", "", |summary| {
@@ -216,12 +216,12 @@ impl Html {
         })
     }
 
-    /// A drawing of this program.
+    /// A plot made by this program.
     pub(super) fn plot(&mut self, svg: &Svg, caption: &str) -> &mut Self {
         self.figure(caption, |scroll| scroll.0 += svg.as_str())
     }
 
-    /// A drawing from a file: as a picture, within which nothing can run.
+    /// A plot from a file, as an image, in which no script can run.
     pub(super) fn drawing(&mut self, svg: &[u8], caption: &str) -> &mut Self {
         self.figure(caption, |scroll| scroll.picture("image/svg+xml", svg, caption))
     }
@@ -262,7 +262,7 @@ impl Html {
         self.0 += "\">";
     }
 
-    /// Legend of colours: a class of the style each, and its meaning.
+    /// Legend of colours: a style class and a meaning for each.
     pub(super) fn key(&mut self, entries: &[(&'static str, &str)]) -> &mut Self {
         self.element("p", "key", |all| {
             for (class, meaning) in entries {
@@ -297,7 +297,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn whatever_a_text_is_it_stays_one() {
+    fn any_text_is_escaped() {
         let hostile = "</td><script>alert(1)</script><img src=x onerror=\"y\">&'`\u{0}";
         let mut html = Html::new();
         html.paragraph(hostile).text(hostile).said(hostile).heading(hostile).badge(Tone::Bad, hostile);
@@ -320,7 +320,7 @@ mod tests {
     }
 
     #[test]
-    fn code_stands_between_backticks() {
+    fn code_is_marked_by_backticks() {
         let mut html = Html::new();
         html.prose("run `palpus <x>` now");
         assert_eq!(html.0, "run <code>palpus &lt;x&gt;</code> now");

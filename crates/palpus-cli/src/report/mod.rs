@@ -1,11 +1,11 @@
-//! `palpus report`: one HTML page that needs nothing else: of a recorded run, or of the whole
+//! `palpus report`: makes one self-contained HTML page of a recorded run, or of the whole
 //! reproduction of the paper.
 //!
-//! * `html`, `style.css` — the only place that writes tags; whatever stands in a recording is a
-//!   stranger's text.
-//! * `pictures` — moments as pictures of few colours, light and dark.
+//! * `html`, `style.css` — the only place that writes tags; all text from recordings is untrusted
+//!   and escaped.
+//! * `pictures` — moments as pictures with few colours, light and dark.
 //! * `run` — the page of one recording.
-//! * `reproduce` — everything is run and measured, and the page of that.
+//! * `reproduce` — runs and measures everything, and makes a page of the results.
 
 mod clearance;
 mod html;
@@ -40,12 +40,12 @@ pub(crate) fn report(arguments: &ReportArguments) -> anyhow::Result<ExitCode> {
     }
     let recordings = if path.is_dir() { recordings_in(path)? } else { vec![path.to_owned()] };
     match (&recordings[..], &arguments.out) {
-        ([], _) => bail!("{} holds no recording; `palpus run --record FILE` makes one", path.display()),
+        ([], _) => bail!("{} contains no recording; `palpus run --record FILE` makes one", path.display()),
         ([recording], out) => {
             let out = out.clone().unwrap_or_else(|| recording.with_extension("html"));
             write(&out, &Run::of(recording, policy)?.page()?)?;
         }
-        (_, Some(_)) => bail!("{} holds {} recordings; name one of them with --out", path.display(), recordings.len()),
+        (_, Some(_)) => bail!("{} contains {} recordings; --out needs a single one", path.display(), recordings.len()),
         (several, None) => {
             for recording in several {
                 write(&beside(recording, several), &Run::of(recording, policy)?.page()?)?;
@@ -70,8 +70,8 @@ fn recordings_in(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// True if the file begins as recordings of one of the three formats do; other tables may lie
-/// beside them.
+/// True if the file begins like a recording in one of the three formats. A folder may contain other
+/// tables.
 fn is_recording(path: &Path) -> bool {
     use std::io::Read;
     let mut begin = Vec::new();
@@ -79,12 +79,12 @@ fn is_recording(path: &Path) -> bool {
     read.is_ok() && BEGINS.iter().any(|known| begin.starts_with(known))
 }
 
-/// CSV with our header, Parquet, MCAP.
+/// CSV with palpus's header, Parquet, MCAP.
 const BEGINS: [&[u8]; 3] = [b"# format = ", b"PAR1", b"\x89MCAP0\r\n"];
 const LONGEST_BEGIN: u64 = 16;
 
-/// The page of a recording stands beside it; of several recordings of one name, which differ in
-/// their format, each has its own.
+/// The page of a recording is written to the recording's folder. Recordings with the same name and
+/// different formats have different pages.
 fn beside(recording: &Path, all: &[PathBuf]) -> PathBuf {
     let page = recording.with_extension("html");
     if all.iter().filter(|other| other.with_extension("html") == page).count() < 2 {

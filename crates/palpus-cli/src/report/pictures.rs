@@ -1,4 +1,5 @@
-//! Pictures of a moment for a page: light and dark, of few colours, whole or near the contacts.
+//! Pictures of a moment for a page: light and dark, with few colours, of everything or close to the
+//! contacts.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -16,12 +17,12 @@ pub(crate) struct Shots {
     pub(crate) dark: Vec<u8>,
 }
 
-/// Part of a scene that the picture shows.
+/// Part of the scene in the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Frame {
     /// Both bodies.
     Whole,
-    /// The neighbourhood of the contacts.
+    /// The surroundings of the contacts.
     Contacts,
 }
 
@@ -30,13 +31,14 @@ pub(crate) enum Frame {
 pub(crate) struct Shot {
     pub(crate) frame: Frame,
     pub(crate) view: View,
-    /// Torque of the longest arrow, N·m.
+    /// Torque with the longest arrow, N·m.
     pub(crate) torque_max: f64,
-    /// Style of the paper's Figure 4: only the forces of the clusters, in the colours of contacts.
+    /// Style of the paper's Figure 4: only the forces of the clusters, in the colours of the
+    /// contacts.
     pub(crate) as_in_the_paper: bool,
 }
 
-/// Pixels.
+/// Size of the pictures, pixels.
 const WIDTH: usize = 960;
 const HEIGHT: usize = 600;
 /// Smallest half width of the picture about the contacts, as a share of the probe's size.
@@ -62,7 +64,7 @@ pub(crate) fn of_moment(stage: &Stage, moment: &Moment, shot: &Shot) -> anyhow::
             look_across(&mut camera, stage, moment);
             camera.frame(corners.into_iter(), aspect);
         }
-        // Labels are in the text beside the picture, where they are legible at any size.
+        // The labels are in the text beside the picture, where they are legible at any size.
         let all = Style { theme, words: false, ..Style::default() };
         let paper = Style { clusters_as_contacts: true, wrench: false, anchors: false, ..all };
         let style = if shot.as_in_the_paper { paper } else { all };
@@ -71,8 +73,8 @@ pub(crate) fn of_moment(stage: &Stage, moment: &Moment, shot: &Shot) -> anyhow::
     Ok(Shots { light: paint_in(Theme::Light)?, dark: paint_in(Theme::Dark)? })
 }
 
-/// Turns the eye so that forces that push sideways lie across the picture, and those that push up
-/// or down stand in it.
+/// Turns the camera so that sideways forces lie across the picture, and vertical forces stand
+/// upright in it.
 fn look_across(camera: &mut Camera, stage: &Stage, moment: &Moment) {
     let forces = moment.clusters.iter().map(|cluster| stage.environment_pose.vector(cluster.force));
     let sideways = forces.sum::<DVec3>().with_z(0.0);
@@ -81,18 +83,18 @@ fn look_across(camera: &mut Camera, stage: &Stage, moment: &Moment) {
         return;
     }
     let across = [FRAC_PI_2, -FRAC_PI_2].map(|turn| sideways.y.atan2(sideways.x) + turn);
-    // Takes the side that needs the smaller turn.
+    // Of two directions, uses the one with the smaller turn.
     let from = camera.yaw;
     let turn = |yaw: f64| (yaw - from).sin().atan2((yaw - from).cos()).abs();
     camera.yaw = if turn(across[0]) <= turn(across[1]) { across[0] } else { across[1] };
 }
 
-/// rad above the horizon, from near.
+/// Elevation of the camera in close-up pictures, rad.
 const PITCH: f64 = 0.3;
 /// Smallest sideways force that turns the view, as a share of the smallest force with an arrow.
 const SIDEWAYS: f64 = 0.2;
 
-/// Corners of a box about all contacts, world.
+/// Corners of a box around all contacts, world.
 fn about_contacts(stage: &Stage, moment: &Moment) -> Option<Vec<DVec3>> {
     let points: Vec<DVec3> =
         moment.contacts.iter().map(|contact| stage.environment_pose.point(contact.point)).collect();

@@ -1,5 +1,5 @@
-//! Replays a recording together with those of the scene's other tools, since the tools touch each
-//! other.
+//! Replays a recording together with the recordings of the scene's other tools, because the tools
+//! touch each other.
 
 pub(crate) mod one;
 pub(crate) mod places;
@@ -27,7 +27,7 @@ use crate::{safety, tools};
 /// Receives each replayed row: tool, row number, wrench for the device, contacts.
 type Each<'a> = &'a mut dyn FnMut(usize, usize, &Wrench, u32) -> ControlFlow<()>;
 
-/// A recording, those that belong to it, and the engine on which they are run again.
+/// A recording, the recordings that belong to it, and the engine that replays them.
 pub(crate) struct Rerun<'a> {
     /// Number of the tool of the named recording.
     pub(crate) which: usize,
@@ -38,8 +38,8 @@ pub(crate) struct Rerun<'a> {
 }
 
 impl<'a> Rerun<'a> {
-    /// The recorded scene, made ready again, and the engine as it was when the recordings began,
-    /// able to take up what their changes bring.
+    /// Prepares the recorded scene and the engine as they were when the recordings began. The
+    /// engine has memory for the recorded changes of settings.
     pub(crate) fn new(named: &'a Recording, places: &Places<'_>) -> anyhow::Result<(Stage, Self)> {
         let (which, others) = read_others(named, places.recording)?;
         let recordings = in_order(which, named, &others);
@@ -99,13 +99,13 @@ impl<'a> Rerun<'a> {
         self.engine.keep(tick);
     }
 
-    /// Returns the kept ticks for display, in the order in which they were asked for; `period` is a
-    /// tick's, s.
+    /// Returns the kept ticks for display, in the order of the requests. `period`: length of a
+    /// tick, s.
     pub(crate) fn kept(&mut self, period: f64) -> Vec<Moment> {
         self.engine.kept(period)
     }
 
-    /// Returns the moment of the kept tick, or of the last one; `period` is a tick's, s.
+    /// Returns the moment of the kept tick, or of the last one. `period`: length of a tick, s.
     pub(crate) fn shown(self, period: f64) -> Moment {
         self.engine.shown(period)
     }
@@ -124,7 +124,7 @@ impl<'a> Rerun<'a> {
 }
 
 /// Returns the number of the tool of `recording`, which was read from `path`, and the recordings of
-/// the other tools, which lie beside it.
+/// the other tools from the same folder.
 fn read_others(recording: &Recording, path: &Path) -> anyhow::Result<(usize, Vec<Recording>)> {
     let Some((which, names)) = tools::named_by(recording) else { return Ok((0, Vec::new())) };
     let mut others = Vec::new();
@@ -132,12 +132,12 @@ fn read_others(recording: &Recording, path: &Path) -> anyhow::Result<(usize, Vec
         // Only file names without a path are accepted, so that a recording cannot make the program
         // read other files.
         if Path::new(name).file_name().is_none_or(|file| file != *name) || name.contains('\\') {
-            bail!("{name:?} is no name of a file beside {}", path.display());
+            bail!("{name:?} is not the name of a file in the folder of {}", path.display());
         }
         let beside = path.with_file_name(name);
         let other = read_recording(&beside).with_context(|| {
             format!(
-                "{} is the recording of one of {} tools, and those of the others are needed",
+                "{} is the recording of one of {} tools; the recordings of the others are needed",
                 path.display(),
                 names.len()
             )
@@ -150,7 +150,7 @@ fn read_others(recording: &Recording, path: &Path) -> anyhow::Result<(usize, Vec
     Ok((which, others))
 }
 
-/// All recordings, the first tool's first; `named` is that of tool `which`.
+/// Returns all recordings, the first tool's first. `named` is the recording of tool `which`.
 fn in_order<'a>(which: usize, named: &'a Recording, others: &'a [Recording]) -> Vec<&'a Recording> {
     let mut all: Vec<&Recording> = others.iter().collect();
     all.insert(which.min(all.len()), named);
@@ -167,8 +167,8 @@ fn run_again(recordings: &[&Recording], engine: &mut Engine, each: Each<'_>) -> 
     let mut works = vec![[0.0; 2]; recordings.len()];
     let ticks = recordings.iter().map(|recording| recording.rows.len()).max().unwrap_or_default();
     for k in 0..ticks {
-        // Only recordings with rows left: a lost device has no more rows, and stays where it
-        // was.
+        // Only recordings with rows left. A lost device has no more rows, and its tool stays in
+        // place.
         let rows = || recordings.iter().filter_map(|recording| recording.rows.get(k));
         for (held, recording) in states.iter_mut().zip(recordings) {
             *held = recording.rows.get(k).map_or(DeviceState { twist: Twist::default(), ..*held }, state);
@@ -202,7 +202,7 @@ fn run_again(recordings: &[&Recording], engine: &mut Engine, each: Each<'_>) -> 
                 let own = answer.map_or([0.0; 2], |answer| answer.received);
                 chain.receive([works[which][0] + own[0], works[which][1] + own[1]]);
                 let shaped = chain.shape(&states[which], &computed, told, elapsed(row));
-                // The last wrench of a device that was lost in this tick was its brake's.
+                // In the tick in which a device was lost, its last wrench was the brake's.
                 let lost = told.has(Cut::Device);
                 engine.set_available(which, if lost { &Limits::UNLIMITED } else { &shaped.available });
                 wrench = if lost { Wrench::ZERO } else { shaped.wrench };
@@ -216,7 +216,7 @@ fn run_again(recordings: &[&Recording], engine: &mut Engine, each: Each<'_>) -> 
     Ok(())
 }
 
-/// The safety chain of each recording; old ones of a single tool had none.
+/// The safety chain of each recording. Old recordings of a single tool had none.
 fn chains(recordings: &[&Recording]) -> anyhow::Result<Vec<Option<SafetyChain>>> {
     let chain = |recording: &&Recording| {
         let header = &recording.header;

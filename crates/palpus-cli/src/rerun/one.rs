@@ -1,5 +1,5 @@
-//! Input of a replay from a recording: its scene, whether all its ticks are there, and the
-//! content of each row.
+//! Input of a replay from a recording: its scene, a check that all its ticks exist, and the content
+//! of each row.
 
 use std::num::NonZeroU64;
 use std::path::Path;
@@ -13,14 +13,14 @@ use super::places::{Places, tell_changes};
 use crate::recording::first_part;
 use crate::stage::{self, Stage};
 
-/// An error if the recorded device poses are not those of the grip, which is what this palpus takes
-/// device poses to be.
+/// Returns an error if the recorded device poses are not those of the grip, because this version
+/// takes device poses at the grip.
 pub(crate) fn check_poses(recording: &Recording) -> anyhow::Result<()> {
     let header = &recording.header;
     if !header.has_grip_poses() {
         bail!(
-            "the recording is of format {}, in which device poses are those of the origin of the probe's mesh and not \
-             of its grip; it can be read, plotted and converted, and replayed with palpus {}, which wrote it",
+            "the recording has format {}, in which device poses place the origin of the probe's mesh and not its \
+            grip; it can be read, plotted and converted, and replayed with palpus {}, which wrote it",
             header.format,
             header.palpus_version
         );
@@ -37,12 +37,12 @@ pub(crate) fn check_rows(recording: &Recording) -> anyhow::Result<()> {
     check_gaps(recording)
 }
 
-/// rad: crease angle of a recorded change that turns shading on, if there is one.
+/// Crease angle of a recorded change that turns shading on, if there is one, rad.
 pub(crate) fn crease_angle(recording: &Recording) -> Option<f64> {
     recording.changes.iter().find_map(|(_, settings)| Some(settings.shading?.crease_angle))
 }
 
-/// The state that engine and safety chain received.
+/// The state that the engine and the safety chain received.
 pub(crate) fn state(row: &RecordRow) -> DeviceState {
     DeviceState {
         pose: row.pose,
@@ -53,8 +53,8 @@ pub(crate) fn state(row: &RecordRow) -> DeviceState {
     }
 }
 
-/// Input of the safety chain as recorded: faults that depend on the device, the clock and the step.
-/// The chain computes all else again.
+/// Recorded input of the safety chain: faults that come from the device, the clock and the step.
+/// The chain computes everything else again.
 pub(crate) fn told(row: &RecordRow) -> Cuts {
     Cuts::from_bits(row.faults).and(Cuts::INPUTS)
 }
@@ -65,26 +65,26 @@ pub(crate) fn has_stepped(row: &RecordRow) -> bool {
     row.servo.is_none_or(|servo| servo.stepped)
 }
 
-/// The limit of work of the engine's query. Older formats lack it: their runs had no limit, or a
-/// limit in time.
+/// The work limit of the engine's query. Recordings of older formats lack it: their runs had no
+/// limit, or a time limit.
 pub(crate) fn work_allowed(row: &RecordRow) -> Option<u64> {
     row.servo.and_then(|servo| servo.work_allowed).map(NonZeroU64::get)
 }
 
-/// True if the tick began so late that the servo loop counts it. Recordings of older formats do not
-/// say.
+/// True if the tick began so late that the servo loop counts it. Recordings of older formats have
+/// no such value.
 #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "only the window shows it"))]
 pub(crate) fn is_late(servo: Option<&ServoRecord>) -> bool {
     servo.is_some_and(|servo| servo.lateness_s > LATE.as_secs_f64())
 }
 
-/// Time since the previous tick, s, for the chain; in older formats the nominal period.
+/// Time since the previous tick, s, for the chain; the nominal period for older formats.
 pub(crate) fn elapsed(row: &RecordRow) -> f64 {
     row.servo.map_or(row.dt, |servo| servo.elapsed_s)
 }
 
-/// Prepares the scene of the first tool's `recording`; fails if its meshes have changed. `others`
-/// are the contents of the other tools' meshes.
+/// Prepares the scene of the first tool's `recording`. Fails if its meshes have changed. `others`:
+/// the contents of the other tools' meshes.
 pub(super) fn stage_of(recording: &Recording, others: &[ContentHash], places: &Places<'_>) -> anyhow::Result<Stage> {
     let recorded = &recording.header.scene;
     let (name, file) = match &recorded.source {
@@ -96,32 +96,33 @@ pub(super) fn stage_of(recording: &Recording, others: &[ContentHash], places: &P
         Some((path, text)) => places.stage(recorded, text, path, others),
         None => stage::prepare(name, places.policy),
     };
-    let mut stage = stage.with_context(|| format!("the recorded scene `{name}` is not here as it was recorded"))?;
+    let mut stage =
+        stage.with_context(|| format!("the recorded scene `{name}` is not available as it was recorded"))?;
     stage::check_content(&stage, recorded)?;
     stage.environment_pose = recorded.environment.pose;
     Ok(stage)
 }
 
-/// Earlier ticks affect the answer, so a replay needs every tick.
+/// Earlier ticks affect the result, so a replay needs every tick.
 fn check_gaps(recording: &Recording) -> anyhow::Result<()> {
     let header = &recording.header;
     if let Some(first) = first_part(header) {
         bail!(
-            "this is a later part of a recording that became too large; what the engine remembered then is not in it, so it can be read but not \
-             replayed; {first}, in which the recording begins, can be replayed up to its end"
+            "this is a later part of a large recording; it lacks the engine's state at its beginning, so it can \
+            be read but not replayed; the first part, {first}, can be replayed up to its end"
         );
     }
     if let Some(first) = recording.rows.first().filter(|row| row.tick > 0) {
         bail!(
-            "the recording was begun in the course of a run, at tick {}: what the engine remembered then of the ticks before is not in it, so it can be \
-             read but not replayed; a recording from the beginning of a run can",
+            "the recording was started during a run, at tick {}: it lacks the engine's state from earlier ticks, \
+            so it can be read but not replayed; a recording from the beginning of a run can be replayed",
             first.tick
         );
     }
     for (k, row) in recording.rows.iter().enumerate() {
         if row.tick != k as u64 {
             bail!(
-                "tick {k} is missing from the recording (the disk was too slow, it was cut, or the step panicked in an older palpus); it can't be replayed"
+                "tick {k} is missing from the recording (the disk was too slow, the file was cut, or the step panicked in an older palpus); it cannot be replayed"
             );
         }
     }
@@ -132,9 +133,9 @@ fn check_gaps(recording: &Recording) -> anyhow::Result<()> {
 mod tests {
     use super::*;
     #[test]
-    fn late_ticks_are_told_by_the_recorded_lateness() {
+    fn late_ticks_are_found_by_recorded_lateness() {
         let late = |lateness_s| is_late(Some(&ServoRecord { lateness_s, ..ServoRecord::default() }));
         assert!(late(0.6e-3) && !late(0.4e-3));
-        assert!(!is_late(None), "format 2 does not say");
+        assert!(!is_late(None), "format 2 does not store the lateness");
     }
 }

@@ -1,15 +1,15 @@
-//! Finds the files of a recorded scene again: the scene file inside the recording, its meshes by
-//! their content.
+//! Finds the files of a recorded scene: the scene file in the recording, and its meshes by their
+//! content.
 //!
-//! A mesh is the recorded one if its content has the recorded hash, whatever it is called and
-//! wherever it lies. Looked at are, in this order:
+//! A mesh is the recorded one if its content has the recorded hash, under any name and in any
+//! folder. The places are searched in this order:
 //!
-//! 1. beside the recording: under the name that the scene's file gives it, and directly;
-//! 2. where it was when it was recorded;
-//! 3. in the folders that the user names: the same two, then all meshes in them and in their
-//!    folders.
+//! 1. the recording's folder: the path in the scene file relative to it, and the file name alone;
+//! 2. the place at the time of the recording;
+//! 3. the folders that the user names: the same two paths, then all meshes in these folders and
+//!    their subfolders.
 //!
-//! Changes since the recording are reported before anything is run again.
+//! Changes since the recording are reported before the replay.
 
 use std::path::{Path, PathBuf};
 
@@ -38,13 +38,13 @@ pub(crate) struct Places<'a> {
 }
 
 impl<'a> Places<'a> {
-    /// Beside the recording and where everything was.
+    /// Searches the recording's folder and the original places.
     pub(crate) fn of(recording: &'a Path, policy: FilePolicy) -> Self {
         Self { recording, meshes: &[], policy }
     }
 
-    /// Makes a recorded scene ready from the text of its file, which lay at `path`; `others` are
-    /// the contents of the other tools' meshes.
+    /// Prepares a recorded scene from the text of its file, whose path was `path`. `others`: the
+    /// contents of the other tools' meshes.
     pub(super) fn stage(
         &self,
         scene: &RecordedScene,
@@ -53,7 +53,7 @@ impl<'a> Places<'a> {
         others: &[ContentHash],
     ) -> anyhow::Result<Stage> {
         let mut file = parse_scene(text, path, self.policy)?;
-        // Hands and places are as they were recorded.
+        // Hands and start poses are as recorded.
         file.gaps.places = false;
         (file.probe.pose, file.environment.pose) = (scene.probe.pose, scene.environment.pose);
         for (object, recorded) in file.objects.iter_mut().zip(&scene.objects) {
@@ -74,7 +74,7 @@ impl<'a> Places<'a> {
         stage::of_file(path, file, &read, &Teller::Bar)
     }
 
-    /// The mesh with this content, which the scene's file in `folder` names as `place`.
+    /// Returns the mesh with this content; the scene file in `folder` names it as `place`.
     fn mesh(&self, place: &Path, folder: &Path, content: &ContentHash) -> anyhow::Result<PolygonSoup> {
         let name = Path::new(place.file_name().unwrap_or_default());
         let within = place.strip_prefix(folder).ok().filter(|within| within.is_relative()).unwrap_or(name);
@@ -103,8 +103,8 @@ impl<'a> Places<'a> {
         let name = name.display();
         if let Some(other) = others.first() {
             bail!(
-                "{} is not the mesh of the recording: it has changed since (its content hash is another than {content}); \
-                 --meshes DIR names a folder with the recorded {name}, under any name",
+                "{} is not the mesh of the recording: it has changed (its content hash is not {content}); \
+                --meshes DIR names a folder with the recorded {name}, under any name",
                 other.display()
             );
         }
@@ -112,14 +112,14 @@ impl<'a> Places<'a> {
             return Err(error.into());
         }
         bail!(
-            "the recorded mesh {name} is neither beside the recording nor at {}; put it there, or name a folder that has it, \
-             under any name, with --meshes DIR",
+            "the recorded mesh {name} is neither in the folder of the recording nor at {}; put it there, or use \
+            --meshes DIR with a folder that has it, under any name",
             place.display()
         )
     }
 }
 
-/// The meshes in a folder and in the folders in it, in the order of their names.
+/// Returns the meshes in a folder and its subfolders, in the order of their names.
 fn meshes_in(folder: &Path, depth: usize) -> Vec<PathBuf> {
     let mut entries: Vec<_> = std::fs::read_dir(folder).into_iter().flatten().flatten().collect();
     entries.sort_by_key(std::fs::DirEntry::file_name);
@@ -135,16 +135,16 @@ fn meshes_in(folder: &Path, depth: usize) -> Vec<PathBuf> {
     meshes
 }
 
-/// Reports differences of the program's version and the scene file from the recording.
+/// Prints a note if the program's version or the scene file differs from the recording.
 pub(super) fn tell_changes(header: &RecordingHeader, file: Option<&Path>) {
     let version = env!("CARGO_PKG_VERSION");
     if header.palpus_version != version {
         let recorded = &header.palpus_version;
-        output::note(format!("note: recorded with palpus {recorded}, and this is {version}: wrenches may differ"));
+        output::note(format!("note: recorded with palpus {recorded}, but this is {version}: wrenches may differ"));
     }
     let Some((file, text)) = file.zip(header.scene.text.as_deref()) else { return };
     if std::fs::read_to_string(file).is_ok_and(|now| now != text) {
         let file = file.display();
-        output::note(format!("note: {file} has changed since the recording, which is run again as it was recorded"));
+        output::note(format!("note: {file} has changed since the recording; the replay uses the recorded text"));
     }
 }

@@ -1,24 +1,24 @@
 //! Tests before a run whether its pair of bodies is heavy (too slow) for this machine.
 //!
-//! A short rehearsal: the engine follows the scripted hand's path in a small part of its time, with
-//! its work bounded as in the run, and now and then the hand rests. A pair is heavy if most
-//! contacts are extrapolated even then, and more than once: at the first contact of two bodies
-//! every pair has to be measured for the first time.
+//! The test is a short rehearsal. The engine follows the scripted hand's path in a small part of
+//! its time, with limited work as in the run, and the hand rests several times. A pair is heavy if
+//! most contacts are extrapolated even at rest, and more than once: at the first contact of two
+//! bodies, every pair of pieces has to be measured for the first time.
 
 use palpus::algebra::Twist;
 use palpus_device::DeviceState;
 
 use super::Plan;
 
-/// Times that the hand rests.
+/// Number of rests of the hand.
 const RESTS: u32 = 9;
 /// Ticks on the way to a rest.
 const GOING: u32 = 30;
-/// Ticks of a rest: with the way to it, at worst a quarter of a second in all.
+/// Ticks of a rest. With the ticks before it, all rests take at most a quarter of a second.
 const RESTING: u32 = 15;
 /// Ticks at the end of a rest that count.
 const SETTLED: u32 = 5;
-/// Least number of rests that end with most contacts extrapolated, for a heavy pair.
+/// A pair is heavy if at least this many rests end with most contacts extrapolated.
 const HEAVY_RESTS: u32 = 2;
 /// Time after which a scripted hand has finished its path, s.
 const WAY: f64 = 10.0;
@@ -26,8 +26,10 @@ const WAY: f64 = 10.0;
 /// Share of extrapolated contacts above which a pair counts as heavy.
 pub(super) const HEAVY: f64 = 0.5;
 /// Message for a heavy pair.
-pub(super) const IN_WORDS: &str = "note: this pair is heavy for this machine: to hold the rate, most contacts are extrapolated from tick to tick and \
-     computed again in turns. Meshes with fewer convex pieces where they touch (`palpus inspect`) or a lower --rate help; `palpus doctor --scene` measures it";
+pub(super) const IN_WORDS: &str = "note: this pair is heavy for this machine: to hold the rate, most contacts are \
+                                   extrapolated from tick to tick, and only some are computed in each tick. \
+                                  Meshes with fewer convex pieces where they touch (`palpus inspect`) or a lower \
+                                   --rate help; `palpus doctor --scene` measures it";
 
 /// True if the pair is heavy; see the module's description.
 pub(super) fn is_heavy(plan: &Plan) -> anyhow::Result<bool> {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use palpus_device::RunControl;
 
-/// Lets a person enable the force of a latched device again, with `r` and Enter.
+/// Lets a person enable the force of a latched device with `r` and Enter.
 pub(super) fn take(control: Arc<RunControl>) {
     if !stdin().is_terminal() {
         return;

@@ -20,13 +20,13 @@ pub(crate) struct Live {
     pub(crate) query_ns: u64,
     pub(crate) force_ns: u64,
     pub(crate) contacts: u32,
-    /// There was a contact in some tick.
+    /// True if some tick had a contact.
     pub(crate) touched: bool,
     pub(crate) clusters: u32,
     pub(crate) separation: f64,
     pub(crate) force: f64,
     pub(crate) torque: f64,
-    /// Step over the period, and the share of contacts that were carried, of late.
+    /// Recent values: the step over the period, and the share of extrapolated contacts.
     pub(crate) load: f64,
     pub(crate) carried: f64,
     pub(crate) overruns: u64,
@@ -35,16 +35,16 @@ pub(crate) struct Live {
     pub(crate) phase: Phase,
     /// Motion of the probe that enables the force, while the engagement waits for it.
     pub(crate) way_out: Option<WayOut>,
-    /// The same of the first tick.
+    /// The same motion in the first tick.
     pub(crate) start: Option<WayOut>,
-    /// The device leads the probe out of the part, or has done so.
+    /// True if the device leads the probe out of the part, or has done so.
     pub(crate) led: bool,
-    /// Result of the computation at the start, as long as the device began inside.
+    /// Way out that was computed at the start, as long as the probe is inside.
     pub(super) inside: Option<InsideStart>,
 }
 
 impl Live {
-    /// Before the first tick of a run that begins so.
+    /// Values before the first tick of a run that starts inside the part.
     pub(crate) fn new(rate_hz: f64, inside: Option<InsideStart>) -> Self {
         Self {
             ticks: 0,
@@ -76,10 +76,7 @@ impl Live {
         let start = self.start.filter(|start| start.depth > 0.0)?;
         let depth = start.depth * 1e3;
         Some(if self.led {
-            format!(
-                "the probe overlaps the part by {depth:.1} mm: the device leads it out, so let it {}",
-                start.words()
-            )
+            format!("the probe overlaps the part by {depth:.1} mm: the device leads it out; let it {}", start.words())
         } else {
             format!(
                 "the probe overlaps the part by {depth:.1} mm: {} to enable force, or use --lead-out",
@@ -88,7 +85,7 @@ impl Live {
         })
     }
 
-    /// After one tick more; without a `detail`, one whose step gave no answer.
+    /// Updates the values after one more tick. Without a `detail`, the tick's step gave no answer.
     pub(crate) fn after(&self, tick: &ServoTick, detail: Option<&Detail>) -> Self {
         let faulted = tick.phase == Phase::Faulted && self.phase != Phase::Faulted;
         let now = Self {
@@ -130,11 +127,12 @@ impl Live {
 /// Smoothing factor of the shown values for each tick.
 const OF_LATE: f64 = 0.02;
 
-/// Between two live lines.
+/// Time between two live lines.
 const LIVE_PERIOD: Duration = Duration::from_millis(100);
 
-/// Shows the newest values until the run is over: a line drawn over on a terminal, nothing
-/// elsewhere. Stops it at `end`. `said_heavy`: that the pair is heavy was said before.
+/// Shows the newest values until the run is over, as a line that is redrawn on a terminal; prints
+/// nothing elsewhere. Stops the run at `end`. `said_heavy`: a note about a heavy pair was printed
+/// before.
 pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instant>, said_heavy: bool) {
     let shown = output::watched();
     keys::take(session.control());
@@ -169,7 +167,7 @@ pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instan
     }
 }
 
-/// Reports once that the probe began inside the part.
+/// Reports once that the probe started inside the part.
 fn tell_start(live: &Live, told: &mut bool) {
     if let Some(words) = live.start_in_words().filter(|_| !*told) {
         *told = true;
@@ -177,7 +175,7 @@ fn tell_start(live: &Live, told: &mut bool) {
     }
 }
 
-/// Reason for no or reduced force.
+/// Reason for a missing or reduced force.
 fn said(phase: Phase) -> &'static str {
     match phase {
         Phase::Engaged => "",

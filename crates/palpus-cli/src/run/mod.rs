@@ -1,11 +1,11 @@
 //! `palpus run`: the closed loop.
 //!
-//! 1. What was typed and a stage become a [`Plan`] for each tool: device, thresholds, settings.
-//!    With an engine they are [`Ready`].
-//! 2. That becomes a [`Session`], which owns the servo thread and is steered by newest values.
-//! 3. A window or a line in the terminal shows it ([`live`]); the window may have it followed by
-//!    another one ([`crate::window`]).
-//! 4. The summary is printed and the recording plotted.
+//! 1. The arguments and a stage become a [`Plan`] for each tool: device, thresholds, settings. With
+//!    an engine they form a [`Ready`].
+//! 2. A [`Session`] owns the servo thread and controls it through newest values.
+//! 3. A window or a line in the terminal shows the session ([`live`]). The window can replace it by
+//!    another session ([`crate::window`]).
+//! 4. The summary is printed and the recording is plotted.
 
 mod heavy;
 mod keys;

@@ -25,7 +25,7 @@ use crate::tools::ToolArguments;
 use crate::way_out::InsideStart;
 use crate::{devices, faults, output, safety};
 
-/// A run that can begin.
+/// A prepared run.
 pub(crate) struct Plan {
     /// Name of the scene.
     pub(crate) name: String,
@@ -35,22 +35,22 @@ pub(crate) struct Plan {
     pub(crate) limits: SafetyLimits,
     pub(crate) settings: Settings,
     pub(crate) device: FaultyDevice<Box<dyn HapticDevice + Send>>,
-    /// Moves the simulated hand, if there is one that can be moved.
+    /// Moves the simulated hand; `None` if the hand cannot be moved.
     pub(crate) guide: Option<Publisher<Guide>>,
     pub(crate) script: Script,
-    /// Set if the probe begins inside the part.
+    /// Set if the probe starts inside the part.
     pub(super) inside: Option<InsideStart>,
     /// Set if the device has to lead the probe out of the overlap.
     pub(super) lead: Option<LeadOut>,
-    /// Header of a recording from the beginning.
+    /// Header of a recording that begins with the run.
     pub(crate) header: RecordingHeader,
     pub(super) engagement: Engagement,
     notes: Vec<String>,
 }
 
 impl Plan {
-    /// A run on `stage`, which is called `name`, of the tool for which this was `typed`. If it
-    /// begins inside one of the tools `after` it (with their start poses, world), it has to leave.
+    /// Plans a run on `stage`, called `name`, for the tool with the arguments `typed`. If this tool
+    /// starts inside one of the tools `after` it (with their start poses, world), it has to leave.
     /// `in_window`: the run has keys, and without a duration it lasts until it is stopped.
     pub(super) fn new(
         arguments: &RunArguments,
@@ -93,7 +93,7 @@ impl Plan {
         options.safety.limits = Some(limits);
         let engagement = options.safety.engagement(device.spec());
         if arguments.dead_man && device.spec().buttons == 0 && !in_window {
-            bail!("--dead-man needs something to hold: this device has no button, and there is no window with a key");
+            bail!("--dead-man needs a button or a key: this device has no button, and there is no window");
         }
         let mut header = stage.header(settings, typed.device, rate_hz);
         safety::recorded(&limits, engagement, &options.safety, &mut header.scene.more);
@@ -132,7 +132,7 @@ impl Plan {
         self.options.timing == Timing::RealTime
     }
 
-    /// Makes an engine for the tools of its stage that have `settings`. `steerable`: with memory
+    /// Creates an engine for the tools of its stage that have `settings`. `steerable`: with memory
     /// for all later changes of settings.
     pub(super) fn engine(&self, settings: &[Settings], steerable: bool) -> anyhow::Result<Engine> {
         let mut engine = Engine::new(&self.stage, settings)?;
@@ -142,8 +142,8 @@ impl Plan {
         Ok(if steerable { engine.with_surfaces(self.stage.crease_angle()) } else { engine })
     }
 
-    /// Describes the run before it starts; `headless` is why there is no window. True if it
-    /// noted that the pair is heavy.
+    /// Describes the run before it starts. `headless`: the reason why there is no window. Returns
+    /// true if it printed a note about a heavy pair.
     pub(crate) fn announce(&self, arguments: &RunArguments, headless: Option<&str>) -> anyhow::Result<bool> {
         let (stage, spec) = (&self.stage, self.spec());
         let size = |body: &palpus::body::Body| (body.mesh().triangles().len(), body.pieces().len());
@@ -159,14 +159,14 @@ impl Plan {
         output::note(format!("{how}: {} at {:.0} Hz {pace} {until}; Ctrl-C ends it", spec.name, self.rate_hz));
         if self.device.brake().is_none() && spec.force_max > 0.0 && !self.header.device.starts_with("replay:") {
             output::note(
-                "note: this device has no brake; should the loop stall, it holds its force until the loop goes on",
+                "note: this device has no brake; if the loop stalls, the device keeps its force until the loop continues",
             );
         }
         self.notes.iter().for_each(output::note);
         if let Some(not_felt) = devices::not_felt(spec) {
             output::note(format!("note: {not_felt}"));
         } else if self.settings.limits.torque <= 0.0 {
-            output::note("note: the torque limit is 0: torques are shown, not felt");
+            output::note("note: the torque limit is 0: torques are shown but not felt");
         }
         if self.engagement != Engagement::Automatic {
             let what = match (self.spec().buttons, headless) {
@@ -174,7 +174,7 @@ impl Plan {
                 (_, None) => "a button of the device, or G in the window",
                 (_, Some(_)) => "a button of the device",
             };
-            output::note(format!("forces come while you hold {what}"));
+            output::note(format!("there is force only while you hold {what}"));
         }
         output::note(contacts_as_felt(&self.settings));
         let heavy = self.keeps_time() && heavy::is_heavy(self)?;
@@ -185,7 +185,7 @@ impl Plan {
     }
 }
 
-/// Description of the device, with the limits that the user lowered.
+/// The device's description, with the limits that the user lowered.
 fn lowered(spec: &DeviceSpec, arguments: &RunArguments) -> DeviceSpec {
     let lower = |stated: f64, asked: Option<f64>| asked.map_or(stated, |asked| stated.min(asked));
     DeviceSpec {
@@ -204,7 +204,7 @@ struct Opened {
     notes: Vec<String>,
 }
 
-/// `led_to`: the simulated hand holds nothing before this plane, a point and a normal, world.
+/// `led_to`: the simulated hand exerts no force before this plane (a point and a normal, world).
 fn open(
     arguments: &RunArguments,
     &ToolArguments { device: named, hand, .. }: &ToolArguments<'_>,
@@ -219,7 +219,7 @@ fn open(
     }
     if named != "sim" {
         if arguments.fast {
-            bail!("only `sim` and `replay:FILE` run faster than time; leave --fast out");
+            bail!("only `sim` and `replay:FILE` run in simulated time; leave out --fast");
         }
         let device = devices::open(named, stage.grip(stage.path.pose(0.0)), !arguments.no_realtime, &mut notes)?
             .ok_or_else(|| anyhow!("there is no device `{}`; there are: {}", named, devices::NAMES))?;

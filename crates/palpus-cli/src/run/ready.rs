@@ -1,4 +1,4 @@
-//! A run that can begin: a plan for each of the scene's tools, and an engine for all of them.
+//! A prepared run: a plan for each of the scene's tools, and an engine for all of them.
 
 use super::Plan;
 use crate::args::RunArguments;
@@ -7,8 +7,7 @@ use crate::stage::Stage;
 use crate::tools::{self, ToolArguments};
 use crate::{output, safety};
 
-/// See the module's description. What holds for the loop and not for one device is the first
-/// plan's.
+/// See the module's description. The first plan has the values that apply to the loop as a whole.
 pub(crate) struct Ready {
     pub(crate) plans: Vec<Plan>,
     pub(crate) engine: Engine,
@@ -19,7 +18,7 @@ impl Ready {
     /// is stopped, with memory for all later changes of settings.
     pub(crate) fn new(arguments: &RunArguments, name: &str, stage: Stage, in_window: bool) -> anyhow::Result<Self> {
         let typed = ToolArguments::of(arguments, stage.tools().count())?;
-        // Hands that work together have paths of their own lengths, which would drift apart.
+        // The paths of hands that work together have different lengths and would drift apart.
         let stage = Stage { to_and_fro: in_window && stage.others.is_empty(), ..stage };
         let others: Vec<Stage> = stage.of_others().collect();
         let tools: Vec<_> = stage.tools().map(|(body, pose)| (body.clone(), pose)).collect();
@@ -34,7 +33,7 @@ impl Ready {
         Ok(Self { plans, engine })
     }
 
-    /// The first device's.
+    /// The first device's plan.
     pub(crate) fn plan(&self) -> &Plan {
         &self.plans[0]
     }
@@ -44,8 +43,8 @@ impl Ready {
         self.plans.iter().try_for_each(|plan| safety::print(plan.spec(), &plan.limits, json))
     }
 
-    /// Describes the run before it starts; `headless` is why there is no window. True if it
-    /// noted that the pair is heavy.
+    /// Describes the run before it starts. `headless`: the reason why there is no window. Returns
+    /// true if it printed a note about a heavy pair.
     pub(crate) fn announce(&self, arguments: &RunArguments, headless: Option<&str>) -> anyhow::Result<bool> {
         let mut heavy = false;
         for (k, plan) in self.plans.iter().enumerate() {

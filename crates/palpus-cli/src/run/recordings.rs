@@ -14,7 +14,7 @@ use crate::tools::name_recordings;
 /// See the module's description.
 pub(super) struct Recordings {
     header: RecordingHeader,
-    /// Which of the devices this is.
+    /// Number of the device.
     which: usize,
     keep: Keep,
     orders: rtrb::Producer<Order>,
@@ -32,10 +32,10 @@ pub(super) type Ends = (rtrb::Consumer<Order>, rtrb::Producer<Rows>);
 const PATIENCE: Duration = Duration::from_millis(50);
 
 impl Recordings {
-    /// Recordings of device `which`. `header` is that of a recording from the beginning.
+    /// The recordings of device `which`. `header`: header of a recording that begins with the run.
     pub(super) fn new(header: RecordingHeader, which: usize, keep: Keep) -> (Self, Ends) {
         let (orders, ordered) = rtrb::RingBuffer::new(ORDERS);
-        // Capacity for the first recording and all later orders.
+        // Capacity for the first recording and all later requests.
         let (put_down, over) = rtrb::RingBuffer::new(ORDERS + 1);
         (
             Self { header, which, keep, orders, over, writing: None, written: Vec::new(), notes: Vec::new() },
@@ -48,7 +48,7 @@ impl Recordings {
         self.writing.as_ref().map(Writing::path)
     }
 
-    /// Why nothing is written any more, if something went wrong.
+    /// The error after which nothing is written.
     #[cfg(feature = "window")]
     pub(super) fn trouble(&self) -> Option<String> {
         self.writing.as_ref().and_then(Writing::trouble)
@@ -78,7 +78,7 @@ impl Recordings {
 
     fn order(&mut self, order: Order) -> anyhow::Result<()> {
         while self.over.pop().is_ok() {}
-        self.orders.push(order).map_err(|_| anyhow!("the loop does not answer; let it go on first"))
+        self.orders.push(order).map_err(|_| anyhow!("the loop does not answer; resume it first"))
     }
 
     /// Ends the current recording; returns its file.

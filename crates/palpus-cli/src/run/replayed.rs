@@ -4,11 +4,10 @@ use glam::DVec3;
 use palpus_device::{Axes, DeviceSpec, SafetyLimits, SimulationSettings};
 use toml::{Table, Value};
 
-/// Under this name the device's spec stands in a recording's header.
+/// The key of the device's spec in a recording's header.
 const SECTION: &str = "device_spec";
 
-/// For a recording's header: what the device said of itself. Infinite limits are what TOML calls
-/// `inf`.
+/// Writes the device's description to a recording's header. Infinite limits are TOML's `inf`.
 pub(super) fn record_spec(spec: &DeviceSpec, into: &mut Table) {
     let mut table = Table::new();
     table.insert("name".into(), spec.name.as_ref().into());
@@ -36,8 +35,8 @@ pub(super) fn record_spec(spec: &DeviceSpec, into: &mut Table) {
     into.insert(SECTION.into(), Value::Table(table));
 }
 
-/// The device of a recording, as far as its header says: else with the limits of its safety chain,
-/// else the simulated one.
+/// Returns the description of the recorded device. If the header has none, the limits of its safety
+/// chain are used, and otherwise the simulated device's.
 pub(super) fn spec_of(more: &Table) -> DeviceSpec {
     let simulated = SimulationSettings::default().spec;
     if let Some(spec) = more.get(SECTION).and_then(Value::as_table).and_then(|table| written(table, &simulated)) {
@@ -86,7 +85,8 @@ fn written(table: &Table, simulated: &DeviceSpec) -> Option<DeviceSpec> {
         buttons: table.get("buttons")?.as_integer().and_then(|count| u8::try_from(count).ok())?,
         workspace: sides,
         delay: number("delay").unwrap_or(simulated.delay),
-        // Recordings made before specifications had the steps of the encoders do not say.
+        // Recordings from before the encoder steps were part of the description have no such
+        // values.
         position_step: number("position_step").unwrap_or(0.0),
         angle_step: number("angle_step").unwrap_or(0.0),
     })
@@ -99,18 +99,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_device_comes_back_from_a_header_as_it_was() {
+    fn device_is_restored_from_a_header() {
         let endless = DeviceSpec { force_max: f64::INFINITY, ..SimulationSettings::default().spec };
         for spec in known_devices().into_iter().chain([endless]) {
             let mut more = Table::new();
             record_spec(&spec, &mut more);
-            let text = toml::to_string(&more).expect("it is TOML");
-            assert_eq!(spec_of(&toml::from_str(&text).expect("it is TOML")), spec);
+            let text = toml::to_string(&more).expect("the TOML is valid");
+            assert_eq!(spec_of(&toml::from_str(&text).expect("the TOML is valid")), spec);
         }
     }
 
     #[test]
-    fn a_header_without_a_device_gives_its_chains_limits_or_the_simulated_device() {
+    fn header_without_device_gives_limits_or_simulated_device() {
         let simulated = SimulationSettings::default().spec;
         assert_eq!(spec_of(&Table::new()), simulated);
         let [_, _, touch, ..] = known_devices();
@@ -122,7 +122,7 @@ mod tests {
         more.insert("safety".into(), Value::Table(chain));
         let spec = spec_of(&more);
         assert!((spec.force_max - touch.force_max).abs() < 1e-12 && spec.actuated == Axes::TRANSLATION);
-        // Damaged values are refused.
+        // Damaged values are ignored.
         more.insert(SECTION.into(), Value::Table(Table::from_iter([("name".to_owned(), Value::from("arm"))])));
         assert_eq!(spec_of(&more), spec);
     }

@@ -18,7 +18,7 @@ use crate::summary::{Gatherer, Summary};
 pub(super) struct Seat {
     pub(super) spec: DeviceSpec,
     limits: SafetyLimits,
-    /// Settings of the next tick.
+    /// Settings for the next tick.
     pub(super) settings: Settings,
     /// The coupling that fits the device.
     coupling: Option<VirtualCoupling>,
@@ -26,7 +26,7 @@ pub(super) struct Seat {
     asked: Publisher<Settings>,
     pub(super) guide: Option<Publisher<Guide>>,
     pub(super) live: Newest<Live>,
-    /// Every tick, for observers of this device.
+    /// Publishes every tick, for observers of this device.
     pub(super) watched: Option<rtrb::Consumer<WatchedTick>>,
     pub(super) recordings: Recordings,
     faults: Option<FaultLog>,
@@ -45,15 +45,15 @@ pub(super) struct Taken {
     pub(super) seat: Seat,
     /// The servo thread's part.
     pub(super) working: Working,
-    /// For the engine to take settings from.
+    /// The queue from which the engine takes settings.
     pub(super) newest: Newest<Settings>,
     pub(super) stage: Stage,
 }
 
 impl Seat {
-    /// Out of the plan of device `which`. It is recorded from the beginning to its one of `files`,
-    /// if there are any. `crease_angle`: at which the engine can shade. `beginning` says how
-    /// recordings are kept and where faults are logged.
+    /// Divides the plan of device `which` into its parts. If there are `files`, the run is recorded
+    /// from the beginning to this device's file. `crease_angle`: the angle for which the engine can
+    /// shade. `beginning`: options of recordings and of the fault log.
     pub(super) fn take(
         plan: Plan,
         which: usize,
@@ -85,8 +85,8 @@ impl Seat {
         Ok(Taken { seat, working, newest, stage })
     }
 
-    /// Returns `wanted` as far as it is possible here. The engine's memory, the device and the grip
-    /// stay as they are, and the tool's skin is at most the tolerance.
+    /// Returns `wanted`, limited to what is possible here. The engine's memory, the device and the
+    /// grip stay the same, and the tool's contact offset is at most the tolerance.
     pub(super) fn fit(&self, wanted: &Settings) -> Settings {
         let Settings { capacity, time_budget, limits, grip_a, .. } = self.settings;
         let mut settings = Settings { capacity, time_budget, limits, grip_a, ..*wanted };
@@ -99,8 +99,8 @@ impl Seat {
         settings
     }
 
-    /// The settings `wanted` for another device's tool, applied to this tool with the coupling of
-    /// its own device.
+    /// Converts settings that were `wanted` for another device's tool to this tool, with the
+    /// coupling of its own device.
     pub(super) fn fit_of_other(&self, wanted: &Settings) -> Settings {
         let Settings { saturation, .. } = self.settings;
         self.fit(&Settings { coupling: wanted.coupling.and(self.coupling), saturation, ..*wanted })

@@ -1,5 +1,5 @@
-//! The servo thread's side of a session. Nothing here waits, locks or, once the loop runs, obtains
-//! memory: newest values come and go through exchanges of three slots, files to record to through a
+//! The servo thread's side of a session. This code never waits or locks, and does not allocate once
+//! the loop runs: newest values pass through triple buffers, and new recordings pass through a
 //! queue.
 
 use std::cell::Cell;
@@ -22,16 +22,16 @@ use crate::fault_log::FaultWatch;
 use crate::recording::Rows;
 use crate::summary::Gatherer;
 
-/// A recording to go on with, and the settings that its header tells of; `None`: none.
+/// A recording to continue with and the settings in its header; `None` ends recording.
 pub(super) type Order = Option<(Rows, Settings)>;
 
-/// Capacity of the queue of orders: a paused run does not take them while people press buttons.
+/// Capacity of the queue of requests. A paused run does not read them while people press buttons.
 pub(super) const ORDERS: usize = 64;
 
-/// All that the thread needs.
+/// All data that the thread needs.
 pub(super) struct ServoThread {
     pub(super) servo: Servo,
-    /// One for each device.
+    /// Parts for each device.
     pub(super) working: Vec<Working>,
     pub(super) engine: Engine,
     pub(super) script: Script,
@@ -87,7 +87,7 @@ impl ServoThread {
                 engine.set_available(which, &available.get());
             }
             engine.step(states, dt, answers);
-            // Injected faults of the step occur around that of the first tool.
+            // Injected faults of the step apply to the first tool's step.
             if let Some(answer) = &mut answers[0] {
                 faults.act(answer);
             }
@@ -102,7 +102,7 @@ impl ServoThread {
 
 /// Facts of the last tick for the next step.
 struct Told {
-    /// One for each device.
+    /// Facts for each device.
     available: Vec<Cell<Limits>>,
     panicked: Cell<bool>,
 }
@@ -113,7 +113,7 @@ impl Told {
     }
 }
 
-/// Sees every tick of every device.
+/// Observes every tick of every device.
 struct Watcher<'a> {
     sights: Vec<Sight>,
     told: &'a Told,
@@ -172,7 +172,7 @@ pub(super) struct Log {
     /// The engine's settings.
     pub(super) in_force: Settings,
     pub(super) orders: rtrb::Consumer<Order>,
-    /// Recordings that are over go back, to be freed elsewhere.
+    /// Finished recordings, returned to be freed elsewhere.
     pub(super) over: rtrb::Producer<Rows>,
 }
 
@@ -193,10 +193,10 @@ impl Log {
         }
     }
 
-    /// Goes on with another recording, or none, from tick `index` on.
+    /// Continues with another recording, or with none, from tick `index` on.
     fn begin(&mut self, order: Order, index: u64) {
         if let Some(rows) = self.rows.take() {
-            // There is room for as many as were ordered.
+            // The queue has room for all requested recordings.
             let _ = self.over.push(rows);
         }
         self.rows = order.map(|(mut rows, told)| {

@@ -1,15 +1,15 @@
 //! A running session: the servo thread and its controls.
 //!
 //! The owner of a session sets the newest settings, guides the simulated hand, pauses and steps,
-//! begins and ends recordings, reads the newest numbers, and ends the run. None of it makes the
+//! starts and ends recordings, reads the newest numbers, and ends the run. None of these makes the
 //! servo thread wait.
 //!
-//! **Recordings.** A recording that begins with the run can be replayed bit for bit, changes of
-//! settings included. One that begins later cannot: it lacks the state of engine, tool, friction
-//! and safety chain at its first tick. Resetting that state would release friction, move the tool
-//! to the device (even behind a wall) and ramp the force again, all of which the user would feel.
-//! Such a recording keeps its tick numbers, by which `palpus replay` recognises it. For a replay,
-//! record the run from its beginning, as is the default.
+//! **Recordings.** A recording that begins with the run can be replayed bit for bit, including
+//! changes of settings. A recording that begins later cannot, because it lacks the state of engine,
+//! tool, friction and safety chain at its first tick. To reset this state would release friction,
+//! move the tool to the device (even behind a wall) and ramp the force again, which the user would
+//! feel. Such a recording keeps the run's tick numbers, by which `palpus replay` recognises it. For
+//! a replay, record the run from its beginning, which is the default.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -31,34 +31,34 @@ use crate::safety;
 use crate::stage::Stage;
 use crate::untouched::Untouched;
 
-/// s for which a key counts as held after each message: several frames of a window.
+/// Time for which a key counts as held after each message, s: several frames of a window.
 const HOLD_TIME: f64 = 0.3;
 
-/// A run under way.
+/// A running session.
 pub(crate) struct Session {
     name: String,
     stage: Stage,
     rate_hz: f64,
-    /// The first is the one that the window shows and steers.
+    /// The devices. The window shows and controls the first one.
     seats: Vec<Seat>,
     control: Arc<RunControl>,
     claims: Option<RealTimeClaims>,
     thread: JoinHandle<Turned>,
 }
 
-/// How a run begins.
+/// Options of the start of a run.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Beginning<'a> {
-    /// Recorded to this file, or to one with a number if there is such a file and it is not to be
-    /// written over; other devices to files beside it.
+    /// File of the recording of the first device. If it exists and must not be overwritten, the
+    /// recording gets a number. The recordings of other devices are in the same folder.
     pub(crate) record: Option<&'a Path>,
     /// Real-time options that the servo thread asks for.
     pub(crate) claims: Option<RealTimeOptions>,
-    /// It waits before its first tick.
+    /// True if the loop waits before its first tick.
     pub(crate) paused: bool,
-    /// Every tick of the first device is kept for [`Session::watched`].
+    /// True if every tick of the first device is kept for [`Session::watched`].
     pub(crate) watched: bool,
-    /// How recordings are kept.
+    /// Options of the recordings.
     pub(crate) keep: Keep,
     /// File of the fault log: `None` for no log, `Some(None)` for the user's default.
     pub(crate) fault_log: Option<Option<&'a Path>>,
@@ -73,7 +73,7 @@ pub(crate) struct Ended {
     pub(crate) settings: Settings,
     /// Results for each device.
     pub(crate) seats: Vec<EndedSeat>,
-    /// As it is after its last step.
+    /// The engine after its last step.
     pub(crate) engine: Engine,
     /// Further messages.
     pub(crate) notes: Vec<String>,
@@ -116,18 +116,18 @@ impl Session {
         }
     }
 
-    /// The newest numbers: the first device's, with the faults of both.
+    /// Returns the newest numbers of the first device, with the faults of all devices.
     pub(crate) fn live(&mut self) -> Live {
         let faults = self.seats.iter_mut().map(|seat| seat.live.get().faults).sum();
         Live { faults, ..*self.seats[0].live.get() }
     }
 
-    /// Pauses it, takes it on by single ticks, brings keys.
+    /// Returns the run control, which pauses the loop, runs single ticks and passes keys.
     pub(crate) fn control(&self) -> Arc<RunControl> {
         Arc::clone(&self.control)
     }
 
-    /// The loop has ended.
+    /// True if the loop has ended.
     pub(crate) fn is_over(&self) -> bool {
         self.thread.is_finished()
     }
@@ -156,8 +156,8 @@ impl Session {
 /// Functions for the window.
 #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "a terminal steers nothing"))]
 impl Session {
-    /// Keeps the calling thread, and all that it starts from now on, off the servo thread's core,
-    /// if that has one.
+    /// Keeps the calling thread, and all threads that it starts later, off the servo thread's core,
+    /// if the servo thread has one.
     pub(crate) fn leave_core(&self) {
         if let Some(claims) = &self.claims {
             leave_core(claims);
@@ -190,15 +190,16 @@ impl Session {
         &self.stage
     }
 
-    /// The engine's settings from the next tick on, of the first device's tool.
+    /// Returns the engine's settings from the next tick on, of the first device's tool.
     pub(crate) fn settings(&self) -> &Settings {
         &self.seats[0].settings
     }
 
     /// Changes the settings. Capacity, time budget, limits, grip and the crease angle of shading
-    /// stay as they are, since the engine's memory, the device and the grip decide them. The tool's
-    /// skin is at most the tolerance. Other devices' tools get the same settings except for the
-    /// coupling: it is on or off as the first one's, with the values for their own devices.
+    /// stay the same, because the engine's memory, the device and the grip decide them. The tool's
+    /// contact offset is at most the tolerance. Other devices' tools get the same settings except
+    /// for the coupling: it is switched on or off with the first one's, with the values for their
+    /// own devices.
     pub(crate) fn set_settings(&mut self, settings: &Settings) -> Result<(), SettingsError> {
         let fit = |(k, seat): (usize, &Seat)| if k == 0 { seat.fit(settings) } else { seat.fit_of_other(settings) };
         let fit: Vec<Settings> = self.seats.iter().enumerate().map(fit).collect();
@@ -206,23 +207,24 @@ impl Session {
         self.seats.iter_mut().zip(&fit).try_for_each(|(seat, settings)| seat.set(settings))
     }
 
-    /// The settings `wanted`, limited to what the first device's tool allows.
+    /// Returns the settings `wanted`, limited to what the first device's tool allows.
     pub(crate) fn fitted(&self, wanted: &Settings) -> Settings {
         self.seats[0].fit(wanted)
     }
 
-    /// Settings by name: palpus's own for this scene on this device, and the paper's.
+    /// Returns settings by name: palpus's own for this scene on this device, and the paper's.
     pub(crate) fn presets(&self) -> [(&'static str, Settings); 2] {
         let of = |mode| preset(&self.stage, &self.seats[0].spec, self.rate_hz, mode);
         [("palpus", of(CouplingMode::Coupled)), ("paper", of(CouplingMode::Direct))]
     }
 
-    /// True if there is a simulated hand that can be moved. Of several it is the first.
+    /// True if there is a simulated hand that can be moved. If there are several hands, the first
+    /// one is moved.
     pub(crate) fn can_guide(&self) -> bool {
         self.seats[0].guide.is_some()
     }
 
-    /// Has the simulated hand hold the probe at a pose (of its mesh's frame, world), let go of it,
+    /// Lets the simulated hand hold the probe at a pose (of its mesh's frame, world), release it,
     /// or follow its script again. Does nothing unless [`Self::can_guide`].
     pub(crate) fn guide(&mut self, probe: Guide) {
         let grip_a = self.seats[0].settings.grip_a;
@@ -234,27 +236,27 @@ impl Session {
         }
     }
 
-    /// Sets whether a person at the window holds the key for force. Call it again and again while
-    /// the key is held.
+    /// Sets whether a person at the window holds the key for force. Call it repeatedly while the
+    /// key is held.
     pub(crate) fn hold(&self, held: bool) {
         let ticks = if held { (HOLD_TIME * self.rate_hz) as u64 } else { 0 };
         self.control.hold(ticks);
     }
 
-    /// The file that is being recorded to: the first device's.
+    /// Returns the file of the current recording of the first device.
     pub(crate) fn recording(&self) -> Option<&Path> {
         self.seats[0].recordings.path()
     }
 
-    /// The error of the recording, if any.
+    /// Returns the error of the recording, if any.
     #[cfg(feature = "window")]
     pub(crate) fn trouble(&self) -> Option<String> {
         self.seats.iter().find_map(|seat| seat.recordings.trouble())
     }
 
-    /// Begins a recording with the next tick, in a file beside the one called `base` or in that,
-    /// and not in one that exists; one for each device. Ends the one that is under way. Answers the
-    /// first device's file.
+    /// Starts a recording of each device with the next tick. The file is `base`, or a new name in
+    /// the same folder if `base` exists. Ends the current recording. Returns the first device's
+    /// file.
     pub(crate) fn record(&mut self, base: &Path) -> anyhow::Result<PathBuf> {
         self.stop_recording()?;
         let files = recording::free(base, self.seats.len());
@@ -265,7 +267,7 @@ impl Session {
         begun.map(|()| files[0].clone())
     }
 
-    /// Ends the recording that is under way; answers the first device's file.
+    /// Ends the current recording; returns the first device's file.
     pub(crate) fn stop_recording(&mut self) -> anyhow::Result<Option<PathBuf>> {
         let stopped: Vec<_> = self.seats.iter_mut().map(|seat| seat.recordings.stop()).collect::<Result<_, _>>()?;
         Ok(stopped.into_iter().next().flatten())

@@ -6,14 +6,14 @@ use palpus_device::{DeviceState, ServoTick};
 
 use crate::engine::Detail;
 
-/// Ticks that may wait: at 1 kHz, those of several seconds.
+/// Number of ticks that may wait: several seconds at 1 kHz.
 const ROOM: usize = 1 << 12;
 
 /// A tick as an observer gets it.
 #[derive(Clone, Copy)]
 #[cfg_attr(not(feature = "window"), expect(dead_code, reason = "only the window watches"))]
 pub(crate) struct WatchedTick {
-    /// s.
+    /// Time since the run began, s.
     pub(crate) time: f64,
     /// Input of the engine.
     pub(crate) state: DeviceState,
@@ -23,7 +23,7 @@ pub(crate) struct WatchedTick {
     pub(crate) query_ns: u64,
     pub(crate) force_ns: u64,
     pub(crate) contacts: u32,
-    /// m; infinite without contact.
+    /// Separation of the deepest contact, m; infinite without contact.
     pub(crate) separation: f64,
 }
 
@@ -33,7 +33,7 @@ pub(super) fn queue() -> (Watched, rtrb::Consumer<WatchedTick>) {
     (Watched(producer), consumer)
 }
 
-/// The servo thread's end.
+/// The servo thread's end of the queue.
 pub(super) struct Watched(rtrb::Producer<WatchedTick>);
 
 impl Watched {

@@ -1,20 +1,20 @@
-//! A histogram of durations in preallocated buckets: 64 to an octave, so that each duration is
-//! known to 1.6 %.
+//! A histogram of durations in preallocated buckets: 64 buckets for each octave, so that each
+//! duration is known to 1.6 %.
 
 /// Buckets of an octave.
 const PARTS: u64 = 64;
-/// log₂ of it.
+/// Base-2 logarithm of the number of buckets in an octave.
 const PARTS_LOG: u32 = 6;
 /// log₂ of the longest duration with a bucket of its own, ns: 17 s.
 const LONGEST_LOG: u32 = 34;
 const COUNT: usize = (PARTS * (LONGEST_LOG - PARTS_LOG + 1) as u64) as usize;
 
-/// How often durations occurred.
+/// Number of durations in each bucket.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Buckets {
     counts: [u64; COUNT],
     total: u64,
-    /// ns.
+    /// Largest duration, ns.
     longest: u64,
 }
 
@@ -45,12 +45,12 @@ impl Buckets {
         self.total
     }
 
-    /// µs.
+    /// Largest duration, µs.
     pub(super) fn longest(&self) -> f64 {
         self.longest as f64 / 1e3
     }
 
-    /// Quantile: `share` of all durations are at most this long, µs.
+    /// Quantile, µs: `share` of all durations are at most this long.
     pub(super) fn quantile(&self, share: f64) -> f64 {
         let wanted = ((self.total as f64 * share).ceil() as u64).max(1);
         let mut seen = 0;
@@ -95,7 +95,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_duration_has_its_bucket() {
+    fn every_duration_has_a_bucket() {
         for nanos in (0..5000).chain([1 << 20, (1 << 20) - 1, 123_456_789, (1 << 34) - 1]) {
             let place = place(nanos);
             assert!(nanos <= end(place) && (place == 0 || nanos > end(place - 1)), "{nanos}: {place}, {}", end(place));
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn shares_are_of_all() {
+    fn shares_refer_to_all_durations() {
         let mut buckets = Buckets::default();
         assert_eq!((buckets.quantile(0.5), buckets.beyond(0)), (0.0, 0));
         (1..=1000).for_each(|us| buckets.add(us * 1000));

@@ -1,4 +1,4 @@
-//! The plots of a soak: over time, and how late the turns were.
+//! The plots of a soak run: values over time, and the distribution of the lateness.
 
 use super::report::{Report, Row, Stretch};
 use crate::plots::{self, BLUE, Figure, GREEN, Panel, Series, VERMILION};
@@ -63,9 +63,9 @@ fn how_late(report: &Report) -> Figure {
     Figure {
         log_x: true,
         ..Figure::new(
-            "how late turns begin, of the loop and of a bare timer on the same machine",
+            "lateness of the ticks of the loop, and of a bare timer on the same machine",
             "late by more than (µs)",
-            vec![Panel::lines("share of turns that are later (−3: one in a thousand)", "power of ten", curves)],
+            vec![Panel::lines("share of ticks that are later (−3: one in a thousand)", "power of ten", curves)],
         )
     }
 }

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::doctor::load::load_average;
 
-/// The machine at an instant.
+/// State of the machine at one time.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub(super) struct Sample {
     /// Resident memory of the program, bytes.
@@ -36,8 +36,8 @@ fn resident(statm: &str) -> Option<u64> {
     Some(pages * PAGE)
 }
 
-/// Page size on the processors that palpus runs on with Linux; on those with larger pages, the
-/// memory is underestimated.
+/// Page size on the processors on which palpus runs with Linux. On processors with larger pages,
+/// the memory is underestimated.
 const PAGE: u64 = 4096;
 
 /// Frequency that the kernel has set, MHz.
@@ -104,7 +104,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_read_where_they_stand() {
+    fn numbers_are_read_from_kernel_files() {
         assert_eq!(resident("5000 250 30 1 0 60 0\n"), Some(250 * 4096));
         assert_eq!(resident(""), None);
         assert_eq!(mean_mhz("processor\t: 0\ncpu MHz\t\t: 2000.0\n\ncpu MHz\t\t: 3000.5\n"), Some(2500.25));
@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_are_thinned_and_stay_few() {
+    fn samples_are_thinned() {
         let (mut watch, mut samples) = (Watch::new(), Vec::with_capacity(KEPT));
         for seconds in 0..20_000 {
             watch.look(Duration::from_secs(seconds), &mut samples);

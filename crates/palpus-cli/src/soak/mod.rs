@@ -1,19 +1,19 @@
-//! `palpus soak`: runs the loop in real time for a long time with a hand that wanders, and reports
-//! how it held.
+//! `palpus soak`: runs the loop in real time for a long time with a hand that moves at random, and
+//! reports lateness and faults.
 //!
-//! 1. The bare timer is measured, as `palpus doctor` does: what this machine does to any loop.
-//! 2. The scene's loop runs in real time with everything that `palpus run` has: simulated device,
-//!    safety chain, watchdog, priority. The hand ([`scene`]) wanders about the scene, in and out of
-//!    contact, without end; the same seed gives the same motion.
-//! 3. The servo thread keeps an account ([`tally`]) in memory that is there from the start, and
-//!    hands it over once in an interval, a minute in a long run. This thread looks at the machine
-//!    meanwhile ([`machine`]): memory, frequency, other load.
-//! 4. After every interval the report ([`report`], [`figures`]) is written anew, so that a crash
-//!    leaves one.
+//! 1. A bare timer is measured, as in `palpus doctor`. It shows the lateness that this machine
+//!    causes for any loop.
+//! 2. The scene's loop runs in real time with the same simulated device, safety chain, watchdog and
+//!    priority as `palpus run`. The hand ([`scene`]) moves about the scene, into and out of
+//!    contact, without end. The same seed gives the same motion.
+//! 3. The servo thread keeps statistics ([`tally`]) in preallocated memory and publishes them once
+//!    in each interval (a minute in a long run). This thread measures the machine meanwhile
+//!    ([`machine`]): memory, frequency, other load.
+//! 4. After every interval the report ([`report`], [`figures`]) is rewritten, so that a report
+//!    exists after a crash.
 //! 5. When the time is over, or at Ctrl-C, the bare timer is measured again.
 //!
-//! Exit status 1 when the loop did not hold: a fault, an allocation in the loop, too many late
-//! ticks.
+//! The exit status is 1 if there was a fault, an allocation in the loop, or too many late ticks.
 
 mod buckets;
 mod figures;
@@ -52,7 +52,7 @@ use report::{Report, Stretch};
 use scene::{Ground, Hand};
 use tally::{Interval, Tally};
 
-/// The report's intervals are a minute, in short runs a part of them.
+/// The intervals of the report are a minute, or a part of the duration in short runs.
 const INTERVAL: Duration = Duration::from_secs(60);
 const INTERVALS_AT_LEAST: u32 = 20;
 const SHORTEST_INTERVAL: Duration = Duration::from_millis(500);
@@ -110,7 +110,7 @@ fn bare(
     Ok(Some(Stretch::of(&buckets)))
 }
 
-/// How to run.
+/// Options of the run.
 struct Run {
     duration: Duration,
     interval: Duration,
@@ -119,7 +119,7 @@ struct Run {
 }
 
 impl Run {
-    /// Runs the loop on a thread of its own while this one keeps the report.
+    /// Runs the loop on its own thread while this thread updates the report.
     fn turn(
         &self,
         ground: &Ground,
@@ -127,9 +127,9 @@ impl Run {
         report: &mut Report,
         stop: &AtomicBool,
     ) -> anyhow::Result<(Vec<RunStatistics>, Option<RealTimeClaims>)> {
-        // The wall clock ends the run, not the number of ticks, since a late loop makes fewer
-        // ticks. After three faults the loop engages by itself, since nobody is there to press a
-        // key.
+        // The wall clock ends the run, not the number of ticks, because a late loop makes fewer
+        // ticks. After three faults the loop engages by itself, because no person is there to press
+        // a key.
         let safety = SafetyOptions { rearm: Rearm::Automatic, ..SafetyOptions::default() };
         let mut servo = Servo::new(ServoOptions { rate_hz: self.rate_hz, safety, ..ServoOptions::default() })?;
         let count = ground.hands.len();
@@ -212,7 +212,7 @@ impl Run {
     ) -> anyhow::Result<SimulatedDevice<impl palpus_device::Intent + use<>>> {
         let hand = stage.hand(arguments.hand.as_deref())?;
         if hand == HandImpedance::NONE {
-            bail!("a hand that wanders has to hold the device; take another one than `none`");
+            bail!("the hand must hold the device; choose another hand than `none`");
         }
         let (wander, grip_a) = (wander.clone(), stage.settings.grip_a);
         let settings = SimulationSettings { rate_hz: self.rate_hz, hand, ..SimulationSettings::default() };

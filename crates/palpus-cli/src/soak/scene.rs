@@ -1,7 +1,7 @@
 //! Scene and motion of a soak run.
 //!
-//! Scenes with a path of their own, the built-in ones and files with `[hand] path`, are wandered
-//! about along it. In a scene file without one the hand finds its places itself
+//! In scenes with a path (built-in scenes and files with `[hand] path`), the hand moves about along
+//! this path. In a scene file without a path, the hand finds places of contact itself
 //! ([`palpus_scenes::tour`]).
 
 use std::fs;
@@ -16,13 +16,13 @@ use crate::args::{SoakArguments, file_policy};
 use crate::bench::find_model;
 use crate::stage::{self, Stage};
 
-/// How far the hand strays from its path along each axis, in contact tolerances; usually only a
-/// quarter of this.
+/// Largest deviation of the hand from its path along each axis, in contact tolerances. It is
+/// usually a quarter of this.
 const STRAY_TOLERANCES: f64 = 12.0;
-/// How far the hand turns, rad.
+/// Largest rotation of the hand, rad.
 const STRAY_TURN: f64 = 0.25;
 
-/// The paper's pair, and how it is placed here: metres per unit of each file.
+/// The paper's pair, and its scale: metres per unit of each file.
 const PAIR: [(&str, f64); 2] = [("armadillo_31240.obj", 0.15), ("intestine_colon_male_24846.obj", 1.0)];
 /// Name of the scene.
 const PAIR_NAME: &str = "armadillo-intestine";
@@ -34,9 +34,9 @@ pub(super) struct Ground {
     pub(super) hands: Vec<Hand>,
 }
 
-/// A tool, and the hand that wanders about with it.
+/// A tool, and the hand that moves about with it.
 pub(super) struct Hand {
-    /// With this tool in the place of the probe.
+    /// The stage with this tool as the probe.
     pub(super) stage: Stage,
     pub(super) wander: Wander,
 }
@@ -72,13 +72,13 @@ fn found(stage: &Stage, seed: u64) -> anyhow::Result<HandPath> {
     let path = tour(&stage.probe, &stage.environment, start, stage.settings.contact_tolerance, seed);
     let Some(path) = path else {
         bail!(
-            "the probe does not meet the environment on its way to it; place it elsewhere, or give the scene a [hand] path"
+            "the probe does not touch the environment on its way; set another `position`, or give the scene a [hand] path"
         );
     };
     Ok(path.placed(&stage.environment_pose))
 }
 
-/// Writes the scene file of the paper's pair, whose meshes are in `models` or a folder in it;
+/// Writes the scene file of the paper's pair, whose meshes are in `models` or in a folder in it;
 /// returns its name.
 fn write_pair(models: &Path, out: &Path) -> anyhow::Result<String> {
     let mut meshes = Vec::new();

@@ -11,7 +11,7 @@ use crate::engine::Detail;
 /// Counts of an interval.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Interval {
-    /// Wall-clock time since the loop began at the interval's beginning and end, s.
+    /// Wall-clock time from the start of the loop to the interval's beginning and end, s.
     pub(super) span: [f64; 2],
     pub(super) ticks: u64,
     pub(super) lateness: Buckets,
@@ -26,11 +26,11 @@ pub(super) struct Interval {
     pub(super) touching: u64,
     /// Number of times that contact began.
     pub(super) touches: u64,
-    /// N, of all ticks together.
+    /// Sum of the force over all ticks, N.
     pub(super) force: f64,
     pub(super) force_max: f64,
     pub(super) torque_max: f64,
-    /// m.
+    /// Largest depth, m.
     pub(super) depth_max: f64,
     pub(super) allocations: u64,
     pub(super) cuts: SafetyCounters,
@@ -67,7 +67,7 @@ impl Tally {
         }
     }
 
-    /// The loop begins now.
+    /// Sets the start of the loop.
     pub(super) fn begin(&mut self) {
         self.begun = Instant::now();
     }

@@ -1,5 +1,5 @@
-//! A scene, built-in or from a file, made ready to run: bodies prepared, settings in SI, a hand
-//! and a simulated hand with a path.
+//! A prepared scene, built-in or from a file: bodies, settings in SI, a hand, and a simulated hand
+//! with a path.
 
 mod outside;
 mod prepare;
@@ -35,26 +35,26 @@ pub(crate) struct Stage {
     /// Settings of the engine for direct rendering without a device's limits; see
     /// [`Stage::settings_for`].
     pub(crate) settings: Settings,
-    /// Coupling that the scene asks for.
+    /// Coupling of the scene.
     pub(crate) coupling: SceneCoupling,
     /// The intended motion of the probe (the frame of its mesh), in the world. The hand itself
     /// holds the grip: see [`Stage::intent`].
     pub(crate) path: HandPath,
-    /// A path that ends is gone back, and again.
+    /// At its end, the path is followed back to the start, and so on.
     pub(crate) to_and_fro: bool,
-    /// The hand that the scene asks for, if it does.
+    /// The scene's hand, if the scene states one.
     pub(crate) hand: Option<&'static str>,
-    /// Ticks per second that the scene asks for, if it does.
+    /// The scene's ticks per second, if the scene states them.
     pub(crate) rate_hz: Option<f64>,
     /// Description of the scene in a recording.
     pub(crate) recorded: RecordedScene,
     /// Notes on values that the scene file leaves out.
     pub(crate) notes: Vec<String>,
-    /// Tools beside the probe.
+    /// Tools other than the probe.
     pub(crate) others: Vec<OtherTool>,
-    /// Objects beside the environment.
+    /// Objects other than the environment.
     pub(crate) objects: Vec<StageObject>,
-    /// m/s², along the world's axes.
+    /// Gravity along the world's axes, m/s².
     pub(crate) gravity: DVec3,
 }
 
@@ -62,12 +62,12 @@ pub(crate) struct Stage {
 #[derive(Clone)]
 pub(crate) struct StageObject {
     pub(crate) body: Arc<Body>,
-    /// In the world, at the start.
+    /// Pose at the start, world.
     pub(crate) pose: Pose,
     pub(crate) motion: ObjectMotion,
 }
 
-/// A tool beside the probe, and its hand.
+/// A tool other than the probe, and its hand.
 pub(crate) struct OtherTool {
     probe: Arc<Body>,
     settings: Settings,
@@ -78,14 +78,14 @@ pub(crate) struct OtherTool {
 }
 
 impl Stage {
-    /// The engine's settings on this device, at this many ticks per second: within the tighter of
-    /// both limits, and with the coupling that the scene asks for; what it leaves open comes from
-    /// the device.
+    /// The engine's settings on this device at this many ticks per second: within the limits of the
+    /// scene and the device, and with the scene's coupling. Missing values are computed from the
+    /// device.
     pub(crate) fn settings_for(&self, spec: &DeviceSpec, rate_hz: f64) -> Settings {
         self.settings_in(self.coupling.mode, spec, rate_hz)
     }
 
-    /// The same, coupled or direct whatever the scene says.
+    /// The engine's settings, coupled or direct, whatever the scene says.
     pub(crate) fn settings_in(&self, mode: CouplingMode, spec: &DeviceSpec, rate_hz: f64) -> Settings {
         let limits = Limits {
             force: self.settings.limits.force.min(spec.force_max),
@@ -95,12 +95,12 @@ impl Stage {
         coupling.settings(&Settings { limits, ..self.settings }, 1.0 / rate_hz)
     }
 
-    /// Ticks per second: what was typed, or what the scene asks for.
+    /// Ticks per second: the user's value, or the scene's.
     pub(crate) fn rate_hz(&self, typed: Option<f64>) -> f64 {
         typed.or(self.rate_hz).unwrap_or(DEFAULT_RATE_HZ)
     }
 
-    /// The name of the simulated hand: what was typed, or what the scene asks for.
+    /// The name of the simulated hand: the user's, or the scene's.
     pub(crate) fn hand_name<'a>(&self, typed: Option<&'a str>) -> &'a str {
         typed.or(self.hand).unwrap_or("normal")
     }
@@ -114,13 +114,14 @@ impl Stage {
         }
     }
 
-    /// Returns the pose of the grip, world, when the probe has this pose: what a device reports.
+    /// Returns the pose of the grip (world) when the probe has this pose. A device reports the pose
+    /// of the grip.
     pub(crate) fn grip(&self, probe: Pose) -> Pose {
         probe.with_origin(self.settings.grip_a)
     }
 
-    /// Returns the intent of the simulated hand: the grip's pose, world, by the time in seconds,
-    /// for which the probe follows [`Stage::path`].
+    /// Returns the intent of the simulated hand, the grip's pose (world) as a function of the time
+    /// in seconds, with which the probe follows [`Stage::path`].
     pub(crate) fn intent(&self) -> impl Fn(f64) -> Pose + Send + use<> {
         let (path, grip_a) = (self.path.clone(), self.settings.grip_a);
         let again = self.to_and_fro && !path.is_cyclic();
@@ -132,8 +133,8 @@ impl Stage {
         scripted(&self.path, self.settings.grip_a, time)
     }
 
-    /// Returns the header for a recording of a run on the device with this name; safety chain and
-    /// device add to it.
+    /// Returns the header for a recording of a run on the device with this name. The safety chain
+    /// and the device add their parts to it.
     pub(crate) fn header(&self, settings: Settings, device: &str, rate_hz: f64) -> RecordingHeader {
         RecordingHeader {
             format: FORMAT,
@@ -152,7 +153,7 @@ impl Stage {
         std::iter::once((&self.probe, self.path.pose(0.0))).chain(others)
     }
 
-    /// The same scene for each of the other hands: with its tool in the place of the probe, and no
+    /// Returns the same scene for each of the other hands: with its tool as the probe, and without
     /// other tools.
     pub(crate) fn of_others(&self) -> impl Iterator<Item = Self> {
         self.others.iter().map(|OtherTool { probe, settings, coupling, path, hand, recorded }| Self {
@@ -174,7 +175,7 @@ impl Stage {
         })
     }
 
-    /// Has the simulated hand follow a file from now on, from where the scene begins.
+    /// Lets the simulated hand follow a file from now on, from the start pose of the scene.
     pub(crate) fn follow(&mut self, file: &Path, scale: f64, speed: f64) -> anyhow::Result<()> {
         let metres_per_unit = self.recorded.metres_per_unit;
         let (start, size) = (self.path.pose(0.0), self.probe.size());
@@ -182,21 +183,21 @@ impl Stage {
         Ok(())
     }
 
-    /// rad: edges sharper than this stay sharp when shading is on, the scene's own or what is
-    /// usual.
+    /// Crease angle of shading, rad: the scene's own, or the default. Sharper edges stay sharp.
     pub(crate) fn crease_angle(&self) -> f64 {
         self.settings.shading.map_or(USUAL_CREASE_DEGREES.to_radians(), |shading| shading.crease_angle)
     }
 }
 
-/// Returns the time (s) on a path of this duration that is gone to its end, back, and again.
+/// Returns the time (s) on a path of this duration that is followed to its end, back to its start,
+/// and so on.
 fn to_and_fro(time: f64, duration: f64) -> f64 {
     let lap = time.rem_euclid(2.0 * duration);
     lap.min(2.0 * duration - lap)
 }
 
-/// Returns the state at `time` (s) on `path` (world) of a probe that is held at `grip_a` (in its
-/// frame).
+/// Returns the state at `time` (s) on `path` (world) of a probe that is held at `grip_a` (in the
+/// probe's frame).
 pub(crate) fn scripted(path: &HandPath, grip_a: DVec3, time: f64) -> ProbeState {
     let (pose_ba, Twist { angular, linear }) = (path.pose(time), path.twist(time));
     let to_grip = pose_ba.vector(grip_a);
@@ -206,10 +207,11 @@ pub(crate) fn scripted(path: &HandPath, grip_a: DVec3, time: f64) -> ProbeState 
 /// Default rate, ticks per second.
 const DEFAULT_RATE_HZ: f64 = 1000.0;
 
-/// As scene files have it that do not say.
+/// The default of scene files.
 const USUAL_CREASE_DEGREES: f64 = 40.0;
 
-/// The content of the meshes of a recorded scene as they are now, to refuse a replay on others.
+/// The content of the meshes of a recorded scene as they are now. A replay with other meshes is
+/// refused.
 pub(crate) fn check_content(stage: &Stage, recorded: &RecordedScene) -> anyhow::Result<()> {
     if stage.recorded.objects.len() != recorded.objects.len() {
         let (now, then) = (stage.recorded.objects.len(), recorded.objects.len());

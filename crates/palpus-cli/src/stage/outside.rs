@@ -1,4 +1,4 @@
-//! Scene files that name meshes outside their own folder: the user is asked before such a file is
+//! Scene files that name meshes outside their own folder. The user is asked before such a file is
 //! read.
 
 use std::io::{BufRead, IsTerminal, Write};
@@ -7,8 +7,8 @@ use std::path::Path;
 use anyhow::{Context, bail};
 use palpus_io::scene::{FilePolicy, SceneFile, read_scene};
 
-/// Reads a scene file. If it names files outside its folder and `policy` does not allow that, the
-/// user is asked; where there is no terminal to ask in, that is an error.
+/// Reads a scene file. If it names files outside its folder and `policy` does not allow this, the
+/// user is asked. Without a terminal, it is an error.
 pub(super) fn read_asking(path: &Path, policy: FilePolicy) -> anyhow::Result<SceneFile> {
     let terminal = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
     let answer = || terminal.then(|| ask(&mut std::io::stdin().lock(), &mut std::io::stderr()));
@@ -21,7 +21,7 @@ fn read(path: &Path, policy: FilePolicy, answer: &dyn Fn() -> Option<bool>) -> a
         (Err(error), FilePolicy::Inside) => error,
         (read, _) => return Ok(read?),
     };
-    // Only where the file's place is all that is wrong.
+    // Asks only if the place of a file is the only error.
     let Ok(scene) = read_scene(path, FilePolicy::Anywhere) else { return Err(inside.into()) };
     crate::output::note(format!("note: {inside}"));
     match answer() {
@@ -31,7 +31,7 @@ fn read(path: &Path, policy: FilePolicy, answer: &dyn Fn() -> Option<bool>) -> a
     }
 }
 
-/// Puts the question; anything but a yes is a no.
+/// Asks the question; every answer except yes means no.
 fn ask(input: &mut dyn BufRead, output: &mut dyn Write) -> bool {
     let mut line = String::new();
     let asked = output.write_all(b"Read files outside the scene's folder? [y/N] ").and_then(|()| output.flush());
@@ -42,23 +42,23 @@ fn ask(input: &mut dyn BufRead, output: &mut dyn Write) -> bool {
 mod tests {
     use super::*;
 
-    /// A scene in a folder of its own whose meshes lie beside that folder.
+    /// A scene in a folder of its own, with meshes outside of this folder.
     fn scene() -> std::path::PathBuf {
         let folder = std::env::temp_dir().join(format!("palpus-outside-{}", std::process::id()));
         let inner = folder.join("scene");
-        std::fs::create_dir_all(&inner).expect("a folder");
-        std::fs::write(folder.join("a.obj"), "v 0 0 0\n").expect("a mesh");
+        std::fs::create_dir_all(&inner).expect("the folder can be created");
+        std::fs::write(folder.join("a.obj"), "v 0 0 0\n").expect("the mesh can be read");
         let file = inner.join("scene.toml");
         let text = "unit = \"mm\"\n[probe]\nmesh = \"../a.obj\"\n[environment]\nmesh = \"../a.obj\"\n";
-        std::fs::write(&file, text).expect("a scene");
+        std::fs::write(&file, text).expect("the scene can be read");
         file
     }
 
     #[test]
-    fn outside_files_are_asked_for() {
+    fn files_outside_need_permission() {
         let file = scene();
         assert!(read(&file, FilePolicy::Inside, &|| Some(true)).is_ok());
-        assert!(read(&file, FilePolicy::Anywhere, &|| panic!("not asked")).is_ok());
+        assert!(read(&file, FilePolicy::Anywhere, &|| panic!("no question may be asked")).is_ok());
         let refused = read(&file, FilePolicy::Inside, &|| Some(false)).unwrap_err().to_string();
         assert!(refused.contains("did not allow"), "{refused}");
         let unasked = read(&file, FilePolicy::Inside, &|| None).unwrap_err().to_string();
@@ -66,7 +66,7 @@ mod tests {
     }
 
     #[test]
-    fn only_a_yes_is_a_yes() {
+    fn only_yes_gives_permission() {
         for (typed, is_yes) in [("y\n", true), ("yes\n", true), ("\n", false), ("n\n", false), ("", false)] {
             assert_eq!(ask(&mut typed.as_bytes(), &mut Vec::new()), is_yes, "{typed:?}");
         }

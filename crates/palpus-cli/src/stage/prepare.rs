@@ -1,4 +1,4 @@
-//! From a scene, built-in or in a file, to a stage.
+//! Prepares a scene, built-in or from a file, as a stage.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -21,7 +21,8 @@ use crate::{gaps, tools};
 
 use super::outside::read_asking;
 
-/// Force shading turns a direction by no more than this, so that it cannot push into the surface.
+/// Largest angle by which force shading turns a direction, so that the force cannot push into the
+/// surface.
 const MOST_SHADING_TURN_DEGREES: f64 = 45.0;
 
 /// Finds and prepares the scene called `name`: a built-in one, or a scene file by path.
@@ -29,7 +30,7 @@ pub(crate) fn prepare(name: &str, policy: FilePolicy) -> anyhow::Result<Stage> {
     prepare_telling(name, policy, &Teller::Bar)
 }
 
-/// The same, with progress through `teller`.
+/// Finds and prepares the scene called `name`, and reports progress to `teller`.
 pub(crate) fn prepare_telling(name: &str, policy: FilePolicy, teller: &Teller<'_>) -> anyhow::Result<Stage> {
     if let Some(scene) = palpus_scenes::scene(name) {
         return of_built_in(&scene, teller);
@@ -42,7 +43,7 @@ pub(crate) fn prepare_telling(name: &str, policy: FilePolicy, teller: &Teller<'_
     bail!("{}, or name a scene file (TOML)", no_scene(name))
 }
 
-/// Error text for an unknown scene: suggests a similar name and lists all.
+/// Error text for an unknown scene: suggests a similar name and lists all names.
 pub(crate) fn no_scene(name: &str) -> String {
     let scenes = palpus_scenes::scenes();
     let names: Vec<&str> = scenes.iter().map(|scene| scene.name).collect();
@@ -50,7 +51,7 @@ pub(crate) fn no_scene(name: &str) -> String {
     format!("there is no scene called `{name}`; {similar}built-in scenes are {}", names.join(", "))
 }
 
-/// Prepares a scene that code has made.
+/// Prepares a built-in scene.
 pub(crate) fn of_built_in(scene: &Scene, teller: &Teller<'_>) -> anyhow::Result<Stage> {
     let contact = &scene.contact;
     let settings = Settings {
@@ -149,7 +150,7 @@ pub(crate) enum Part {
     Object(usize),
 }
 
-/// Prepares a scene `file` that lies at `path`; `read` reads its meshes.
+/// Prepares a scene `file` whose path is `path`; `read` reads its meshes.
 pub(crate) fn of_file(
     path: &Path,
     mut file: SceneFile,

@@ -1,8 +1,8 @@
 //! The same run with other settings: a second engine on its own thread gets the same device poses
 //! as the first one, tick by tick. Its wrench is not sent to the device.
 //!
-//! The hand feels only the first engine and moves as that one lets it. So the comparison shows two
-//! wrenches for the same motion.
+//! The hand feels only the first engine, and its motion depends only on that engine. The comparison
+//! therefore shows two wrenches for the same motion.
 
 use std::sync::mpsc::{Receiver, SyncSender, channel, sync_channel};
 use std::thread::JoinHandle;
@@ -21,7 +21,7 @@ const MOST_BATCHES: usize = 16;
 
 /// See the module's description.
 pub(super) struct Comparison {
-    /// None while it ends.
+    /// `None` while the comparison ends.
     ticks: Option<SyncSender<Vec<WatchedTick>>>,
     answers: Receiver<Vec<ComparedTick>>,
     moments: Newest<Moment>,
@@ -30,7 +30,7 @@ pub(super) struct Comparison {
 }
 
 impl Comparison {
-    /// Starts the comparison with the next tick that it gets.
+    /// Starts the comparison with the next tick that arrives.
     pub(super) fn begin(stage: &Stage, settings: &Settings, rate_hz: f64) -> anyhow::Result<Self> {
         if stage.tools().count() > 1 {
             bail!("scenes with several devices cannot be compared");
@@ -99,16 +99,16 @@ mod tests {
     use super::*;
     use crate::stage;
 
-    /// Timeout for a busy machine.
+    /// Time limit on a busy machine.
     const PATIENCE: Duration = Duration::from_secs(60);
 
     #[test]
-    fn the_second_engine_answers_for_the_same_poses() {
+    fn second_engine_gets_the_same_poses() {
         crate::bodies::use_cache(false);
-        let stage = stage::prepare("box-table", FilePolicy::Inside).expect("a built-in scene");
+        let stage = stage::prepare("box-table", FilePolicy::Inside).expect("the scene is built in");
         let (spec, rate) = (SimulationSettings::default().spec, 1000.0);
         let settings = stage.settings_in(CouplingMode::Direct, &spec, rate);
-        let mut comparison = Comparison::begin(&stage, &settings, rate).expect("it begins");
+        let mut comparison = Comparison::begin(&stage, &settings, rate).expect("the comparison starts");
         let tick = |k: u32| {
             let time = f64::from(k) / rate;
             let (pose, twist) =
@@ -118,21 +118,24 @@ mod tests {
             WatchedTick { time, state, wrench, query_ns: 0, force_ns: 0, contacts: 0, separation: f64::INFINITY }
         };
         let ticks: Vec<WatchedTick> = (0..2000).map(tick).collect();
-        assert!(comparison.take(&mut |_| ()).is_none(), "nothing has been computed");
+        assert!(comparison.take(&mut |_| ()).is_none(), "without ticks there must be no result");
         comparison.give(ticks.clone());
         let (mut compared, begin) = (Vec::new(), Instant::now());
         while compared.len() < ticks.len() && begin.elapsed() < PATIENCE {
             comparison.take(&mut |tick| compared.push(tick));
             std::thread::sleep(Duration::from_millis(5));
         }
-        // A second engine with equal settings gives the same bits.
-        let mut engine = Engine::new(&stage, &[settings]).expect("valid settings");
+        // A second engine with equal settings must give identical wrenches.
+        let mut engine = Engine::new(&stage, &[settings]).expect("the settings are valid");
         let mut outcome = [None];
         for (tick, compared) in ticks.iter().zip(&compared) {
             engine.step(&[tick.state], 1.0 / rate, &mut outcome);
-            let wrench = outcome[0].as_ref().expect("an answer").wrench;
+            let wrench = outcome[0].as_ref().expect("the engine returns a wrench").wrench;
             assert_eq!((compared.time, compared.force, compared.torque), (tick.time, wrench.force, wrench.torque));
         }
-        assert!(compared.len() == ticks.len() && compared.iter().any(|tick| tick.force.length() > 0.1), "it touches");
+        assert!(
+            compared.len() == ticks.len() && compared.iter().any(|tick| tick.force.length() > 0.1),
+            "there must be contact"
+        );
     }
 }

@@ -1,15 +1,15 @@
 //! Makes a scene from meshes that were opened in the window: from two new ones, or from one new
 //! mesh and one of the current bodies.
 //!
-//! The scene gets a new folder beside the recordings, with both meshes and a scene file. So it is
-//! prepared, recorded, replayed and edited like any other scene.
+//! The scene gets a new folder next to the recordings, with both meshes and a scene file. It is
+//! then prepared, recorded, replayed and edited like any other scene.
 //!
-//! 1. An opened mesh is read and moved so that the middle of its box is its origin: meshes out of
-//!    CAD lie anywhere, and the hand holds a probe at its origin.
-//! 2. A body that stays is written as it was read, so that it is not prepared again.
-//! 3. The probe starts above the environment, at a distance from it; without a path of its own, the
-//!    hand feels its way from there. Of two new meshes the program chooses the start, as of a scene
-//!    file without one.
+//! 1. An opened mesh is read and moved so that the middle of its box is its origin: meshes from CAD
+//!    may be far from their origin, and the hand holds a probe at the origin.
+//! 2. A body that stays is written with its original content, so that it is not prepared again.
+//! 3. The probe starts above the environment, at a distance from it. The hand has no path and moves
+//!    to the environment from there. Of two new meshes, the program chooses the start as for a
+//!    scene file without one.
 
 use std::fs::{self, File};
 use std::io::BufWriter;
@@ -50,7 +50,7 @@ struct Shape {
     metres_per_unit: f64,
 }
 
-/// Returns the kind of a file that is about to be loaded.
+/// Returns the kind of a file before it is loaded.
 pub(super) fn kind(path: &Path) -> Result<FileKind, String> {
     if is_scene(path) {
         // The user is asked about files in other folders when the scene is loaded.
@@ -108,7 +108,7 @@ impl Present {
         Ok(scene)
     }
 
-    /// The body that stays, as it was read.
+    /// The body that stays, with its original content.
     fn other(&self, part: Part) -> anyhow::Result<Shape> {
         match &self.source {
             SceneSource::BuiltIn(name) => {
@@ -130,7 +130,7 @@ impl Shape {
     fn read(opened: &MeshFile) -> anyhow::Result<Self> {
         let MeshFile { file, metres_per_unit } = opened;
         if !(*metres_per_unit > 0.0 && metres_per_unit.is_finite()) {
-            bail!("{metres_per_unit} m is no unit");
+            bail!("{metres_per_unit} m is not a valid unit");
         }
         let mut soup = bodies::read_mesh(file)?;
         let [low, high] = bounds(soup.vertices.iter().copied()).context("there is nothing in it")?;
@@ -138,7 +138,7 @@ impl Shape {
         Ok(Self { soup, metres_per_unit: *metres_per_unit })
     }
 
-    /// Diagonal of its box, m.
+    /// Diagonal of the body's box, m.
     fn size(&self) -> f64 {
         bounds(self.points()).map_or(0.0, |[low, high]| low.distance(high))
     }
@@ -153,7 +153,7 @@ impl Shape {
     }
 }
 
-/// A pose in which the probe is clear of the environment in any orientation.
+/// Returns a pose in which the probe does not overlap the environment in any orientation.
 fn above(probe: &Shape, environment: &Shape, standing: &Pose) -> DVec3 {
     let reach = probe.points().map(DVec3::length).fold(0.0, f64::max);
     let box_of = bounds(environment.points().map(|point| standing.point(point)));
@@ -207,10 +207,10 @@ mod tests {
     use crate::stage;
 
     #[test]
-    fn a_dropped_mesh_and_a_body_that_stays_are_a_scene() {
+    fn dropped_mesh_and_kept_body_make_a_scene() {
         bodies::use_cache(false);
         let folder = std::env::temp_dir().join(format!("palpus-dropped-{}", std::process::id()));
-        fs::create_dir_all(&folder).expect("a temporary folder");
+        fs::create_dir_all(&folder).expect("the folder can be created");
         // A cube of 20 mm, far from its origin.
         let mut cube = String::new();
         for k in 0..8u32 {
@@ -219,39 +219,40 @@ mod tests {
         }
         cube += "f 1 5 7 3\nf 2 4 8 6\nf 1 2 6 5\nf 3 7 8 4\nf 1 3 4 2\nf 5 6 8 7\n";
         let file = folder.join("a cube.obj");
-        fs::write(&file, cube).expect("a file");
+        fs::write(&file, cube).expect("the file can be written");
         assert_eq!(kind(&file), Ok(FileKind::Mesh { size: DVec3::splat(20.0), triangles: 12 }));
 
-        let before = stage::prepare("pen-sphere", FilePolicy::Inside).expect("a built-in scene");
+        let before = stage::prepare("pen-sphere", FilePolicy::Inside).expect("the scene is built in");
         let present = Present::of(&before);
         let opened = MeshFile { file: file.clone(), metres_per_unit: 1e-3 };
         for part in [Part::Probe, Part::Environment] {
             let as_part = |which| (part == which).then_some(&opened);
-            let scene_file = present.with(as_part(Part::Probe), as_part(Part::Environment), &folder).expect("a scene");
+            let scene_file =
+                present.with(as_part(Part::Probe), as_part(Part::Environment), &folder).expect("the scene can be read");
             assert_eq!(kind(&scene_file), Ok(FileKind::Scene));
-            let stage =
-                stage::prepare(&scene_file.display().to_string(), FilePolicy::Inside).expect("it can be prepared");
+            let stage = stage::prepare(&scene_file.display().to_string(), FilePolicy::Inside)
+                .expect("the scene can be prepared");
             let (new, kept, kept_before) = match part {
                 Part::Probe => (&stage.probe, &stage.recorded.environment, &before.recorded.environment),
                 Part::Environment => (&stage.environment, &stage.recorded.probe, &before.recorded.probe),
             };
             assert!((new.mass().volume - 8e-6).abs() < 1e-12 && new.mass().center_of_mass.length() < 1e-9);
-            assert_eq!(kept.content, kept_before.content, "what stays is the same mesh");
+            assert_eq!(kept.content, kept_before.content, "the kept mesh must not change");
             let settings = stage.settings_for(&palpus_device::SimulationSettings::default().spec, 1000.0);
             let mut engine = palpus::render::Renderer::new(stage.probe.clone(), stage.environment.clone(), settings)
-                .expect("it can be felt");
+                .expect("the scene can be rendered");
             let start = stage.environment_pose.inverse() * stage.path.pose(0.0);
             let state = palpus::render::ProbeState::at(start);
             let tick = engine.step(&state, 1e-3, &palpus::algebra::NoClock);
-            assert!(tick.contacts.is_empty(), "it starts clear of the other");
+            assert!(tick.contacts.is_empty(), "the bodies must start apart");
         }
-        assert!(folder.join("a cube").is_dir() && folder.join("a cube-2").is_dir(), "nothing is overwritten");
+        assert!(folder.join("a cube").is_dir() && folder.join("a cube-2").is_dir(), "no folder may be overwritten");
         let nothing = folder.join("nothing.obj");
-        assert!(kind(&nothing).expect_err("it is not there").contains("nothing.obj"));
+        assert!(kind(&nothing).expect_err("the file does not exist").contains("nothing.obj"));
         assert!(present.with(Some(&MeshFile { metres_per_unit: 0.0, ..opened.clone() }), None, &folder).is_err());
-        // Both at once: a start is chosen, and the hand comes to touch.
-        let both = present.with(Some(&opened), Some(&opened), &folder).expect("a scene");
-        let stage = stage::prepare(&both.display().to_string(), FilePolicy::Inside).expect("it can be prepared");
+        // Both meshes are replaced: a start is chosen, and the hand's path touches.
+        let both = present.with(Some(&opened), Some(&opened), &folder).expect("the scene can be read");
+        let stage = stage::prepare(&both.display().to_string(), FilePolicy::Inside).expect("the scene can be prepared");
         assert!((stage.probe.mass().volume - stage.environment.mass().volume).abs() < 1e-15);
         assert!((stage.settings.contact_tolerance - 0.2e-3 * 3f64.sqrt()).abs() < 1e-9);
         assert!(!stage.notes.is_empty() && stage.path.duration() <= 4.0);

@@ -16,7 +16,7 @@ pub(super) struct Loader<T> {
 pub(super) type Tell<'a> = &'a dyn Fn(&str, Option<f64>);
 
 impl<T: Send + 'static> Loader<T> {
-    /// Nothing to do yet.
+    /// No work yet.
     pub(super) fn new() -> Self {
         Self { told: Arc::default(), thread: None }
     }
@@ -24,7 +24,8 @@ impl<T: Send + 'static> Loader<T> {
     /// Starts `work`, with `words` as the name of its first step.
     ///
     /// # Errors
-    /// While other work is under way.
+    ///
+    /// Fails if other work is in progress.
     pub(super) fn begin(
         &mut self,
         words: &str,
@@ -39,11 +40,11 @@ impl<T: Send + 'static> Loader<T> {
             set(&told, Loading::UnderWay { words: words.to_owned(), part });
         };
         let thread = std::thread::Builder::new().name("prepare".to_owned()).spawn(move || work(&tell));
-        self.thread = Some(thread.map_err(|error| format!("no thread to prepare it: {error}"))?);
+        self.thread = Some(thread.map_err(|error| format!("the preparing thread could not start: {error}"))?);
         Ok(())
     }
 
-    /// How far it is.
+    /// Returns the progress.
     pub(super) fn told(&self) -> Loading {
         self.told.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
@@ -88,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn work_tells_how_far_it_is_and_is_done_once() {
+    fn work_reports_progress_and_finishes_once() {
         let mut loader = Loader::new();
         assert_eq!(loader.told(), Loading::Idle);
         let (go, wait) = mpsc::channel::<()>();
@@ -100,25 +101,25 @@ mod tests {
                 wait.recv()?;
                 Ok(7)
             })
-            .expect("it begins");
-        heard.recv().expect("it says so");
+            .expect("the work starts");
+        heard.recv().expect("the work has started");
         assert_eq!(loader.told(), Loading::UnderWay { words: "half way".to_owned(), part: Some(0.5) });
         assert!(loader.take().is_none() && loader.begin("more", |_| Ok(8)).is_err());
-        go.send(()).expect("it waits");
-        assert_eq!(done(&mut loader).expect("it is well"), 7);
+        go.send(()).expect("the work waits");
+        assert_eq!(done(&mut loader).expect("the work succeeds"), 7);
         loader.end(Ok(()));
         assert!(loader.told() == Loading::Idle && loader.take().is_none());
     }
 
     #[test]
-    fn a_failure_is_one_line_until_something_else_begins() {
+    fn failure_is_one_line_until_the_next_work() {
         let mut loader = Loader::<()>::new();
         let fail = |_: Tell<'_>| Err(anyhow!("line 3:\n  no number").context("cup.obj cannot be read"));
-        loader.begin("reading", fail).expect("it begins");
+        loader.begin("reading", fail).expect("the work starts");
         let result = done(&mut loader);
         loader.end(result);
         assert_eq!(loader.told(), Loading::Failed("cup.obj cannot be read: line 3: no number".to_owned()));
-        loader.begin("reading", |_| Ok(())).expect("it begins");
+        loader.begin("reading", |_| Ok(())).expect("the work starts");
         assert!(matches!(loader.told(), Loading::UnderWay { .. }));
     }
 }

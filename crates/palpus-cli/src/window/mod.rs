@@ -1,9 +1,8 @@
-//! The window beside a run, where there is a display and the program was built with one (feature
-//! `window`).
+//! The window of a run, if there is a display and the program was built with the feature `window`.
 //!
-//! The window has the main thread. It draws what the servo thread leaves, and asks for what it
-//! wants of a [`steered::Steered`], which has the session: settings, the hand, pauses, recordings,
-//! and another scene in place of this one, prepared on a thread of its own ([`loading`]).
+//! The window runs on the main thread. It draws what the servo thread publishes, and sends its
+//! requests to a [`steered::Steered`], which owns the session. The requests concern settings, the
+//! hand, pauses, recordings, and a next scene, which a background thread prepares ([`loading`]).
 
 #[cfg(feature = "window")]
 mod caps;
@@ -72,8 +71,8 @@ mod here {
         }
     }
 
-    /// Starts a session with a display. The calling thread draws; afterwards it keeps off the
-    /// loop's core. The threads that a graphics library without a graphics card starts do the same.
+    /// Starts a session with a display. The calling thread draws, and keeps off the loop's core
+    /// from then on. So do the threads that a graphics library without a graphics card starts.
     pub(super) fn begin(
         mut ready: Ready,
         beginning: &Beginning<'_>,
@@ -93,7 +92,7 @@ mod here {
         let (stage, limits) = (&plan.stage, &plan.settings.limits);
         let look = Look { xray: true, ..Look::default() };
         Scene {
-            // A quarter of the force limit has the usual arrow length; larger forces have longer
+            // A quarter of the force limit has the usual arrow length. Larger forces have longer
             // arrows.
             force_scale: 0.25 * limits.force,
             torque_scale: limits.torque,
@@ -112,7 +111,7 @@ mod here {
     use crate::run::{Ended, Ready};
 
     pub(super) fn reason_for_none() -> Option<&'static str> {
-        Some("built without the window: --no-default-features leaves it out")
+        Some("built without the window (--no-default-features)")
     }
 
     pub(crate) fn run(_: &RunArguments, _: Ready, _: &Arc<AtomicBool>) -> anyhow::Result<Vec<Ended>> {

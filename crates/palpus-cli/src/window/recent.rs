@@ -19,12 +19,12 @@ pub(super) struct Recent {
 }
 
 impl Recent {
-    /// The user's list.
+    /// Returns the user's list.
     pub(super) fn of_user() -> Self {
         Self::kept_in(files::of_user("recent.txt"))
     }
 
-    /// The list in a file, if there is one.
+    /// Returns the list in a file, if there is one.
     pub(super) fn kept_in(file: Option<PathBuf>) -> Self {
         let is_small = |file: &PathBuf| fs::metadata(file).is_ok_and(|data| data.len() <= LONGEST);
         let text = file.clone().filter(is_small).and_then(|file| fs::read_to_string(file).ok()).unwrap_or_default();
@@ -58,19 +58,19 @@ mod tests {
     #[test]
     fn recent_files_come_back_newest_first() {
         let folder = std::env::temp_dir().join(format!("palpus-recent-{}", std::process::id()));
-        fs::create_dir_all(&folder).expect("a folder");
+        fs::create_dir_all(&folder).expect("the folder can be created");
         let list = folder.join("state/recent.txt");
         let files: Vec<PathBuf> = (0..MOST + 2).map(|k| folder.join(format!("{k}.obj"))).collect();
         let mut recent = Recent::kept_in(Some(list.clone()));
         for file in &files {
-            fs::write(file, "").expect("a file");
+            fs::write(file, "").expect("the file can be written");
             recent.add(file);
         }
         recent.add(&files[5]);
         let again = Recent::kept_in(Some(list)).files();
         assert_eq!((again.len(), &again[0], &again[1]), (MOST, &files[5], &files[MOST + 1]));
-        fs::remove_file(&files[5]).expect("ours");
-        assert_eq!(recent.files()[0], files[MOST + 1], "a missing file is not offered");
+        fs::remove_file(&files[5]).expect("the file can be deleted");
+        assert_eq!(recent.files()[0], files[MOST + 1], "a missing file must not be offered");
         let _ = fs::remove_dir_all(&folder);
     }
 }

@@ -1,10 +1,10 @@
 //! Saves the scene of a run as a scene file with the current settings.
 //!
-//! 1. The text is that of the scene's file, or the export of the built-in scene.
+//! 1. The text is the text of the scene's file, or the export of the built-in scene.
 //! 2. The settings of the window replace those of the tables `contact` and `coupling`; other keys
-//!    stay. The probe's start and grip are those of the run.
-//! 3. A scene file is written beside the one that it comes from, so that its meshes are found; a
-//!    built-in scene gets a folder of its own. Nothing is overwritten.
+//!    stay. The start and the grip of the probe are those of the run.
+//! 3. The new file is written into the folder of the original file, so that its meshes are found. A
+//!    built-in scene gets its own folder. Nothing is overwritten.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -24,14 +24,15 @@ use crate::{export, files};
 /// Keys that the window may omit, since a missing key means that the option is off.
 const OF_CONTACT: [&str; 4] = ["friction", "crease_angle", "shading_limit", "stiffness"];
 
-/// Makes the run of `stage` begin with the probe at another pose, or held at another grip. From
-/// there the simulated hand moves towards the environment until it touches.
+/// Changes the start of the run of `stage`: another pose of the probe or another grip. From there,
+/// the simulated hand moves towards the environment until the probe touches.
 ///
 /// # Errors
-/// If the scene has several tools, whose hands work together.
+///
+/// Fails if the scene has several tools, whose hands work together.
 pub(super) fn begin_at(stage: &mut Stage, start: &Start) -> anyhow::Result<()> {
     if !stage.others.is_empty() {
-        bail!("a scene with several tools begins where its file says; palpus run --lead-out leads them out there");
+        bail!("a scene with several tools always starts as in its file; palpus run --lead-out leads them out");
     }
     if let Some(grip_a) = start.grip_a {
         stage.settings.grip_a = grip_a;
@@ -45,8 +46,8 @@ pub(super) fn begin_at(stage: &mut Stage, start: &Start) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Writes the scene of `stage` with `settings`; a built-in scene into a new folder below `below`.
-/// `is_moved`: its start is one of [`begin_at`]. Returns the scene file.
+/// Writes the scene of `stage` with `settings`. A built-in scene is written to a new folder in
+/// `below`. `is_moved`: the start was changed by [`begin_at`]. Returns the scene file.
 pub(super) fn save(stage: &Stage, settings: &Settings, is_moved: bool, below: &Path) -> anyhow::Result<PathBuf> {
     let (text, metres_per_unit, file) = match &stage.recorded.source {
         SceneSource::BuiltIn(name) => {
@@ -76,7 +77,7 @@ pub(super) fn save(stage: &Stage, settings: &Settings, is_moved: bool, below: &P
     if scene.contains_key("probe") {
         put_start(&mut scene, stage, settings, metres_per_unit)?;
         if is_moved {
-            // A path of poses begins elsewhere.
+            // The path of poses has another start.
             let hand = table_of(&mut scene, "hand")?;
             ["path", "path_scale", "path_speed"].iter().for_each(|key| drop(hand.remove(*key)));
         }
@@ -122,12 +123,12 @@ mod tests {
     }
 
     #[test]
-    fn a_saved_scene_runs_with_the_same_settings() {
+    fn saved_scene_runs_with_the_same_settings() {
         crate::bodies::use_cache(false);
         let folder = std::env::temp_dir().join(format!("palpus-saved-{}", std::process::id()));
         let spec = SimulationSettings::default().spec;
-        let mut stage = stage::prepare("box-table", FilePolicy::Inside).expect("a built-in scene");
-        // Saves a built-in scene, and then the saved file; the second time from another start.
+        let mut stage = stage::prepare("box-table", FilePolicy::Inside).expect("the scene is built in");
+        // Saves a built-in scene, then the saved file; the second time with another start.
         for (round, mode) in [CouplingMode::Coupled, CouplingMode::Direct].into_iter().enumerate() {
             let mut settings = stage.settings_in(mode, &spec, 1000.0);
             settings.contact_tolerance *= 0.7;
@@ -141,12 +142,12 @@ mod tests {
                 let probe = Pose { translation: DVec3::new(0.01, -0.02, 0.2), rotation: DQuat::from_rotation_x(0.4) };
                 let grip_a = DVec3::new(0.001, 0.002, 0.003);
                 begin_at(&mut stage, &Start { probe: Some(probe), grip_a: Some(grip_a), lead_out: false })
-                    .expect("one tool");
+                    .expect("the scene has one tool");
                 settings.grip_a = grip_a;
             }
-            let file = save(&stage, &settings, round == 1, &folder).expect("it is saved");
+            let file = save(&stage, &settings, round == 1, &folder).expect("the scene can be saved");
             let name = file.display().to_string();
-            let again = stage::prepare(&name, FilePolicy::Inside).expect("it can be run");
+            let again = stage::prepare(&name, FilePolicy::Inside).expect("the scene can be prepared");
             let read = again.settings_for(&spec, 1000.0);
             near(read.contact_tolerance, settings.contact_tolerance);
             near(read.cluster_radius, settings.cluster_radius);
@@ -159,9 +160,9 @@ mod tests {
                 near(read.skin, coupling.skin);
             }
             let (one, other) = (again.path.pose(0.0), stage.path.pose(0.0));
-            assert!((one.translation - other.translation).length() < 1e-9, "the same start");
+            assert!((one.translation - other.translation).length() < 1e-9, "the start must not change");
             assert!(one.rotation.angle_between(other.rotation) < 1e-6);
-            assert!((read.grip_a - settings.grip_a).length() < 1e-9, "the same grip");
+            assert!((read.grip_a - settings.grip_a).length() < 1e-9, "the grip must not change");
             stage = again;
         }
         assert!(folder.join("box-table/scene.toml").is_file() && folder.join("box-table/scene-2.toml").is_file());

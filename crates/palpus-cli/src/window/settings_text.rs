@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 
 use palpus::render::{Clustering, Settings};
 
-/// The tables `contact` and `coupling` of a scene file whose unit of length is so many metres.
+/// Writes the tables `contact` and `coupling` of a scene file whose unit of length has this many
+/// metres.
 pub(super) fn toml(settings: &Settings, metres_per_unit: f64) -> String {
     let length = |metres: f64| metres / metres_per_unit;
     let clustering = if settings.clustering == Clustering::Smooth { "smooth" } else { "linkage" };
@@ -53,18 +54,18 @@ mod tests {
     use crate::stage;
 
     #[test]
-    fn settings_survive_the_scene_file() {
+    fn settings_are_kept_in_the_scene_file() {
         crate::bodies::use_cache(false);
-        let stage = stage::prepare("spoon-cup", FilePolicy::Inside).expect("a built-in scene");
+        let stage = stage::prepare("spoon-cup", FilePolicy::Inside).expect("the scene is built in");
         let folder = std::env::temp_dir().join(format!("palpus-settings-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).expect("a temporary folder");
-        std::fs::write(folder.join("a.obj"), "").expect("a file");
+        std::fs::create_dir_all(&folder).expect("the folder can be created");
+        std::fs::write(folder.join("a.obj"), "").expect("the file can be written");
         for mode in [CouplingMode::Coupled, CouplingMode::Direct] {
             let settings = stage.settings_in(mode, &SimulationSettings::default().spec, 1000.0);
             let text = "unit = \"mm\"\n[probe]\nmesh = \"a.obj\"\n[environment]\nmesh = \"a.obj\"\n".to_owned();
             let scene = folder.join("scene.toml");
-            std::fs::write(&scene, text + &toml(&settings, 1e-3)).expect("a file");
-            let read = read_scene(&scene, FilePolicy::Inside).expect("a scene");
+            std::fs::write(&scene, text + &toml(&settings, 1e-3)).expect("the file can be written");
+            let read = read_scene(&scene, FilePolicy::Inside).expect("the scene can be read");
             let near = |one: f64, other: f64| assert!((one - other).abs() <= 1e-12 * other.abs(), "{one} {other}");
             near(read.render.contact_tolerance, settings.contact_tolerance);
             near(read.render.cluster_radius, settings.cluster_radius);

@@ -33,7 +33,7 @@ use crate::run::{self, Beginning, Ended, Live, Ready, Session, WatchedTick};
 use crate::stage::{self, Stage};
 use crate::untouched::Untouched;
 
-/// Least time before a missing contact is reported, s; the hand has then followed its path once.
+/// Shortest time before a missing contact is reported, s. The hand has then followed its path once.
 const SOON_TOUCHES: f64 = 5.0;
 
 /// A run that the window steers.
@@ -44,9 +44,9 @@ pub(super) struct Steered<'a> {
     session: Option<Session>,
     ended: Vec<Ended>,
     loader: Loader<Next>,
-    /// For the window to take.
+    /// The next scene and its moments, until the window takes them.
     next: Option<(Scene, Newest<Moment>)>,
-    /// Last values shown.
+    /// The last shown values.
     spec: DeviceSpec,
     settings: Settings,
     live: Live,
@@ -66,7 +66,7 @@ pub(super) struct Steered<'a> {
 enum Next {
     /// A stage and its name; its device is not open yet, and may first lead its probe out.
     Stage { name: String, stage: Box<Stage>, lead_out: bool },
-    /// Everything.
+    /// A run with its open device.
     Run(Box<Ready>),
 }
 
@@ -190,7 +190,7 @@ fn prepared(
     Ready::new(arguments, &name, stage, true).map(|ready| Next::Run(Box::new(ready)))
 }
 
-/// Folder for scenes that are made in the window: beside the recordings.
+/// Folder for scenes that are made in the window, next to the recordings.
 fn scenes_folder(arguments: &RunArguments) -> PathBuf {
     arguments.record.parent().unwrap_or(Path::new("")).join("scenes")
 }
@@ -429,7 +429,7 @@ impl Run for Steered<'_> {
     fn painted(&mut self, painted: Painted) {
         let Painted { rate_hz, renderer, triangles, samples, .. } = painted;
         output::note(format!(
-            "window: {rate_hz:.1} frames/s of {triangles} triangles, {samples} samples a pixel, drawn by {renderer}"
+            "window: {rate_hz:.1} frames/s of {triangles} triangles, {samples} samples in each pixel, drawn by {renderer}"
         ));
     }
 }

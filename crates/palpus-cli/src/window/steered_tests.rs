@@ -1,4 +1,4 @@
-//! Requests of a window, tested without a window.
+//! Tests of a window's requests, without a window.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -21,14 +21,14 @@ use crate::args::RunArguments;
 use crate::run::{self, Ready};
 use crate::stage;
 
-/// The timeout is long because the machine may be busy.
+/// The timeout is long, since the machine may be busy.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// Polls once a frame until `done`.
+/// Polls like a window, once per frame, until `done` returns true.
 fn until(run: &mut Steered<'_>, done: impl Fn(&mut Steered<'_>) -> bool) {
     let begin = Instant::now();
     while !done(run) {
-        assert!(begin.elapsed() < PATIENCE, "it does not come: {:?}", run.loading());
+        assert!(begin.elapsed() < PATIENCE, "the request is not fulfilled: {:?}", run.loading());
         std::thread::sleep(Duration::from_millis(5));
     }
 }
@@ -36,13 +36,13 @@ fn until(run: &mut Steered<'_>, done: impl Fn(&mut Steered<'_>) -> bool) {
 fn with_run(name: &str, test: impl FnOnce(Steered<'_>, &Path)) {
     crate::bodies::use_cache(false);
     let folder: PathBuf = std::env::temp_dir().join(format!("palpus-steered-{name}-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).expect("a temporary folder");
+    std::fs::create_dir_all(&folder).expect("the folder can be created");
     let record = folder.join("run.csv").display().to_string();
     let arguments = RunArguments::parse_from(["run", "pen-sphere", "--no-realtime", "--record", &record]);
     let stop = Arc::new(AtomicBool::new(false));
-    let stage = stage::prepare("pen-sphere", FilePolicy::Inside).expect("a built-in scene");
-    let ready = Ready::new(&arguments, "pen-sphere", stage, true).expect("a plan and an engine");
-    let (session, scene, _) = begin(ready, &run::beginning(&arguments), &stop).expect("a session");
+    let stage = stage::prepare("pen-sphere", FilePolicy::Inside).expect("the scene is built in");
+    let ready = Ready::new(&arguments, "pen-sphere", stage, true).expect("the run can be prepared");
+    let (session, scene, _) = begin(ready, &run::beginning(&arguments), &stop).expect("the session starts");
     assert_eq!(scene.bodies.len(), 2);
     let recent = Recent::kept_in(Some(folder.join("recent.txt")));
     test(Steered::new(&arguments, session, recent, &stop), &folder);
@@ -50,31 +50,31 @@ fn with_run(name: &str, test: impl FnOnce(Steered<'_>, &Path)) {
 }
 
 #[test]
-fn a_run_is_steered_and_followed_by_another_scene_and_by_a_dropped_mesh() {
+fn run_is_steered_then_replaced_by_scene_and_mesh() {
     with_run("followed", |mut run, folder| {
         until(&mut run, |run| run.numbers().ticks > 20);
         assert!(run.can_guide() && !run.is_over() && !run.closes_when_over());
         assert!(matches!(run.cap(), Cap::None | Cap::Unusable(_)));
         run.guide(Guide::Held(Pose::IDENTITY));
         let paper = run.presets()[1].settings;
-        run.set_settings(&paper).expect("it can be");
+        run.set_settings(&paper).expect("the settings are valid");
         assert_eq!(run.settings(), paper);
         assert!(run.set_settings(&Settings { stiffness: f64::NAN, ..paper }).is_err());
-        run.pause(true).expect("it can be paused");
+        run.pause(true).expect("the run can be paused");
         assert!(run.is_paused());
-        run.pause(false).expect("it goes on");
+        run.pause(false).expect("the run can continue");
 
-        // A scene that cannot be prepared gives one line, and the run goes on.
+        // A scene that cannot be prepared gives an error of one line, and the run continues.
         let nowhere = Wanted::SceneFile(folder.join("nowhere.toml"));
-        run.load(nowhere).expect("it begins");
+        run.load(nowhere).expect("the loading starts");
         until(&mut run, |run| matches!(run.loading(), Loading::Failed(_)));
         let Loading::Failed(why) = run.loading() else { unreachable!() };
         assert!(why.contains("nowhere.toml") && !why.contains('\n'), "{why}");
         assert!(run.replaced().is_none() && !run.is_over());
 
-        run.load(Wanted::Scene("box-table".to_owned())).expect("it begins");
+        run.load(Wanted::Scene("box-table".to_owned())).expect("the loading starts");
         until(&mut run, |run| run.loading() == Loading::Idle);
-        let (scene, _) = run.replaced().expect("another scene");
+        let (scene, _) = run.replaced().expect("the scene is replaced");
         assert!(scene.title == "box-table" && run.replaced().is_none());
         assert_eq!(run.recording(), Some(folder.join("run-2.csv")));
         until(&mut run, |run| run.numbers().ticks > 20);
@@ -82,31 +82,31 @@ fn a_run_is_steered_and_followed_by_another_scene_and_by_a_dropped_mesh() {
         let cube = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n\
             f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
         let file = folder.join("cube.obj");
-        std::fs::write(&file, cube).expect("a file");
+        std::fs::write(&file, cube).expect("the file can be written");
         let probe = Some(MeshFile { file, metres_per_unit: 0.01 });
-        run.load(Wanted::Meshes { probe, environment: None }).expect("it begins");
+        run.load(Wanted::Meshes { probe, environment: None }).expect("the loading starts");
         until(&mut run, |run| run.loading() == Loading::Idle);
         until(&mut run, |run| run.numbers().ticks > 20);
         assert!(run.replaced().is_some() && run.record(false).is_ok() && run.recording().is_none());
-        assert!(run.record(false).is_err(), "nothing is recorded any more");
+        assert!(run.record(false).is_err(), "there must be no recording to stop");
 
         let opened = run.recent();
         assert_eq!(opened.len(), 1);
         assert!(opened[0].ends_with("cube.obj"), "{opened:?}");
 
-        let ended = run.end().expect("it ends");
+        let ended = run.end().expect("the run ends");
         assert_eq!(ended.len(), 3);
         for run in &ended {
-            let recording = read_recording(&run.seats[0].recordings[0]).expect("a recording");
+            let recording = read_recording(&run.seats[0].recordings[0]).expect("the recording can be read");
             assert!(!recording.rows.is_empty() && recording.rows[0].tick == 0, "{}", run.name);
         }
         assert!(folder.join("scenes/cube/scene.toml").is_file());
-        assert_eq!(read_recording(&folder.join("run.csv")).expect("a recording").changes.len(), 1);
+        assert_eq!(read_recording(&folder.join("run.csv")).expect("the recording can be read").changes.len(), 1);
     });
 }
 
 #[test]
-fn the_scene_begins_anew_where_it_is_told_and_is_saved() {
+fn scene_restarts_at_given_start_and_is_saved() {
     with_run("anew", |mut run, folder| {
         until(&mut run, |run| run.numbers().ticks > 20);
         let start = Start {
@@ -114,25 +114,25 @@ fn the_scene_begins_anew_where_it_is_told_and_is_saved() {
             grip_a: Some(DVec3::new(0.0, 0.0, 0.004)),
             lead_out: false,
         };
-        run.restart(Some(start)).expect("it begins");
+        run.restart(Some(start)).expect("the restart begins");
         until(&mut run, |run| run.loading() == Loading::Idle);
-        let (scene, _) = run.replaced().expect("the same scene");
+        let (scene, _) = run.replaced().expect("the scene is restarted");
         assert_eq!(Some(scene.bodies[0].pose), start.probe);
         assert_eq!(Some(run.settings().grip_a), start.grip_a);
         let wanted = Settings { stiffness: 1234.0, ..run.settings() };
-        run.set_settings(&wanted).expect("it can be");
-        let file = run.save().expect("it is saved");
+        run.set_settings(&wanted).expect("the settings are valid");
+        let file = run.save().expect("the scene can be saved");
         assert!(file.starts_with(folder.join("scenes")), "{}", file.display());
         assert_eq!(run.recent(), std::slice::from_ref(&file));
 
         // Restarts the original scene, then loads the saved one.
-        run.restart(None).expect("it begins");
+        run.restart(None).expect("the restart begins");
         until(&mut run, |run| run.loading() == Loading::Idle);
-        let (scene, _) = run.replaced().expect("the same scene");
+        let (scene, _) = run.replaced().expect("the scene is restarted");
         assert!(Some(scene.bodies[0].pose) != start.probe && Some(run.settings().grip_a) != start.grip_a);
-        run.load(Wanted::SceneFile(file)).expect("it begins");
+        run.load(Wanted::SceneFile(file)).expect("the loading starts");
         until(&mut run, |run| run.loading() == Loading::Idle);
-        let (scene, _) = run.replaced().expect("what was saved");
+        let (scene, _) = run.replaced().expect("the saved scene is loaded");
         let probe = scene.bodies[0].pose.translation;
         assert!((probe - DVec3::new(0.01, 0.02, 0.3)).length() < 1e-9, "{probe}");
         assert!((run.settings().stiffness - 1234.0).abs() < 1e-6);
@@ -140,24 +140,24 @@ fn the_scene_begins_anew_where_it_is_told_and_is_saved() {
 }
 
 #[test]
-fn a_probe_inside_is_led_out_on_request() {
+fn probe_inside_is_led_out_on_request() {
     with_run("led-out", |mut run, folder| {
         until(&mut run, |run| run.numbers().ticks > 20);
         let inside = Pose::from_translation(DVec3::new(0.0, 0.0, 0.02));
         let start = Start { probe: Some(inside), grip_a: None, lead_out: true };
-        run.restart(Some(start)).expect("it begins");
+        run.restart(Some(start)).expect("the restart begins");
         until(&mut run, |run| run.loading() == Loading::Idle);
         until(&mut run, |run| run.numbers().ticks > 20);
-        assert!(run.start().is_some(), "it begins inside");
+        assert!(run.start().is_some(), "the probe must start inside the part");
 
-        // Beginning the scene anew does not lead out.
-        run.restart(None).expect("it begins");
+        // A restart of the scene must not lead the probe out.
+        run.restart(None).expect("the restart begins");
         until(&mut run, |run| run.loading() == Loading::Idle);
         let led = |file: &str| {
-            let recording = read_recording(&folder.join(file)).expect("a recording");
+            let recording = read_recording(&folder.join(file)).expect("the recording can be read");
             recording.header.scene.more.contains_key("lead_out")
         };
-        drop(run.end().expect("it ends"));
+        drop(run.end().expect("the run ends"));
         assert_eq!(["run-2.csv", "run-3.csv"].map(led), [true, false]);
     });
 }

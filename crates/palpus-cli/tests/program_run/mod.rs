@@ -1,6 +1,5 @@
-//! The program as a test runs it: in a folder of its own, with bodies kept there, and without a
-//! display.
-#![allow(dead_code, reason = "each test file uses a part of it")]
+//! Runs the program for tests: in a temporary folder, with its own cache, and without a display.
+#![allow(dead_code, reason = "each test file uses only a part")]
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,19 +7,19 @@ use std::process::{Command, Output};
 
 use serde_json::Value;
 
-/// A folder of its own for one test, gone when the test is over.
+/// A temporary folder for one test, deleted on drop.
 pub(crate) struct Folder(pub(crate) PathBuf);
 
 impl Folder {
     pub(crate) fn new(name: &str) -> Self {
         let path = std::env::temp_dir().join(format!("palpus-{name}-{}", std::process::id()));
-        fs::create_dir_all(&path).expect("a temporary folder");
+        fs::create_dir_all(&path).expect("the folder can be created");
         Self(path)
     }
 
     pub(crate) fn file(&self, name: &str, text: &str) -> PathBuf {
         let path = self.0.join(name);
-        fs::write(&path, text).expect("a temporary file");
+        fs::write(&path, text).expect("the file can be written");
         path
     }
 }
@@ -33,17 +32,17 @@ impl Drop for Folder {
 
 fn program() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_palpus"));
-    // Faults of tests are not the user's.
+    // Faults of tests must not get into the user's log.
     command.env("XDG_STATE_HOME", env!("CARGO_TARGET_TMPDIR"));
     // A test must not open a window.
     command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
     command
 }
 
-/// The program, to be run in `folder`.
+/// Returns a command that runs the program in `folder`.
 pub(crate) fn command(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = program();
-    // Bodies are kept in the test's folder, not in the user's.
+    // The cache of bodies is in the test's folder, not in the user's.
     command
         .current_dir(folder)
         .env("XDG_CACHE_HOME", folder.join("cache"))
@@ -56,7 +55,7 @@ pub(crate) fn palpus(folder: &Path, arguments: &[&str]) -> Output {
     command(folder, arguments).output().expect("the program starts")
 }
 
-/// The program, to be run without a folder: it keeps no bodies.
+/// Returns a command that runs the program without a cache of bodies.
 pub(crate) fn command_without_cache(arguments: &[&str]) -> Command {
     let mut command = program();
     command.arg("--no-cache").args(arguments);
@@ -75,13 +74,13 @@ pub(crate) fn assert_success(output: &Output) {
     assert!(output.status.success(), "{}", text(&output.stderr));
 }
 
-/// The document on standard output of a program that succeeded.
+/// Returns the JSON document on standard output; the program must succeed.
 pub(crate) fn json(output: &Output) -> Value {
     assert_success(output);
     document(output)
 }
 
-/// The document on standard output, whatever the exit status says.
+/// Returns the JSON document on standard output, with any exit status.
 pub(crate) fn document(output: &Output) -> Value {
     serde_json::from_slice(&output.stdout)
         .unwrap_or_else(|error| panic!("no JSON document ({error}): {}", text(&output.stderr)))

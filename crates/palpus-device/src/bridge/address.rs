@@ -1,4 +1,4 @@
-//! Address of a driver: a Unix socket or a UDP port of this machine.
+//! Address of a bridge driver: a Unix socket or a UDP port of this machine.
 
 use std::fmt;
 use std::net::SocketAddr;
@@ -6,20 +6,21 @@ use std::path::PathBuf;
 
 use super::BridgeError;
 
-/// A driver's address.
+/// Address of a bridge driver.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum BridgeAddress {
-    /// The file of a Unix socket of whole packets (`SOCK_SEQPACKET`); Linux only.
+    /// Path of a Unix socket of type `SOCK_SEQPACKET`; Linux only.
     Path(PathBuf),
-    /// UDP on the loopback interface.
+    /// UDP port on the loopback interface.
     Udp(SocketAddr),
 }
 
 impl BridgeAddress {
-    /// Reads `udp:127.0.0.1:PORT`, `udp:[::1]:PORT` or the path of a socket.
+    /// Parses `udp:127.0.0.1:PORT`, `udp:[::1]:PORT` or the path of a socket.
     ///
     /// # Errors
-    /// Fails if it is neither, if it is not on this machine, or if this system lacks such sockets.
+    /// Fails if the text has neither form, if the address is not on this machine, or if this system
+    /// does not support Unix sockets of packets.
     pub fn parse(text: &str) -> Result<Self, BridgeError> {
         let wrong = || BridgeError::Address(text.to_owned());
         if let Some(socket) = text.strip_prefix("udp:") {

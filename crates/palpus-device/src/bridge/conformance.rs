@@ -1,8 +1,9 @@
-//! The conformance tester: plays palpus' side against a driver and judges what the driver does.
+//! The conformance tester: it plays the part of palpus towards a driver and judges the driver's
+//! answers.
 //!
-//! Everything is judged by the driver's own frames, by their sequence numbers and by its clock; so
-//! a busy machine makes the tester slow and not unjust. Only silence is judged by the wall's clock.
-//! The device is pushed with a tenth of its peak force at most, and never with more than 0.5 N.
+//! Every check uses the driver's frames, their sequence numbers and the driver's clock. So on a
+//! busy machine the tester is slow but its results stay correct. Only silence is judged by the wall
+//! clock. The tester commands at most a tenth of the device's peak force, and at most 0.5 N.
 
 mod hostile;
 mod peer;
@@ -18,44 +19,46 @@ use super::{BridgeAddress, BridgeError, SLOWEST};
 use hostile::Hostile;
 use peer::{Numbered, Peer};
 
-/// One thing that the specification asks for, and whether the driver does it.
+/// Result for one rule of the specification.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Check {
     /// The tested rule.
     pub name: &'static str,
-    /// `Ok` with what was seen, or `Err` with what to mend.
+    /// `Ok` with the observed behaviour, or `Err` with what to change in the driver.
     pub outcome: Result<String, String>,
 }
 
-/// N: the most that the device is pushed with.
+/// Largest commanded force, N.
 const PUSH: f64 = 0.5;
-/// Largest push, as a share of the peak force.
+/// Largest commanded force, as a share of the peak force.
 const PUSH_SHARE: f64 = 0.1;
-/// N: what a driver says that it applies may be rounded, or measured.
+/// Allowed difference between the commanded and the applied force, N: a driver may report a rounded
+/// or measured force.
 const FORCE_SLACK: f64 = 0.05;
-/// N and N·m: below this, a device applies nothing.
+/// Below this force (N) and torque (N·m), the device counts as applying nothing.
 const REST: (f64, f64) = (0.02, 1e-3);
-/// Seen of a device without motors.
+/// Result for a device without motors.
 const NO_FORCE: &str = "not tested: the device gives no force, or hardly any";
-/// States over which the rate is measured.
+/// Number of states over which the rate is measured.
 const RATE_STATES: u64 = 500;
-/// Allowed error of the stated rate, as a share of it.
+/// Allowed relative error of the stated rate.
 const RATE_SLACK: f64 = 0.2;
-/// µs for which wrenches of the tester are valid.
+/// Time for which the wrenches of the tester are valid, µs.
 const VALID_FOR_US: u32 = 20_000;
-/// States within which a driver has to have taken a command: those that were on their way, and a
-/// tenth of a second at 1 kHz, since the tester itself may be late.
+/// Number of states within which a driver must have accepted a command. It covers the states in
+/// transit and a tenth of a second at 1 kHz, since the tester itself may be late.
 const PATIENCE_STATES: u64 = 100;
-/// Frames that no driver may act on.
+/// Number of hostile frames, on which no driver may act.
 const HOSTILE_FRAMES: usize = 20_000;
 /// Number of hostile frames between two states.
 const HOSTILE_AT_ONCE: usize = 20;
 
-/// Tests the driver at `address`, in about five seconds. The device is pushed with at most 0.5 N
-/// for some tenths of a second.
+/// Tests the driver at `address`, in about five seconds. The device gets at most 0.5 N for some
+/// tenths of a second.
 ///
 /// # Errors
-/// Fails if no driver listens there. A driver's mistake is no error but a [`Check`].
+/// Fails if no driver listens at `address`. A defect of the driver is not an error but a failed
+/// [`Check`].
 pub fn conformance(address: &BridgeAddress) -> Result<Vec<Check>, BridgeError> {
     let mut report = Report::default();
     let opened = Peer::open(address);
@@ -68,15 +71,15 @@ pub fn conformance(address: &BridgeAddress) -> Result<Vec<Check>, BridgeError> {
         }
     };
     report.add("answers a hello with a welcome", Ok(peer.description()));
-    // The later steps need this one; each step says what it requires.
+    // The steps run in this order, since later steps need earlier ones.
     let steps: [Step; 9] = [
-        ("states a device that can be used", usable),
+        ("describes a device that can be used", usable),
         ("sends nothing before the first command", quiet_before),
         ("numbers states from 1, at the stated rate, by a clock that runs", rate),
         ("echoes commands and is ready", echoes),
         ("applies a valid wrench and says so", applies),
-        ("goes to zero when the wrench is not valid any more", expires),
-        ("applies no wrench that does not know the newest zero", stays_at_zero),
+        ("goes to zero when the wrench is no longer valid", expires),
+        ("applies no wrench that is based on a state before the last zero", stays_at_zero),
         ("applies no wrench that is older than its validity", refuses_stale),
         ("ignores damaged, old and foreign frames", ignores_hostile),
     ];
@@ -88,7 +91,7 @@ pub fn conformance(address: &BridgeAddress) -> Result<Vec<Check>, BridgeError> {
             return Ok(report.checks);
         }
     }
-    report.add("ends a session that is closed, and begins another", reopens(peer, address));
+    report.add("ends a closed session and begins a new one", reopens(peer, address));
     Ok(report.checks)
 }
 
@@ -105,7 +108,7 @@ impl Report {
     }
 }
 
-/// Wrench of the tester's push; `None` if the device gives no force.
+/// Returns the force that the tester commands; `None` if the device gives no force.
 fn push(peer: &Peer) -> Option<Wrench> {
     let force = PUSH.min(PUSH_SHARE * peer.welcome.spec.force_max);
     (force > 2.0 * REST.0).then_some(Wrench { force: DVec3::Z * force, torque: DVec3::ZERO })
@@ -130,7 +133,7 @@ fn usable(peer: &mut Peer) -> Result<String, String> {
 fn quiet_before(peer: &mut Peer) -> Result<String, String> {
     match peer.state_within(Duration::from_millis(100))? {
         None => Ok("no state in 100 ms".to_owned()),
-        Some(_) => Err("send states only once a command with the session's nonce has come".to_owned()),
+        Some(_) => Err("send states only after a command with the session's nonce has arrived".to_owned()),
     }
 }
 
@@ -141,10 +144,10 @@ fn rate(peer: &mut Peer) -> Result<String, String> {
         let next = peer.next_state()?;
         if next.sequence != last.sequence + 1 {
             let (from, to) = (last.sequence, next.sequence);
-            return Err(format!("state {from} was followed by {to}: count each state that you send by one"));
+            return Err(format!("state {from} was followed by {to}: increase the sequence by one with each state"));
         }
         if next.state.time_ns <= last.state.time_ns {
-            return Err(format!("`time_ns` does not rise from state {} to the next", last.sequence));
+            return Err(format!("`time_ns` does not increase from state {} to the next", last.sequence));
         }
         peer.answer(&next, Wrench::ZERO, VALID_FOR_US)?;
         last = next;
@@ -155,7 +158,7 @@ fn rate(peer: &mut Peer) -> Result<String, String> {
     let seconds = (last.state.time_ns - first.state.time_ns) as f64 * 1e-9;
     let (measured, stated) = (RATE_STATES as f64 / seconds, peer.welcome.rate_hz);
     if (measured / stated - 1.0).abs() > RATE_SLACK {
-        return Err(format!("{measured:.0} states a second by `time_ns`, and {stated} are stated"));
+        return Err(format!("{measured:.0} states a second by `time_ns`, but `rate_hz` is {stated}"));
     }
     Ok(format!("{measured:.0} states a second"))
 }
@@ -164,7 +167,7 @@ fn echoes(peer: &mut Peer) -> Result<String, String> {
     let sent = peer.tell(Command::default())?;
     let state = peer.state_where(|state| state.echo >= sent)?;
     match state {
-        None => Err("`echo` has to be the sequence of the newest command that was accepted".to_owned()),
+        None => Err("`echo` must be the sequence of the newest command that was accepted".to_owned()),
         Some(state) if state.state.echo > sent => Err("`echo` names a command that was not sent".to_owned()),
         Some(state) if state.state.flags & READY == 0 => {
             Err("the READY flag is not set; switch the device on, calibrate it, and test again".to_owned())
@@ -185,16 +188,17 @@ fn applies(peer: &mut Peer) -> Result<String, String> {
         peer.answer(&newest, wrench, VALID_FOR_US)?;
     }
     Err(format!(
-        "{:.2} N along +Z were sent for {PATIENCE_STATES} states, and the applied force is {}",
+        "{:.2} N along +Z were commanded for {PATIENCE_STATES} states, but the applied force is {} N",
         wrench.force.z, newest.state.applied.force
     ))
 }
 
-/// Lets a wrench run out, and looks at each state by the device's clock.
+/// Lets a wrench expire, and checks each state by the device's clock.
 fn expires(peer: &mut Peer) -> Result<String, String> {
     let Some(wrench) = push(peer) else { return Ok(NO_FORCE.to_owned()) };
     let (knows, sent) = hold(peer, wrench)?;
-    // A step of the driver may lie between the end and its next state.
+    // The driver may need one of its steps after the expiry, and its next state is one period
+    // later.
     let periods = Duration::from_secs_f64(2.0 / peer.welcome.rate_hz).as_nanos() as u64;
     let end = knows.state.time_ns + u64::from(VALID_FOR_US) * 1000 + periods;
     loop {
@@ -209,27 +213,27 @@ fn expires(peer: &mut Peer) -> Result<String, String> {
             ));
         }
         if state.state.flags & WITHHELD == 0 {
-            return Err("zero, but set the WITHHELD flag until a command knows a state with it".to_owned());
+            return Err("the wrench is zero, but the WITHHELD flag is missing; set it until a command has echoed a state with it".to_owned());
         }
         return Ok(format!("after {} ms", VALID_FOR_US / 1000));
     }
 }
 
-/// After an end, forces that know only states from before it stay away.
+/// Checks that after an expiry, a force based on an older state is not applied.
 fn stays_at_zero(peer: &mut Peer) -> Result<String, String> {
     let Some(wrench) = push(peer) else { return Ok(NO_FORCE.to_owned()) };
     let (knows, _) = hold(peer, wrench)?;
     let expired = peer
         .state_where(|state| state.flags & WITHHELD != 0)?
-        .ok_or("the WITHHELD flag is not set when a wrench is not valid any more")?;
-    // It says that it knows an old state, and claims the newest time.
+        .ok_or("the WITHHELD flag is not set when a wrench is no longer valid")?;
+    // This command echoes an old state but has the newest time.
     let sent = peer.tell(Command {
         echo: knows.sequence,
         time_ns: expired.state.time_ns,
         wrench,
         valid_for_us: VALID_FOR_US,
     })?;
-    never_pushes(peer, sent, "it does not know (`echo`) a state after the end: stay at zero")?;
+    never_pushes(peer, sent, "its `echo` is a state before the wrench expired: stay at zero")?;
     resume(peer)
 }
 
@@ -237,10 +241,12 @@ fn refuses_stale(peer: &mut Peer) -> Result<String, String> {
     let Some(wrench) = push(peer) else { return Ok(NO_FORCE.to_owned()) };
     let old = peer.newest()?;
     let age = u64::from(VALID_FOR_US) * 1000;
-    let newest = peer.state_where(|state| state.time_ns > old.state.time_ns + 2 * age)?.ok_or("states do not go on")?;
+    let newest = peer
+        .state_where(|state| state.time_ns > old.state.time_ns + 2 * age)?
+        .ok_or("the driver sends no further states")?;
     let sent =
         peer.tell(Command { echo: newest.sequence, time_ns: old.state.time_ns, wrench, valid_for_us: VALID_FOR_US })?;
-    never_pushes(peer, sent, "its `time_ns + valid_for_us` had passed when it came: stay at zero")?;
+    never_pushes(peer, sent, "its `time_ns + valid_for_us` had passed when it arrived: stay at zero")?;
     resume(peer)
 }
 
@@ -263,7 +269,7 @@ fn ignores_hostile(peer: &mut Peer) -> Result<String, String> {
         }
         sent = peer.answer(&newest, Wrench::ZERO, VALID_FOR_US)?;
     }
-    // A tester that was late knows an old state only, and its command may have expired on the way.
+    // If the tester was late, it echoed an old state, and its command may have expired in transit.
     for _ in 0..PATIENCE_STATES {
         let newest = peer.newest()?;
         peer.answer(&newest, Wrench::ZERO, VALID_FOR_US)?;
@@ -271,7 +277,7 @@ fn ignores_hostile(peer: &mut Peer) -> Result<String, String> {
             return Ok(format!("{HOSTILE_FRAMES} frames"));
         }
     }
-    Err(format!("no command was accepted any more after {}", hostile.last()))
+    Err(format!("no command was accepted after {}", hostile.last()))
 }
 
 fn reopens(mut peer: Peer, address: &BridgeAddress) -> Result<String, String> {
@@ -279,21 +285,22 @@ fn reopens(mut peer: Peer, address: &BridgeAddress) -> Result<String, String> {
     peer.tell(Command::default())?;
     let _ = peer.send_body(Body::Close("the conformance tester ends the session".into()));
     if !peer.falls_silent() {
-        return Err("states went on after a close frame".to_owned());
+        return Err("the driver sent states after a close frame".to_owned());
     }
     drop(peer);
     let mut again = Peer::open(address).map_err(|error| format!("a second session: {error}"))?;
     if again.session() == before {
-        return Err("the second session has the nonce of the first; choose a new one at random".to_owned());
+        return Err("the second session has the same nonce as the first; choose a new random nonce".to_owned());
     }
     let state = again.begin()?;
     let old = again.foreign_command(before, &state, push(&again).unwrap_or_default())?;
-    never_pushes(&mut again, old, "a command of the session before was applied")?;
+    never_pushes(&mut again, old, "the command belongs to the previous session")?;
     let _ = again.send_body(Body::Close("the conformance tester has finished".into()));
     Ok("the second session has another nonce".to_owned())
 }
 
-/// Has the driver apply `wrench`; returns the state that the last command knew, and its number.
+/// Makes the driver apply `wrench`. Returns the state that the last command echoed, and the
+/// command's sequence.
 fn hold(peer: &mut Peer, wrench: Wrench) -> Result<(Numbered, u64), String> {
     for _ in 0..PATIENCE_STATES {
         let newest = peer.newest()?;
@@ -306,8 +313,8 @@ fn hold(peer: &mut Peer, wrench: Wrench) -> Result<(Numbered, u64), String> {
     Err("a valid wrench was not applied, so its end cannot be seen".to_owned())
 }
 
-/// Fails with `why` if a wrench is applied in any of the states up to the echo of command `sent`,
-/// or in the twenty after it.
+/// Fails with `why` if the device applies a wrench in any state up to the echo of command `sent`,
+/// or in the 20 states after it.
 fn never_pushes(peer: &mut Peer, sent: u64, why: &str) -> Result<(), String> {
     let mut after = 0;
     for _ in 0..PATIENCE_STATES + 20 {
@@ -323,7 +330,7 @@ fn never_pushes(peer: &mut Peer, sent: u64, why: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// Takes the driver back to the state in which it pushes on command.
+/// Sends zero commands until the driver is ready to apply a wrench again.
 fn resume(peer: &mut Peer) -> Result<String, String> {
     for _ in 0..PATIENCE_STATES {
         let newest = peer.newest()?;
@@ -332,10 +339,10 @@ fn resume(peer: &mut Peer) -> Result<String, String> {
             return Ok("stays at zero".to_owned());
         }
     }
-    Err("stays at zero, but the WITHHELD flag does not go when commands know a state with it".to_owned())
+    Err("the driver stays at zero, but keeps the WITHHELD flag after a command has echoed a state with it".to_owned())
 }
 
-/// A nonce that is not `other`.
+/// Returns a nonce that differs from `other`.
 fn nonce_but(other: u64) -> u64 {
     match new_nonce() {
         nonce if nonce == other => nonce.wrapping_add(1),

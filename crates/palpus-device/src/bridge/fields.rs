@@ -1,8 +1,8 @@
-//! Fields of a frame, one after the other.
+//! Reads and writes the fields of a frame.
 
 use glam::DVec3;
 
-/// Reads fields; zeros stand behind the end.
+/// Reads fields in order. After the end of the bytes it reads zeros.
 pub(super) struct Reader<'a> {
     bytes: &'a [u8],
 }
@@ -32,7 +32,8 @@ impl<'a> Reader<'a> {
         DVec3::new(self.number(), self.number(), self.number())
     }
 
-    /// UTF-8 without control characters, filled up with zeros; `None` if it is not.
+    /// Reads UTF-8 text that is padded with zeros; `None` if it is invalid or contains control
+    /// characters.
     pub(super) fn text<const N: usize>(&mut self) -> Option<String> {
         let field: [u8; N] = self.take();
         let end = field.iter().position(|byte| *byte == 0).unwrap_or(N);
@@ -44,7 +45,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Writes fields into a buffer of zeros.
+/// Writes fields in order into a buffer of zeros.
 pub(super) struct Writer<'a> {
     bytes: &'a mut [u8],
     at: usize,
@@ -73,7 +74,7 @@ impl<'a> Writer<'a> {
         self.number(value.x).number(value.y).number(value.z)
     }
 
-    /// As many whole characters as fit, without control characters.
+    /// Writes as many whole characters of `text` as fit, without control characters.
     pub(super) fn text<const N: usize>(&mut self, text: &str) {
         let mut length = 0;
         for character in text.chars().filter(|character| !character.is_control()) {

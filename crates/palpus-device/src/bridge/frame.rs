@@ -1,9 +1,9 @@
-//! The frames of the bridge: fixed sizes, little-endian, no padding; `docs/bridge.md` specifies
-//! them.
+//! The frames of the bridge protocol: fixed sizes, little-endian, no padding. `docs/bridge.md`
+//! specifies them.
 //!
-//! [`decode`] takes any bytes, allocates only for the texts of [`Body::Welcome`] and
-//! [`Body::Close`], and accepts a frame only if all of it is as specified. A frame that it accepts
-//! has finite numbers, a unit quaternion and counts within their ranges.
+//! [`decode`] accepts any bytes as input. It allocates only for the texts of [`Body::Welcome`] and
+//! [`Body::Close`]. It returns a frame only if the whole frame follows the specification: all
+//! numbers are finite, the quaternion has unit length and all counts are within their ranges.
 
 use std::borrow::Cow;
 
@@ -15,17 +15,17 @@ use crate::device::{Axes, DeviceSpec};
 
 /// First bytes of every frame.
 pub const MAGIC: [u8; 4] = *b"PLPB";
-/// Version of the protocol. Frames of another version are not read.
+/// Version of the protocol. Frames of other versions are refused.
 pub const VERSION: u16 = 1;
-/// Bytes of the largest frame.
+/// Size of the largest frame, bytes.
 pub const LONGEST: usize = 208;
-/// Longest time for which a command may ask to be applied, µs.
+/// Longest time for which the wrench of a command may be valid, µs.
 pub const MOST_VALID_FOR_US: u32 = 100_000;
-/// Buttons that a device may have: the loop's keys have the other bits.
+/// Largest number of buttons of a device. The loop uses the other bits for its keys.
 pub const MOST_BUTTONS: u8 = 30;
 /// State flag: the device is powered, calibrated and gives the commanded force.
 pub const READY: u32 = 1;
-/// State flag: the device gives no force now, whatever the command.
+/// State flag: the device gives no force now, whatever wrench is commanded.
 pub const WITHHELD: u32 = 2;
 
 const HEADER: usize = 32;
@@ -33,17 +33,20 @@ const HEADER: usize = 32;
 const CHECK: std::ops::Range<usize> = 12..16;
 const NAME: usize = 64;
 const REASON: usize = 96;
-/// Quaternions of single precision and of a few digits are within this of unit length.
+/// Largest deviation of a quaternion from unit length. It allows single precision and decimal
+/// fractions of a few digits.
 const UNIT_SLACK: f64 = 1e-3;
-/// N, N·m, m, m/s, rad/s: larger numbers are an error and would overflow when squared.
+/// Largest absolute value of a number in a frame (N, N·m, m, m/s, rad/s). A larger number is an
+/// error, and might overflow when squared.
 const LARGEST: f64 = 1e9;
 
-/// A frame's sender, place and content.
+/// A frame: session, sequence number and content.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
-    /// Nonce of the session; in [`Body::Hello`] and [`Body::Welcome`], of the hello.
+    /// Nonce of the session. A [`Body::Hello`] has its own nonce, and the [`Body::Welcome`] repeats
+    /// it.
     pub nonce: u64,
-    /// Counts the sender's frames of a session from 1.
+    /// Number of the frame among the sender's frames of this session, from 1.
     pub sequence: u64,
     /// The content.
     pub body: Body,
@@ -52,18 +55,18 @@ pub struct Frame {
 /// The content of a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Body {
-    /// palpus asks for a session.
+    /// palpus requests a session.
     Hello {
-        /// Rate at which palpus means to send commands, Hz.
+        /// Rate at which palpus will send commands, Hz.
         rate_hz: f64,
     },
     /// The driver offers a session.
     Welcome(Welcome),
-    /// palpus tells the driver what to push with.
+    /// palpus commands a wrench.
     Command(Command),
-    /// The driver says where the grip is.
+    /// The driver reports the state of the device.
     State(State),
-    /// Either side ends the session, with a reason for people.
+    /// Either side ends the session; the text is the reason.
     Close(Cow<'static, str>),
 }
 
@@ -78,35 +81,35 @@ pub struct Welcome {
     pub spec: DeviceSpec,
 }
 
-/// Wrench for the device.
+/// A command: the wrench for the device.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Command {
-    /// Sequence of the newest state that the wrench knows; 0 before the first.
+    /// Sequence of the newest state on which the wrench is based; 0 before the first state.
     pub echo: u64,
-    /// Time of the state by the device's clock, ns.
+    /// Time of that state by the device's clock, ns.
     pub time_ns: u64,
-    /// About the grip's origin, in the device's axes (N, N·m).
+    /// Wrench about the grip's origin, in the axes of the device's frame (N, N·m).
     pub wrench: Wrench,
-    /// The wrench is valid for so long after `time_ns`, µs.
+    /// Time after `time_ns` for which the wrench is valid, µs.
     pub valid_for_us: u32,
 }
 
 /// State of the device.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State {
-    /// By the device's own clock, ns; its origin is free.
+    /// Time by the device's own clock, ns. Its origin is arbitrary.
     pub time_ns: u64,
-    /// The grip in the device's frame (m).
+    /// Pose of the grip in the device's frame (m).
     pub pose: Pose,
-    /// Twist of the grip about its origin, in the device's frame (m/s, rad/s).
+    /// Velocity of the grip (m/s at its origin, and rad/s), in the device's frame.
     pub twist: Twist,
     /// Wrench that the device applies now (N, N·m).
     pub applied: Wrench,
-    /// Sequence of the newest command that the driver has accepted; 0 before the first.
+    /// Sequence of the newest command that the driver has accepted; 0 before the first command.
     pub echo: u64,
     /// Bit k is set while button k is pressed.
     pub buttons: u32,
-    /// [`READY`] and [`WITHHELD`].
+    /// [`READY`] and [`WITHHELD`] flags.
     pub flags: u32,
 }
 
@@ -116,16 +119,16 @@ pub enum Refusal {
     /// The first bytes are not [`MAGIC`].
     #[error("it does not begin with PLPB")]
     Magic,
-    /// It is of another version of the protocol.
-    #[error("it is of version {0} of the protocol; this palpus speaks version 1")]
+    /// The frame has another version of the protocol.
+    #[error("it has version {0} of the protocol, but this palpus uses version 1")]
     Version(u16),
     /// There is no such kind of frame.
     #[error("its kind {0} does not exist")]
     Kind(u16),
-    /// Not as long as its kind is, or as it says.
-    #[error("its size of {0} bytes is not that of its kind")]
+    /// The size does not fit the kind of frame, or differs from the size in the header.
+    #[error("its size of {0} bytes does not fit its kind")]
     Size(usize),
-    /// The CRC-32 is not that of the bytes.
+    /// The CRC-32 does not match the bytes.
     #[error("its CRC-32 is wrong")]
     Check,
     /// A field is out of range.
@@ -145,7 +148,7 @@ impl Body {
     }
 }
 
-/// Bytes of a frame of this kind, header included.
+/// Returns the size of a frame of this kind, header included, bytes; `None` for an unknown kind.
 const fn size(kind: u16) -> Option<usize> {
     match kind {
         1 => Some(HEADER + 8),
@@ -157,7 +160,7 @@ const fn size(kind: u16) -> Option<usize> {
     }
 }
 
-/// Writes `frame` into `buffer` and returns its bytes. Does not allocate.
+/// Encodes `frame` into `buffer` and returns its bytes. Does not allocate.
 pub fn encode<'a>(frame: &Frame, buffer: &'a mut [u8; LONGEST]) -> &'a [u8] {
     let kind = frame.body.kind();
     let size = size(kind).unwrap_or(HEADER);
@@ -205,10 +208,10 @@ fn write_state(state: &State, to: &mut Writer<'_>) {
     to.put(echo.to_le_bytes()).put(buttons.to_le_bytes()).put(flags.to_le_bytes());
 }
 
-/// The frame in `bytes`, which are one datagram.
+/// Decodes the frame in `bytes`, which must be one datagram.
 ///
 /// # Errors
-/// If anything is not as specified: [`Refusal`] says what.
+/// Fails if any part does not follow the specification; the [`Refusal`] names the part.
 pub fn decode(bytes: &[u8]) -> Result<Frame, Refusal> {
     let mut from = Reader::new(bytes);
     if from.take() != MAGIC {
@@ -253,7 +256,7 @@ fn number(from: &mut Reader<'_>, name: &'static str, least: f64, most: f64) -> R
 
 fn vector(from: &mut Reader<'_>, name: &'static str) -> Result<DVec3, Refusal> {
     let value = from.vector();
-    // Also refuses what is not finite.
+    // This comparison also refuses non-finite values.
     if value.abs().cmple(DVec3::splat(LARGEST)).all() { Ok(value) } else { Err(Refusal::Value(name)) }
 }
 

@@ -1,4 +1,4 @@
-//! The thread that receives states, and says zero for a loop that is silent.
+//! The thread that receives states, and sends zero commands while the loop does not write.
 
 use std::borrow::Cow;
 use std::io;
@@ -14,13 +14,13 @@ use super::socket::Heard;
 use crate::latest::Publisher;
 use crate::realtime::{RealTimeOptions, claim};
 
-/// Without a state for this long, the device is lost.
+/// If no state arrives for this time, the device is lost.
 const LOST_TIME: Duration = Duration::from_millis(250);
 
-/// N: a force without a command is felt from here on.
+/// An applied force above this without a command is an error of the driver, N. A hand can feel it.
 const UNASKED: f64 = 0.5;
 
-/// A state, its number, and when it arrived.
+/// A state, its sequence number, and the time at which it arrived.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sensed {
     pub(super) sequence: u64,
@@ -28,25 +28,25 @@ pub(super) struct Sensed {
     pub(super) arrived: Instant,
 }
 
-/// State that the loop and the thread share.
+/// Data that the loop and the listener thread share.
 #[derive(Debug)]
 pub(super) struct Shared {
     pub(super) session: Session,
-    /// For which a wrench is valid.
+    /// Time for which a wrench is valid.
     pub(super) valid_for: Duration,
-    /// The device is not needed any more.
+    /// True if the device is no longer needed.
     pub(super) over: AtomicBool,
-    /// Why there are no more states.
+    /// The reason why no more states will arrive, if so.
     pub(super) lost: OnceLock<Cow<'static, str>>,
     pub(super) counts: Counts,
     opened: Instant,
-    /// ns since `opened` when the last command was sent.
+    /// Time of the last sent command, ns since `opened`.
     written: AtomicU64,
-    /// ns since `opened` when the last command was sent that has a wrench.
+    /// Time of the last sent command with a wrench, ns since `opened`.
     pushed: AtomicU64,
-    /// The last command has a wrench.
+    /// True if the last command has a wrench.
     is_pushing: AtomicBool,
-    /// How often a wrench was ended from here, because the loop was silent.
+    /// Number of wrenches that the listener ended because the loop did not write.
     pub(super) interruptions: AtomicU64,
     /// Device time of the first state, ns.
     first_ns: AtomicU64,
@@ -78,14 +78,14 @@ impl Shared {
         }
     }
 
-    /// s of the device's time since the first state.
+    /// Returns the device's time since the first state, s.
     pub(super) fn seconds(&self, time_ns: u64) -> f64 {
         let since = time_ns.wrapping_sub(self.first_ns.load(Ordering::Relaxed));
-        // A device's clock may run backwards; that is the gate's to judge.
+        // A device's clock may run backwards; the gate then reports a fault.
         (since as i64) as f64 * 1e-9
     }
 
-    /// Sends a command; one for which there is no room is counted.
+    /// Sends a command. If the driver has no room for it, the command is counted as unsent.
     pub(super) fn send(&self, sequence: u64, command: Command) -> io::Result<()> {
         let sent = self.session.send(sequence, Body::Command(command))?;
         self.counts.unsent.fetch_add(u64::from(!sent), Ordering::Relaxed);
@@ -103,14 +103,15 @@ impl Shared {
         u64::try_from(self.opened.elapsed().as_nanos()).unwrap_or(u64::MAX)
     }
 
-    /// True if the last command to push is so long ago that it cannot explain an old wrench.
+    /// Returns true if the last command with a wrench is too old to explain a wrench that the
+    /// device still applies.
     fn is_at_rest(&self) -> bool {
         let since = self.now().saturating_sub(self.pushed.load(Ordering::Relaxed));
         Duration::from_nanos(since) > self.valid_for + LOST_TIME
     }
 
-    /// Keeps the session alive without a wrench, where the loop has not written for as long as a
-    /// wrench is valid.
+    /// Sends a zero command if the loop has not written for as long as a wrench is valid. This
+    /// keeps the session open.
     fn keep_alive(&self) -> io::Result<()> {
         let silent = self.now().saturating_sub(self.written.load(Ordering::Relaxed));
         if Duration::from_nanos(silent) <= self.valid_for {
@@ -124,7 +125,7 @@ impl Shared {
     }
 }
 
-/// The thread's side of the device.
+/// The listener thread's side of the device.
 pub(super) struct Listener {
     states: Publisher<Sensed>,
     shared: Arc<Shared>,
@@ -139,18 +140,18 @@ impl Listener {
         Self { states, shared, newest: first.sequence, heard: first.arrived }
     }
 
-    /// Until the device is not needed any more, or lost.
+    /// Runs until the device is no longer needed, or is lost.
     pub(super) fn run(mut self, priority: Option<u8>) {
         if priority.is_some() {
-            // If the priority is refused here, the loop's own was refused too, and its message
-            // names the remedy.
+            // If this priority is refused, the loop's priority was refused too, and its message
+            // says how to fix it.
             claim(&RealTimeOptions { priority, lock_memory: false, pin: false });
         }
-        // Said also if this thread should panic.
+        // This also reports a panic of this thread.
         let _ended = Ended(Arc::clone(&self.shared));
         while !self.shared.over.load(Ordering::Acquire) {
             if let Err(why) = self.turn() {
-                let again = "palpus does not connect again by itself, since a force would come back unasked: \
+                let again = "palpus does not reconnect by itself, since the force would return unexpectedly: \
                     start the run again";
                 let _ = self.shared.lost.set(Cow::Owned(format!("{why}; {again}")));
                 return;
@@ -158,7 +159,7 @@ impl Listener {
         }
     }
 
-    /// Takes the next frame, if one comes in time.
+    /// Handles the next frame, if one arrives in time.
     fn turn(&mut self) -> Result<(), String> {
         let mut buffer = BUFFER;
         match self.shared.session.socket.receive(&mut buffer).map_err(|error| gone(&error))? {
@@ -184,7 +185,7 @@ impl Listener {
                 self.states.publish(Sensed { sequence, state, arrived });
                 let force = state.applied.force.length();
                 if force > UNASKED && self.shared.is_at_rest() {
-                    return Err(format!("the driver pushes with {force:.1} N although the command is zero"));
+                    return Err(format!("the driver applies {force:.1} N although the command is zero"));
                 }
                 Ok(())
             }
@@ -200,22 +201,22 @@ impl Listener {
     }
 }
 
-/// Says that the connection is gone.
+/// Describes a failed connection.
 pub(super) fn gone(error: &io::Error) -> String {
     match error.kind() {
         io::ErrorKind::UnexpectedEof | io::ErrorKind::BrokenPipe | io::ErrorKind::ConnectionReset => {
             "the driver has closed the connection".to_owned()
         }
-        io::ErrorKind::ConnectionRefused => "the driver does not listen any more".to_owned(),
-        _ => format!("the connection to the driver is gone: {error}"),
+        io::ErrorKind::ConnectionRefused => "the driver no longer listens".to_owned(),
+        _ => format!("the connection to the driver is lost: {error}"),
     }
 }
 
-/// Signals the loop that the receiving thread has ended.
+/// Marks the device as lost when the listener thread ends.
 struct Ended(Arc<Shared>);
 
 impl Drop for Ended {
     fn drop(&mut self) {
-        let _ = self.0.lost.set(Cow::Borrowed("the thread that listens to the driver has ended"));
+        let _ = self.0.lost.set(Cow::Borrowed("the thread that receives the driver's states has ended"));
     }
 }

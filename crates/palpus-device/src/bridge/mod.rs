@@ -1,25 +1,30 @@
-//! The bridge: a process of one's own is a haptic device. `docs/bridge.md` specifies the protocol.
+//! The bridge: connects a haptic device whose driver is a separate process. `docs/bridge.md`
+//! specifies the protocol.
 //!
-//! The *driver* listens on a Unix socket or on a UDP port of this machine; palpus connects.
+//! The *driver* listens on a Unix socket or on a UDP port of this machine, and palpus connects
+//! to it.
 //!
-//! 1. [`BridgeDevice::open`] says hello with a fresh nonce. The driver's welcome has that nonce,
-//!    the session's nonce and the device's spec. A command without a wrench begins the session.
-//! 2. The driver sends states at its own rate. A thread receives them (`listener`) and leaves the
-//!    newest for the loop's next read. Frames with another nonce, an old sequence number, a wrong
-//!    CRC or a number out of range are counted and change nothing.
-//! 3. The loop's write sends the wrench itself, without waiting: the one system call on its path.
-//!    Each command says which state it knows, and for how long after that state, by the device's
-//!    own clock, its wrench is valid. Then the driver goes to zero by itself, whatever happened to
-//!    palpus, and stays there until a command knows of it.
-//! 4. A state is `withheld` while the driver says so, while there is no newer one for 5 ms, and
-//!    after the thread has ended a wrench of a loop that was silent.
-//! 5. The device is lost if no state comes for a quarter of a second, the connection closes, the
-//!    driver says goodbye, or it pushes although it was commanded zero. It does not connect again
-//!    by itself: a force would come back unexpectedly.
+//! 1. [`BridgeDevice::open`] sends a hello with a new nonce. The driver's welcome repeats this
+//!    nonce and adds the session's nonce and the device's description. A command without a wrench
+//!    begins the session.
+//! 2. The driver sends states at its own rate. A thread receives them (`listener`) and keeps the
+//!    newest one for the loop's next read. Frames with another nonce, an old sequence number, a
+//!    wrong CRC or a number out of range are counted and ignored.
+//! 3. The loop's write sends the wrench directly, without waiting. This is the only system call on
+//!    its path. Each command names the state on which it is based, and the time after that state,
+//!    by the device's clock, for which its wrench is valid. After this time the driver goes to zero
+//!    by itself, whatever has happened to palpus. It stays at zero until a command is based on a
+//!    later state.
+//! 4. A state is `withheld` in these cases: the driver says so, no newer state has arrived for 5
+//!    ms, or the thread has ended a wrench because the loop did not write.
+//! 5. The device is lost if no state arrives for a quarter of a second, if the connection or the
+//!    session is closed, or if the driver applies a force although zero was commanded. palpus does
+//!    not reconnect by itself, since the force would return unexpectedly.
 //!
-//! **Why a thread, when the loop could read the socket?** A session must stay alive before the loop
-//! begins and while it stalls, and states must not pile up meanwhile: then the first state that the
-//! loop sees would be an old one. Writes are not left to the thread, which would have to be woken.
+//! **Why a thread?** A session must stay open before the loop starts and while it stalls. Without
+//! the thread, states would also pile up in the socket in that time, and the loop would read an old
+//! state first. Writes do not go through the thread, since it would have to be woken for each of
+//! them.
 
 mod address;
 mod conformance;
@@ -48,51 +53,52 @@ use session::Session;
 pub use address::BridgeAddress;
 pub use conformance::{Check, conformance};
 
-/// Hz: with slower drivers, states would be stale as a matter of course.
+/// Lowest rate of a driver, Hz. At lower rates every state would be too old.
 const SLOWEST: f64 = 500.0;
-/// Hz: the loop's usual rate, for the driver to know and for thresholds.
+/// Usual rate of the loop, Hz. The driver gets it in the hello, and the thresholds are computed
+/// from it.
 const USUAL_RATE: f64 = 1000.0;
-/// A state that is older is withheld, unless three of the driver's periods are longer.
+/// A state older than this is withheld, unless [`STALE_PERIODS`] periods of the driver are longer.
 const STALE_TIME: Duration = Duration::from_millis(5);
 const STALE_PERIODS: f64 = 3.0;
 
-/// After so long without a read, the next one waits for a fresh state, at most as long again.
+/// After this time without a read, the next read waits for a new state, at most this long.
 const PAUSE: Duration = Duration::from_millis(100);
 
-/// How to find a driver.
+/// Options of the bridge.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BridgeOptions {
-    /// Address at which it listens.
+    /// Address at which the driver listens.
     pub address: BridgeAddress,
-    /// `SCHED_FIFO` priority of the thread that receives, where it is allowed; best one above the
-    /// loop's. `None` does not ask.
+    /// `SCHED_FIFO` priority of the listener thread, if it may have one. It should be one above the
+    /// loop's priority. `None` requests no priority.
     pub priority: Option<u8>,
 }
 
-/// Reason why the bridge has no device.
+/// The reason why the bridge has no device.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BridgeError {
-    /// The text is no address.
-    #[error("`{0}` is no address of a driver; write the path of its socket, or udp:127.0.0.1:PORT")]
+    /// The text is not a valid address.
+    #[error("`{0}` is not the address of a driver; write the path of its socket, or udp:127.0.0.1:PORT")]
     Address(String),
-    /// Only this machine may be asked.
-    #[error("{0} is not on this machine; a bridge takes loopback addresses only, such as 127.0.0.1 or [::1]")]
+    /// The address is on another machine.
+    #[error("{0} is not on this machine; a bridge accepts loopback addresses only, such as 127.0.0.1 or [::1]")]
     NotHere(String),
-    /// This system has no Unix sockets of packets.
-    #[error("`{0}` is a path, and this system has no such sockets; use udp:127.0.0.1:PORT")]
+    /// This system has no Unix sockets of type `SOCK_SEQPACKET`.
+    #[error("`{0}` is the path of a Unix socket, which this system does not support; use udp:127.0.0.1:PORT")]
     UdpOnly(String),
     /// No driver listens at the address.
-    #[error("no driver listens at {address} ({why}); start it first")]
+    #[error("no driver listens at {address} ({why}); start the driver first")]
     NoDriver {
-        /// Where.
+        /// Address of the driver.
         address: String,
         /// The reason.
         why: String,
     },
-    /// Somebody listens, but does not follow the protocol.
-    #[error("the driver at {address} does not speak the bridge's protocol: {why}")]
+    /// The program at the address does not follow the protocol.
+    #[error("the driver at {address} does not follow the bridge protocol: {why}")]
     NotUnderstood {
-        /// Where.
+        /// Address of the driver.
         address: String,
         /// The reason.
         why: String,
@@ -100,42 +106,42 @@ pub enum BridgeError {
     /// The driver's device cannot be used.
     #[error("the driver at {address} cannot be used: {why}")]
     Unusable {
-        /// Where.
+        /// Address of the driver.
         address: String,
         /// The reason.
         why: String,
     },
 }
 
-/// Counters of the connection so far.
+/// Counters of the connection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BridgeCounts {
-    /// States that were taken.
+    /// Number of received states.
     pub states: u64,
-    /// States that did not arrive, by the gaps in their numbers.
+    /// Number of states that did not arrive, from gaps in the sequence numbers.
     pub lost: u64,
-    /// Frames that were ignored: damaged, old, or of another session.
+    /// Number of ignored frames: damaged, old, or of another session.
     pub ignored: u64,
-    /// Commands for which the driver had no room, since it does not read.
+    /// Number of commands that were not sent, since the driver does not read them.
     pub unsent: u64,
-    /// Commands without a wrench that were sent because the loop had not written.
+    /// Number of zero commands that were sent because the loop had not written.
     pub idle: u64,
 }
 
-/// A device behind the bridge; see the module's outline.
+/// A device behind the bridge; the module describes the connection.
 pub struct BridgeDevice {
     spec: DeviceSpec,
     notes: Vec<String>,
     states: Newest<Sensed>,
     /// The state that was read last.
     known: Sensed,
-    /// When that was.
+    /// Time of the last read.
     read: Option<Instant>,
-    /// Wrenches that the thread had ended at the last read.
+    /// Number of wrenches that the listener had ended at the last read.
     interruptions: u64,
-    /// Commands that the thread had sent at the last write.
+    /// Number of zero commands that the listener had sent at the last write.
     idle: u64,
-    /// Age from which on a state is withheld.
+    /// Age from which a state is withheld.
     stale: Duration,
     shared: Arc<Shared>,
     brake: Arc<BridgeBrake>,
@@ -143,15 +149,16 @@ pub struct BridgeDevice {
 }
 
 impl BridgeDevice {
-    /// Connects and begins a session. Takes at most about two seconds.
+    /// Connects to the driver and begins a session. Takes at most about two seconds.
     ///
     /// # Errors
-    /// Fails if there is no driver, or none that can be used; each error says what mends it.
+    /// Fails if there is no driver, or if its device cannot be used. Each error says how to fix
+    /// it.
     pub fn open(options: &BridgeOptions) -> Result<Self, BridgeError> {
         let address = &options.address;
         let (session, welcome) = Session::open(address, USUAL_RATE)?;
         if welcome.rate_hz < SLOWEST {
-            let why = format!("it sends {} states a second, and {SLOWEST} are needed at least", welcome.rate_hz);
+            let why = format!("it sends {} states a second, but at least {SLOWEST} are needed", welcome.rate_hz);
             return Err(BridgeError::Unusable { address: address.to_string(), why });
         }
         let spec = welcome.spec;
@@ -187,12 +194,12 @@ impl BridgeDevice {
         })
     }
 
-    /// Facts about the driver for the recording.
+    /// Returns facts about the driver for the recording.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
 
-    /// Counters of the connection so far.
+    /// Returns the counters of the connection so far.
     pub fn counts(&self) -> BridgeCounts {
         let read = |count: &AtomicU64| count.load(Ordering::Relaxed);
         let counts = &self.shared.counts;
@@ -205,9 +212,9 @@ impl BridgeDevice {
         }
     }
 
-    /// Waits for a fresh state. While a loop starts, the system locks the program's memory, which
-    /// holds the thread up; if the loop began with an old state, the next one would look like a
-    /// leap of the device's clock.
+    /// Waits for a new state. While a loop starts, the system locks the program's memory, which
+    /// delays the listener thread. If the loop began with an old state, the next state would look
+    /// like a jump of the device's clock.
     fn wait_for_fresh(&mut self) {
         let begun = Instant::now();
         while self.states.get().arrived.elapsed() > self.stale && begun.elapsed() < PAUSE {
@@ -220,7 +227,7 @@ impl BridgeDevice {
     }
 }
 
-/// For how long a wrench may be held: as long as the watchdog allows.
+/// Returns the time for which a wrench is valid: the time that the watchdog allows.
 fn valid_for(spec: &DeviceSpec) -> Duration {
     let stall = SafetyLimits::of(spec, USUAL_RATE).stall;
     Duration::from_secs_f64(stall.min(1e-6 * f64::from(MOST_VALID_FOR_US)))
@@ -231,8 +238,8 @@ impl HapticDevice for BridgeDevice {
         &self.spec
     }
 
-    /// The newest state; the same one again, with its time, while there is no newer one. Does not
-    /// wait, but for a fresh state when a loop begins.
+    /// Returns the newest state. While there is no newer one, it returns the same state with the
+    /// same time. Does not wait, except for a new state when a loop starts.
     fn read(&mut self) -> Result<DeviceState, DeviceError> {
         self.alive()?;
         if self.read.is_none_or(|read| read.elapsed() > PAUSE) {
@@ -259,10 +266,10 @@ impl HapticDevice for BridgeDevice {
             return Err(DeviceError::Refused(Cow::Borrowed("it is not finite")));
         }
         self.alive()?;
-        // The brake's order: the number first, then the flag.
+        // Takes the number before it checks the brake's flag; `BridgeBrake` relies on this order.
         let sequence = self.shared.session.next();
-        // A wrench computed before the loop learned of the interruption would bring the old force
-        // back at once.
+        // A wrench that was computed before the loop saw the interruption must not bring the old
+        // force back.
         let is_interrupted = self.shared.interruptions.load(Ordering::Acquire) != self.interruptions;
         let wrench = if is_interrupted || self.brake.is_applied() { Wrench::ZERO } else { *wrench };
         self.idle = self.shared.counts.idle.load(Ordering::Relaxed);
@@ -275,9 +282,9 @@ impl HapticDevice for BridgeDevice {
     fn counts(&self) -> Vec<(&'static str, u64)> {
         let BridgeCounts { lost, ignored, unsent, .. } = self.counts();
         vec![
-            ("states lost on the way", lost),
+            ("states lost in transit", lost),
             ("frames ignored", ignored),
-            ("commands that the driver had no room for", unsent),
+            ("commands not sent, since the driver did not read", unsent),
         ]
     }
 
@@ -285,8 +292,8 @@ impl HapticDevice for BridgeDevice {
         Some(self.brake.clone())
     }
 
-    /// The thread sends zero when the loop does not write. What the driver does when nothing comes
-    /// is for [`conformance`] to test: it takes a force to see it.
+    /// The listener thread sends zero when the loop does not write. Only [`conformance`] tests what
+    /// the driver does without commands, since that test needs a force.
     fn own_watchdog(&mut self) -> Option<OwnWatchdog> {
         let has_bitten = self.shared.counts.idle.load(Ordering::Relaxed) > self.idle;
         Some(OwnWatchdog { after: self.shared.valid_for, has_bitten })
@@ -298,18 +305,19 @@ impl Drop for BridgeDevice {
     fn drop(&mut self) {
         self.shared.over.store(true, Ordering::Release);
         if let Some(thread) = self.thread.take() {
-            // It has nothing left to tell.
+            // A panic of the thread needs no reaction here.
             let _ = thread.join();
         }
         self.shared.session.close("palpus ends the session");
     }
 }
 
-/// Sends zero, and has every later command be zero.
+/// Brake of a bridge device: sends zero, and makes every later command zero.
 ///
-/// The loop may be between looking at the flag and sending. It takes its command's number before it
-/// looks, and this takes one after it has set the flag; so a wrench that got past the flag has a
-/// lower number than this zero, and the driver ignores it if it comes later.
+/// The loop may be between the check of the flag and the send. It takes the number of its command
+/// before it checks the flag, and the brake takes a number after it has set the flag. So a
+/// wrench that passed the check has a lower number than this zero command, and the driver ignores
+/// it if it arrives later.
 struct BridgeBrake {
     flag: BrakeFlag,
     shared: Arc<Shared>,
@@ -319,7 +327,7 @@ impl Brake for BridgeBrake {
     fn apply(&self) {
         if !self.flag.is_applied() {
             self.flag.apply();
-            // A driver that does not hear it takes the force away when it is not valid any more.
+            // If the zero does not reach the driver, the force ends when the last wrench expires.
             let _ = self.shared.send(self.shared.session.next(), Command::default());
         }
     }
@@ -333,13 +341,13 @@ impl Brake for BridgeBrake {
     }
 }
 
-/// Drivers are not searched for: one says where they listen.
+/// Returns no device: the search does not look for drivers, since the user chooses their addresses.
 pub(crate) fn look() -> Vec<Finding> {
     vec![Finding::missing(
         "bridge:/tmp/palpus.sock",
-        "a driver of your own",
+        "a driver that you write",
         "nothing",
-        "a bridge's address is yours to choose",
+        "drivers are not searched for, since you choose their address",
         "write a driver (docs/bridge.md), or start the example: python3 examples/bridge/driver.py /tmp/palpus.sock",
     )]
 }

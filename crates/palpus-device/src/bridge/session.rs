@@ -1,4 +1,4 @@
-//! A session with a driver: the handshake, and the numbers of what is sent.
+//! A session with a driver: the handshake, and the numbering of sent frames.
 
 use std::borrow::Cow;
 use std::collections::hash_map::RandomState;
@@ -11,19 +11,19 @@ use super::frame::{self, Body, Command, Frame, LONGEST, Refusal, State, Welcome}
 use super::socket::{Heard, Socket};
 use super::{BridgeAddress, BridgeError};
 
-/// For a receive: within this time a thread sees that it is to end.
+/// Time limit of a receive. A thread that must end notices it after this time.
 pub(super) const PATIENCE: Duration = Duration::from_millis(5);
-/// For a welcome, and for the first state.
+/// Time limit for the welcome, and for the first state.
 const FIRST_ANSWER: Duration = Duration::from_secs(1);
-/// Without an answer, hello and the first command are sent again after this time.
+/// A hello or first command without an answer is sent again after this time.
 const AGAIN: Duration = Duration::from_millis(50);
 
-/// Larger than any frame, so that one that is too long is seen to be so.
+/// Larger than any frame, so that a frame that is too long is detected.
 pub(super) type Buffer = [u8; LONGEST + 64];
-/// A new one.
+/// An empty buffer.
 pub(super) const BUFFER: Buffer = [0; LONGEST + 64];
 
-/// An agreed session.
+/// An open session.
 #[derive(Debug)]
 pub(super) struct Session {
     pub(super) socket: Socket,
@@ -32,7 +32,7 @@ pub(super) struct Session {
 }
 
 impl Session {
-    /// Connects and agrees on a session, which has no states yet.
+    /// Connects and performs the handshake. The session has no states yet.
     pub(super) fn open(address: &BridgeAddress, rate_hz: f64) -> Result<(Self, Welcome), BridgeError> {
         let nobody = |error: io::Error| BridgeError::NoDriver { address: address.to_string(), why: error.to_string() };
         let socket = Socket::connect(address, PATIENCE).map_err(nobody)?;
@@ -40,12 +40,12 @@ impl Session {
         Ok((Self { socket, nonce: welcome.session, sent: AtomicU64::new(0) }, welcome))
     }
 
-    /// Takes the number of the next frame.
+    /// Returns the number of the next frame, and counts it.
     pub(super) fn next(&self) -> u64 {
         self.sent.fetch_add(1, Ordering::SeqCst) + 1
     }
 
-    /// Sends `body` as the frame of number `sequence`; false if there was no room for it.
+    /// Sends `body` as frame number `sequence`. Returns false if there was no room for it.
     pub(super) fn send(&self, sequence: u64, body: Body) -> io::Result<bool> {
         let mut buffer = [0; LONGEST];
         self.socket.send(frame::encode(&Frame { nonce: self.nonce, sequence, body }, &mut buffer))
@@ -56,7 +56,8 @@ impl Session {
         self.send(self.next(), Body::Command(command))
     }
 
-    /// Has the driver begin: sends commands without a wrench until the first state comes.
+    /// Starts the driver's states: sends commands without a wrench until the first state arrives.
+    /// Returns the state's sequence and the state.
     pub(super) fn begin(&self, address: &BridgeAddress) -> Result<(u64, State), BridgeError> {
         let gone = |error: io::Error| BridgeError::NoDriver { address: address.to_string(), why: error.to_string() };
         let (begun, mut buffer, mut refused) = (Instant::now(), BUFFER, None);
@@ -78,15 +79,15 @@ impl Session {
         Err(silent(address, "it sends no state after the first command", refused))
     }
 
-    /// Sends a last command without a wrench, and says why the session ends.
+    /// Sends a last command without a wrench, then a close with `reason`.
     pub(super) fn close(&self, reason: &'static str) {
-        // A driver that does not hear it takes the force away when it is not valid any more.
+        // If the zero does not reach the driver, the force ends when the last wrench expires.
         let _ = self.command(Command::default());
         let _ = self.send(self.next(), Body::Close(Cow::Borrowed(reason)));
     }
 }
 
-/// Says hello until it is answered.
+/// Sends hellos until the driver answers with a welcome.
 pub(super) fn handshake(
     socket: &Socket,
     nonce: u64,
@@ -119,7 +120,7 @@ fn silent(address: &BridgeAddress, why: &str, refused: Option<Refusal>) -> Bridg
     BridgeError::NotUnderstood { address: address.to_string(), why }
 }
 
-/// An unpredictable number: the keys of this hasher are random.
+/// Returns an unpredictable number, from the random keys of a standard hasher.
 pub(super) fn new_nonce() -> u64 {
     RandomState::new().build_hasher().finish()
 }

@@ -1,9 +1,9 @@
-//! A connection to a driver that carries whole frames, each of them or none of it.
+//! A connection to a driver. It delivers complete frames or nothing.
 //!
-//! **Unix socket of packets (`SOCK_SEQPACKET`), not of datagrams.** It ends when either process
-//! ends, so each side knows at once; no other process can send into it; the client needs no file of
-//! its own; and its queue is bounded by bytes (about 250 states), where Linux lets 10 datagrams
-//! wait, which is 2.5 ms of states at 4 kHz.
+//! The Unix socket has type `SOCK_SEQPACKET` and not `SOCK_DGRAM`, for these reasons. The
+//! connection ends when either process ends, so each side notices at once. No other process can
+//! send into it. The client needs no socket file. Its queue is bounded by bytes (about 250 states),
+//! while Linux queues only 10 datagrams, which are 2.5 ms of states at 4 kHz.
 
 use std::io;
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
@@ -11,11 +11,11 @@ use std::time::Duration;
 
 use super::BridgeAddress;
 
-/// Most that connecting may take.
+/// Time limit for connecting.
 #[cfg(target_os = "linux")]
 const CONNECT_TIME: Duration = Duration::from_secs(1);
-/// Bytes for datagrams that wait, as far as the system allows: by default they are 70 ms of states
-/// at 4 kHz, for which a thread of ordinary priority may be held up.
+/// Requested size of the receive queue, bytes. The default queue holds 70 ms of states at 4 kHz,
+/// but a thread of ordinary priority may be delayed for longer.
 #[cfg(target_os = "linux")]
 const WAITING: usize = 1 << 20;
 
@@ -30,14 +30,14 @@ pub(super) enum Socket {
 /// Result of a receive.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Heard {
-    /// So many bytes.
+    /// A frame of this many bytes.
     Frame(usize),
-    /// Nothing within the time limit.
+    /// No frame arrived within the time limit.
     Nothing,
 }
 
 impl Socket {
-    /// Connects to `address`; a receive waits at most `patience`.
+    /// Connects to `address`. A receive waits at most `patience`.
     #[cfg(target_os = "linux")]
     pub(super) fn connect(address: &BridgeAddress, patience: Duration) -> io::Result<Self> {
         use rustix::net::sockopt::{Timeout, set_socket_timeout};
@@ -55,7 +55,7 @@ impl Socket {
         Ok(Self::Packets(socket))
     }
 
-    /// Connects to `address`; a receive waits at most `patience`.
+    /// Connects to `address`. A receive waits at most `patience`.
     #[cfg(not(target_os = "linux"))]
     pub(super) fn connect(address: &BridgeAddress, patience: Duration) -> io::Result<Self> {
         match address {
@@ -64,7 +64,8 @@ impl Socket {
         }
     }
 
-    /// Sends a frame; returns false if the driver has left so many unread that there is no room.
+    /// Sends a frame. Returns false if there is no room, since the driver has not read earlier
+    /// frames.
     pub(super) fn send(&self, frame: &[u8]) -> io::Result<bool> {
         let sent = match self {
             // A UDP socket takes a datagram or drops it; on loopback it does not wait.
@@ -82,7 +83,7 @@ impl Socket {
         }
     }
 
-    /// Receives a frame into `buffer`; the part beyond its length is cut off.
+    /// Receives a frame into `buffer`. A longer frame is truncated to the buffer's length.
     pub(super) fn receive(&self, buffer: &mut [u8]) -> io::Result<Heard> {
         let heard = match self {
             Self::Udp(socket) => socket.recv(buffer).map(Heard::Frame),
@@ -90,7 +91,7 @@ impl Socket {
             Self::Packets(socket) => {
                 use rustix::net::{RecvFlags, recv};
                 match recv(socket, buffer, RecvFlags::empty()).map_err(io::Error::from) {
-                    // How a socket of packets says that the other end is closed.
+                    // A length of 0 means that the other end has closed the connection.
                     Ok((_, 0)) => Err(io::ErrorKind::UnexpectedEof.into()),
                     Ok((bytes, _)) => Ok(Heard::Frame(bytes)),
                     Err(error) => Err(error),
@@ -114,7 +115,7 @@ fn connect_udp(to: SocketAddr, patience: Duration) -> io::Result<Socket> {
         SocketAddr::V6(_) => SocketAddr::from((Ipv6Addr::LOCALHOST, 0)),
     };
     let socket = UdpSocket::bind(any_port)?;
-    // The system now delivers what comes from the driver's address, and nothing else.
+    // From now on the system delivers only datagrams from the driver's address.
     socket.connect(to)?;
     socket.set_read_timeout(Some(patience))?;
     #[cfg(target_os = "linux")]

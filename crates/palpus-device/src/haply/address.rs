@@ -1,4 +1,4 @@
-//! Address of the service.
+//! Address of the Inverse Service.
 
 use std::net::{SocketAddr, ToSocketAddrs};
 
@@ -9,22 +9,22 @@ pub const HAPLY_ADDRESS: &str = "ws://localhost:10001";
 
 const PORT: u16 = 10001;
 
-/// A service's address, taken apart and looked up.
+/// A parsed address of the service, with its socket addresses.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Address {
-    /// As written.
+    /// The address as the user wrote it.
     pub(super) written: String,
-    /// For the handshake.
+    /// URL for the WebSocket handshake.
     pub(super) url: String,
     /// Host and port, for HTTP.
     pub(super) authority: String,
-    /// To be tried in this order.
+    /// Socket addresses, in the order in which they are tried.
     pub(super) sockets: Vec<SocketAddr>,
 }
 
 impl Address {
-    /// Reads the address from `options`: a `ws://` URL without user or query, on this machine
-    /// unless other hosts are allowed.
+    /// Parses the address in `options`: a `ws://` URL without user or query. It must be on this
+    /// machine unless other hosts are allowed.
     pub(super) fn of(options: &HaplyOptions) -> Result<Self, HaplyError> {
         let written = options.address.clone();
         let none = || HaplyError::Address(options.address.clone());
@@ -47,7 +47,7 @@ impl Address {
     }
 }
 
-/// Host and port of `HOST`, `HOST:PORT`, `[V6]` or `[V6]:PORT`.
+/// Splits `HOST`, `HOST:PORT`, `[V6]` or `[V6]:PORT` into host and port; `None` if it is malformed.
 fn split_port(authority: &str) -> Option<(&str, u16)> {
     if let Some(rest) = authority.strip_prefix('[') {
         let (host, rest) = rest.split_once(']')?;
@@ -70,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn an_address_is_taken_apart() {
+    fn address_is_parsed() {
         let address = of("ws://127.0.0.1", false).unwrap();
         assert_eq!((address.url.as_str(), address.authority.as_str()), ("ws://127.0.0.1:10001/", "127.0.0.1:10001"));
         assert_eq!(of("ws://127.0.0.1:7/a/b", false).unwrap().url, "ws://127.0.0.1:7/a/b");
@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn another_machine_has_to_be_asked_for() {
+    fn address_on_another_machine_must_be_allowed() {
         assert_eq!(of("ws://192.0.2.1:10001", false), Err(HaplyError::NotHere("ws://192.0.2.1:10001".to_owned())));
         assert!(of("ws://192.0.2.1:10001", true).is_ok());
     }

@@ -1,15 +1,17 @@
-//! The thread that talks to the service.
+//! The thread that exchanges messages with the service.
 //!
-//! A turn: wait for a command of the loop, or for 5 ms; throw away what came unasked; send the
-//! force, or zero; wait for the state, at most 5 ms, and leave it for the loop.
+//! In each turn the thread waits for a command of the loop, at most 5 ms. It discards unrequested
+//! messages and sends the commanded force, or zero. Then it waits for the state, at most 5 ms, and
+//! publishes it for the loop.
 //!
-//! States are counted, and a command says which was the newest state when its force was computed. A
-//! force is sent if it is new, if no answer was lost after that state, and if that state is one of
-//! the last three. Everything else is sent as zero.
+//! States are numbered, and a command names the newest state on which its force is based. A force
+//! is sent only if it is new, if no answer was lost after that state, and if that state is one of
+//! the last three. Otherwise zero is sent.
 //!
-//! **Gaps.** If zero is sent in place of a force, the loop goes on from a force that the hand does
-//! not feel. Each such gap therefore has a number, and the loop's next state is withheld. A force
-//! computed before the loop read that state is not sent. After it, the loop starts from zero.
+//! **Gaps.** If zero is sent in place of a force, the loop continues from a force that the hand
+//! does not feel. So each such gap has a number, and the loop's next state is withheld. A
+//! force that was computed before the loop read that state is not sent. Afterwards the loop starts
+//! from zero.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -28,18 +30,19 @@ use crate::device::{Brake, BrakeFlag, DeviceState};
 use crate::latest::{Newest, Publisher};
 use crate::realtime::{RealTimeOptions, claim};
 
-/// For a state: a service on the same machine answers within a fraction of a millisecond.
+/// Time limit for a state. A service on the same machine answers within a fraction of a
+/// millisecond.
 pub(super) const ANSWER_TIME: Duration = Duration::from_millis(5);
-/// Without a command of the loop for this long, zero is sent.
+/// If the loop writes no command for this time, zero is sent.
 pub(super) const IDLE_TIME: Duration = Duration::from_millis(5);
-/// Without a state for this long, the device is lost.
+/// If no state arrives for this time, the device is lost.
 const LOST_TIME: Duration = Duration::from_millis(250);
-/// States that a force may not know yet.
+/// Largest number of states that are newer than the state on which a force is based.
 const MOST_BEHIND: u64 = 2;
-/// Most unrequested messages between two turns; a genuine service never sends more.
+/// Largest number of unrequested messages between two turns. A correct service sends none.
 const MOST_EXTRA: u64 = 64;
 
-/// A state, with the number of states and of gaps so far.
+/// A state, with the number of states and the number of gaps so far.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sensed {
     pub(super) state: DeviceState,
@@ -47,21 +50,21 @@ pub(super) struct Sensed {
     pub(super) gap: u64,
 }
 
-/// Command of the loop.
+/// A command of the loop.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Command {
-    /// 1, 2, 3, …; 0 before the first.
+    /// Number of the command, from 1; 0 before the first command.
     pub(super) serial: u64,
-    /// N.
+    /// Force, N.
     pub(super) force: DVec3,
-    /// Index of the newest state that it knows.
+    /// Number of the newest state on which the force is based.
     pub(super) knows: u64,
-    /// Number of gaps that it knows of.
+    /// Number of gaps that the loop has seen.
     pub(super) gap: u64,
 }
 
 impl Sensed {
-    /// The first one.
+    /// Makes the first state.
     pub(super) fn first(state: DeviceState) -> Self {
         Self { state, index: 1, gap: 0 }
     }
@@ -74,7 +77,7 @@ enum Answer {
     Bad(String),
 }
 
-/// The thread's side of the device.
+/// The exchange thread's side of the device.
 pub(super) struct Exchange {
     wire: Wire,
     talk: Talk,
@@ -84,14 +87,14 @@ pub(super) struct Exchange {
     commands: Newest<Command>,
     shared: Arc<Shared>,
     brake: Arc<BrakeFlag>,
-    /// As published last.
+    /// The state that was published last.
     newest: Sensed,
-    /// N: as sent last.
+    /// The force that was sent last, N.
     sent: DVec3,
     echo: Echo,
-    /// Forces that know no newer state than this are not sent any more.
+    /// A force must be based on a state with a larger number than this.
     floor: u64,
-    /// Serial of the last command that was looked at.
+    /// Number of the last command that was handled.
     done: u64,
     last_good: Instant,
 }
@@ -123,14 +126,14 @@ impl Exchange {
         }
     }
 
-    /// Until the device is not needed any more, or lost.
+    /// Runs until the device is no longer needed, or is lost.
     pub(super) fn run(mut self, priority: Option<u8>) {
         if priority.is_some() {
-            // If the priority is refused here, the loop's own was refused too, and its message
-            // names the remedy.
+            // If this priority is refused, the loop's priority was refused too, and its message
+            // says how to fix it.
             claim(&RealTimeOptions { priority, lock_memory: false, pin: false });
         }
-        // Said also if this thread should panic.
+        // This also reports a panic of this thread.
         let shared = Arc::clone(&self.shared);
         let _ended = Ended(shared);
         let lost = loop {
@@ -144,15 +147,15 @@ impl Exchange {
         };
         if let Some(why) = lost {
             let again =
-                "palpus does not connect again by itself, since a force would come back unasked: start the run again";
+                "palpus does not reconnect by itself, since the force would return unexpectedly: start the run again";
             let _ = self.shared.lost.set(Cow::Owned(format!("{why}; {again}")));
         }
-        // Tells a service that still listens to stop.
+        // If the service still reads, this stops the force.
         let _ = self.wire.send(self.talk.force(DVec3::ZERO));
         self.wire.close();
     }
 
-    /// Waits for the loop, and makes of what it wants what may be sent.
+    /// Waits for a command of the loop, and returns the force that may be sent.
     fn next_force(&mut self) -> DVec3 {
         let until = Instant::now() + IDLE_TIME;
         loop {
@@ -178,44 +181,44 @@ impl Exchange {
         if command.force == DVec3::ZERO {
             return DVec3::ZERO;
         }
-        let told = command.gap == gap;
+        let informed = command.gap == gap;
         let current = command.knows > self.floor && command.knows + MOST_BEHIND >= index;
         let braked = self.brake.is_applied();
-        if told && current && !state.withheld && !braked && command.force.is_finite() {
+        if informed && current && !state.withheld && !braked && command.force.is_finite() {
             return command.force.clamp_length_max(self.force_max);
         }
         self.add(|counts| &counts.withheld, 1);
-        // The loop knows of its own brake, and of older gaps.
-        if told && !braked {
+        // The loop already knows about its own brake and about older gaps.
+        if informed && !braked {
             self.interrupt();
         }
         DVec3::ZERO
     }
 
-    /// Tells the loop that zero is sent in place of its force.
+    /// Informs the loop that zero is sent in place of its force.
     fn interrupt(&mut self) {
         self.newest.gap += 1;
         self.states.publish(self.newest);
     }
 
-    /// An answer was lost: withholds the force until there is a newer state.
+    /// Handles a lost answer: withholds the force until a newer state arrives.
     fn miss(&mut self) {
         self.floor = self.newest.index;
         self.newest.state.withheld = true;
         self.interrupt();
     }
 
-    /// Sends, and takes in what comes.
+    /// Sends the force and handles the answer.
     fn turn(&mut self, force: DVec3) -> Result<(), String> {
         self.drain()?;
         self.wire.send(self.talk.force(force)).map_err(closed)?;
         self.sent = force;
         self.echo.commanded(force);
-        let mut trouble = "it is silent".to_owned();
+        let mut trouble = "it does not answer".to_owned();
         let until = Instant::now() + ANSWER_TIME;
         match self.answer(until)? {
             Answer::State(sample) => {
-                // The socket's own timer is coarse: what it let through may be late all the same.
+                // The socket's timer is coarse, so a received message may still be late.
                 if Instant::now() > until {
                     self.add(|counts| &counts.late, 1);
                     self.miss();
@@ -236,20 +239,20 @@ impl Exchange {
             return Err(format!("the Inverse Service has given no state for {} ms: {trouble}", LOST_TIME.as_millis()));
         }
         let now = Instant::now();
-        if self.echo.is_unasked(self.senses.time(now)) {
+        if self.echo.is_uncommanded(self.senses.time(now)) {
             return Err(
                 "the Inverse Service reports a force although zero is commanded: close other programs that use the arm"
                     .to_owned(),
             );
         }
         if let Some(grip) = self.talk.grip.as_deref().filter(|_| self.senses.is_deaf(now)) {
-            return Err(format!("the grip {grip} does not say how it is held any more: is it switched off?"));
+            return Err(format!("the grip {grip} no longer reports its orientation: check that it is switched on"));
         }
         Ok(())
     }
 
-    /// Takes in what came unasked: answers that were late, or a service's mistakes. Were they left,
-    /// all later states would be old.
+    /// Discards unrequested messages: late answers, or errors of a service. If they were kept, all
+    /// later states would be old.
     fn drain(&mut self) -> Result<(), String> {
         for _ in 0..MOST_EXTRA {
             if self.wire.hear(None).map_err(closed)? == Heard::Nothing {
@@ -260,7 +263,7 @@ impl Exchange {
         Err(format!("the Inverse Service sends more than {MOST_EXTRA} unrequested messages"))
     }
 
-    /// The first message that comes by `until`.
+    /// Returns the first message that arrives before `until`.
     fn answer(&mut self, until: Instant) -> Result<Answer, String> {
         Ok(match self.wire.hear(Some(until)).map_err(closed)? {
             Heard::Text(text) => self.talk.sample(&text).map_or_else(Answer::Bad, Answer::State),
@@ -276,7 +279,7 @@ impl Exchange {
         let mut state = self.senses.state(sample, now);
         let time = self.senses.time(now);
         let given = sample.given.map(|given| self.echo.hear(given, time));
-        if given.is_some_and(|given| given != Given::AsTold) {
+        if given.is_some_and(|given| given != Given::AsCommanded) {
             self.add(|counts| &counts.otherwise, 1);
         }
         state.withheld |= self.echo.withholds(time);
@@ -290,14 +293,14 @@ impl Exchange {
 }
 
 fn closed(why: String) -> String {
-    format!("the Inverse Service is gone: {why}")
+    format!("the connection to the Inverse Service is lost: {why}")
 }
 
-/// Signals the loop that the connection to the service has ended.
+/// Marks the device as lost when the exchange thread ends.
 struct Ended(Arc<Shared>);
 
 impl Drop for Ended {
     fn drop(&mut self) {
-        let _ = self.0.lost.set(Cow::Borrowed("the thread that talks to the Inverse Service has ended"));
+        let _ = self.0.lost.set(Cow::Borrowed("the thread that exchanges messages with the Inverse Service has ended"));
     }
 }

@@ -1,51 +1,53 @@
-//! The orientation of a grip whose sensor is slower than the loop.
+//! Smooths the orientation of a grip whose sensor is slower than the loop.
 //!
-//! A grip without a wire brings a new orientation 50 to 60 times a second, and the service repeats
-//! the last one in between. Differenced at the loop's rate that is rest, interrupted by one tick of
-//! fifty rad/s. So:
+//! A wireless grip reports a new orientation 50 to 60 times a second, and the service repeats the
+//! last one in between. Differences at the loop's rate would show rest, interrupted by single
+//! ticks of some 50 rad/s. So:
 //!
-//! 1. Only orientations that differ from the last are samples; each is dated when it arrives.
-//! 2. The rate of turn is that between samples at least 15 ms apart, so that neither the repeats
-//!    nor the noise of a fast sensor is differentiated.
-//! 3. Between samples the orientation is predicted by that rate, for no longer than 25 ms: then the
-//!    grip is taken to be at rest.
-//! 4. What comes out follows the prediction with a lag of 8 ms, rate likewise, so that a sample
-//!    that the prediction missed is no jump.
+//! 1. Only an orientation that differs from the last one is a sample. Its time is the time of its
+//!    arrival.
+//! 2. The angular velocity is measured between samples at least 15 ms apart. So neither repeated
+//!    samples nor the noise of a fast sensor are differentiated.
+//! 3. Between samples the orientation is predicted with this velocity, for at most 25 ms.
+//!    After that the grip counts as being at rest.
+//! 4. The result follows the prediction with a time constant of 8 ms, and so does its velocity. So
+//!    a prediction error causes no jump at the next sample.
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::rotation_between;
 
-/// s between the samples whose difference is the rate.
+/// Shortest time between the two samples of a velocity measurement, s.
 const BASELINE: f64 = 15e-3;
-/// s for which a rate is used without a newer sample.
+/// Longest time for which a velocity is used without a newer sample, s.
 const HORIZON: f64 = 25e-3;
-/// s: time constant of what comes out.
+/// Time constant of the result, s.
 const LAG: f64 = 8e-3;
-/// rad/s: no wrist turns faster (2000 °/s); a faster reading means that the sensor was reset.
+/// Largest angular velocity, rad/s: no wrist is faster (2000 °/s). A faster reading means that the
+/// sensor was reset.
 const FASTEST: f64 = 35.0;
-/// rad: a sample this far from the prediction is taken as it is, for the gate to judge: smoothing
-/// would hide a jump.
+/// Difference from the prediction, rad, at which a sample is returned unsmoothed. So the gate sees
+/// the jump.
 const JUMP: f64 = 1.0;
 
-/// Makes an even orientation out of an uneven one.
+/// Filter of a grip's orientation.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct GripFilter {
-    /// The last sample, and when it came.
+    /// The last sample, and the time of its arrival (s).
     sample: DQuat,
     sampled: f64,
-    /// Time from which the rate is measured.
+    /// Sample from which the velocity is measured, and its time (s).
     anchor: DQuat,
     anchored: f64,
-    /// rad/s.
+    /// Measured angular velocity, rad/s.
     rate: DVec3,
-    /// Last result and its time.
+    /// Last result: orientation, angular velocity (rad/s) and time (s).
     out: DQuat,
     out_rate: DVec3,
     time: f64,
 }
 
 impl GripFilter {
-    /// At rest at the first sample.
+    /// Starts at rest with the first sample.
     pub(super) fn new(rotation: DQuat, time: f64) -> Self {
         let (sample, sampled) = (rotation, time);
         Self {
@@ -60,7 +62,8 @@ impl GripFilter {
         }
     }
 
-    /// Orientation and rate of turn at `time`, when `rotation` is what the service says.
+    /// Returns orientation and angular velocity (rad/s) at `time` (s), when the service reports
+    /// `rotation`.
     pub(super) fn follow(&mut self, rotation: DQuat, time: f64) -> (DQuat, DVec3) {
         if rotation != self.sample {
             self.take(rotation, time);
@@ -84,7 +87,7 @@ impl GripFilter {
     fn take(&mut self, rotation: DQuat, time: f64) {
         let since = time - self.anchored;
         if since >= BASELINE {
-            // A rest between two samples is not part of the turn.
+            // A rest between two samples must not reduce the velocity.
             let turned = rotation_between(self.anchor, rotation) / since.min(BASELINE + HORIZON);
             self.rate = turned.clamp_length_max(FASTEST);
             (self.anchor, self.anchored) = (rotation, time);
@@ -99,7 +102,8 @@ mod tests {
 
     const PERIOD: f64 = 1e-3;
 
-    /// Worst errors of angle and rate over the last half of a second at `turn` rad/s, the sensor at
+    /// Returns the largest errors of angle (rad) and angular velocity (rad/s), and the largest step
+    /// (rad), over the last half second. The grip turns at `turn` rad/s, and its sensor has
     /// `sensor` Hz.
     fn worst(turn: f64, sensor: f64) -> (f64, f64, f64) {
         let axis = DVec3::new(0.6, 0.0, 0.8);
@@ -122,16 +126,17 @@ mod tests {
     }
 
     #[test]
-    fn a_slow_sensor_does_not_make_it_rattle() {
+    fn slow_sensor_gives_smooth_rotation() {
         for sensor in [50.0, 60.0, 120.0, 1000.0] {
             let (angle, rate, step) = worst(2.0, sensor);
-            // 2 rad/s: a tick is 2 mrad, a sample of 50 Hz 40 mrad. The rest is the lag.
+            // At 2 rad/s a tick is 2 mrad, and a sample at 50 Hz is 40 mrad. The remaining error is
+            // lag.
             assert!(angle < 0.025 && rate < 0.3 && step < 0.005, "{sensor} Hz: {angle} rad, {rate} rad/s, {step} rad");
         }
     }
 
     #[test]
-    fn it_comes_to_rest_with_the_grip() {
+    fn filter_comes_to_rest_with_the_grip() {
         let mut filter = GripFilter::new(DQuat::IDENTITY, 0.0);
         let end = DQuat::from_rotation_z(0.3);
         let mut last = (DQuat::IDENTITY, DVec3::ZERO);
@@ -144,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn a_jump_is_shown_and_not_smoothed_away() {
+    fn jump_is_not_smoothed() {
         let mut filter = GripFilter::new(DQuat::IDENTITY, 0.0);
         let away = DQuat::from_rotation_y(2.0);
         assert_eq!(filter.follow(away, PERIOD), (away, DVec3::ZERO));
@@ -158,7 +163,7 @@ mod tests {
             let noise = if tick % 2 == 0 { 1e-3 } else { -1e-3 };
             worst = worst.max(filter.follow(DQuat::from_rotation_x(noise), f64::from(tick) * PERIOD).1.length());
         }
-        // Differenced at the loop's rate it would be 2 rad/s.
+        // Differences at the loop's rate would be 2 rad/s.
         assert!(worst < 0.15, "{worst} rad/s");
     }
 }

@@ -6,10 +6,10 @@ use crate::found::Finding;
 
 const BACKEND: &str = "haply";
 const DEVICES: &str = "Inverse3, Inverse3x, Minverse, with a VerseGrip";
-/// Hz: at which the maker's own examples run.
+/// Recommended rate of the loop, Hz: the rate of the maker's examples.
 const RATE_HZ: f64 = 1000.0;
 
-/// Asks the service on this machine.
+/// Searches for the service on this machine.
 pub(crate) fn look() -> Vec<Finding> {
     vec![look_at(&HaplyOptions::default())]
 }
@@ -27,7 +27,7 @@ pub(super) fn look_at(options: &HaplyOptions) -> Finding {
         Err(error) => {
             let looked_for = format!("the Haply Inverse Service at {}", options.address);
             let why = match &error {
-                // The place was named above.
+                // The address is already in `looked_for`.
                 HaplyError::NoService { why, .. } => why.clone(),
                 other => other.to_string(),
             };
@@ -46,6 +46,6 @@ fn mend(error: &HaplyError) -> &'static str {
             "make sure that the port is the service's, and update the service to 3.5 or later"
         }
         HaplyError::NoDevice { .. } => "plug in the arm and its power supply, then look again",
-        HaplyError::NotReady { .. } => "do what it says, then look again",
+        HaplyError::NotReady { .. } => "follow the advice in the message, then look again",
     }
 }

@@ -1,14 +1,15 @@
 //! Messages to and from the service.
 //!
-//! A message is searched for the needed fields and no further: entries of other devices, fields of
-//! other versions and empty transforms (`{}`) are passed over. A needed field must be a finite
-//! number of the right kind; a number written as text is refused. The exception is `device_type`,
-//! which services write either way.
+//! A message is searched only for the needed fields. Entries of other devices, fields of other
+//! versions and empty transforms (`{}`) are ignored. A needed number must be a finite JSON number;
+//! a number written as a string is refused. The exception is `device_type`, which services write in
+//! both ways.
 //!
-//! **Transforms.** Positions and forces are in the service's application space. With a scale
-//! (`mount`, `transform`) positions are not in metres. With permuted axes (`basis`) or a turned
-//! workspace (`transform`), +X is not to the right. All of these are refused. A turned or shifted
-//! `mount` and a `preset` describe how the arm stands on the desk, and are only noted.
+//! **Transforms.** Positions and forces are in the service's application space. Positions are not
+//! in metres if there is a scale (`mount`, `transform`). +X does not point to the right if the axes
+//! are permuted (`basis`) or the workspace is turned (`transform`). All these settings are refused.
+//! A turned or shifted `mount` and a `preset` describe how the arm stands on the desk; they
+//! only appear in the device's notes.
 
 use std::fmt::Write;
 
@@ -17,37 +18,37 @@ use serde_json::Value;
 
 use super::version::Spelling;
 
-/// Arrays in which grips stand. The same grip may be in two.
+/// Names of the arrays that contain grips. A grip may be in two of them.
 const GRIPS: [&str; 3] = ["custom_verse_grip", "wireless_verse_grip", "verse_grip"];
 
-/// Buttons by the bit that they get.
+/// Names of buttons. The position in this list is the bit of the button.
 const BUTTONS: [&str; 10] = ["a", "b", "c", "d", "e", "f", "down", "up", "right", "left"];
-/// Buttons of a grip by the array that it stands in: services may leave them out of the first
-/// message.
+/// Number of buttons of a grip by its array. Services may omit buttons in the first message.
 const BUTTONS_OF_GRIPS: [(&str, u8); 3] = [("custom_verse_grip", 3), ("wireless_verse_grip", 3), ("verse_grip", 1)];
 
-/// How far the length of a quaternion may be from 1: the service writes single precision, of
+/// Largest deviation of a quaternion from unit length. The service writes single precision, from
 /// sensors with 14 bits.
 const UNIT_SLACK: f64 = 1e-2;
-/// How far a part of a transform may be from that of none, in single precision.
+/// Largest deviation of a transform's component from the identity, in single precision.
 const TRANSFORM_SLACK: f64 = 1e-4;
 
-/// An arm of the inventory.
+/// An arm in the service's inventory.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Arm {
-    /// Its name in messages; 1 to 64 bytes.
+    /// Id of the arm in messages; 1 to 64 bytes.
     pub id: String,
-    /// Which it is.
+    /// Model of the arm.
     pub kind: ArmKind,
-    /// The reason why it cannot be used.
+    /// The reason why the arm cannot be used; `None` if it can.
     pub trouble: Option<&'static str>,
-    /// A session uses it; before palpus's first message, another program's.
+    /// True if a session uses the arm. Before palpus has sent its first message, this is another
+    /// program's session.
     pub in_use: bool,
-    /// Worth writing down.
+    /// Settings of the arm for the recording.
     pub notes: Vec<String>,
 }
 
-/// Which arm.
+/// Model of an arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ArmKind {
     /// The Inverse3.
@@ -56,55 +57,55 @@ pub enum ArmKind {
     Inverse3x,
     /// The Minverse.
     Minverse,
-    /// Another, or one of which it is not said.
+    /// Another model, or one that the service does not name.
     Unknown,
 }
 
-/// A grip of the inventory.
+/// A grip in the service's inventory.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Grip {
-    /// Its name in messages; 1 to 64 bytes.
+    /// Id of the grip in messages; 1 to 64 bytes.
     pub id: String,
-    /// The array that it was found in first.
+    /// Name of the first array that contains the grip.
     pub kind: &'static str,
-    /// How many the loop sees at least, whether or not the message has them.
+    /// Number of buttons that the loop sees, whether or not the message lists them.
     pub buttons: u8,
-    /// The arm that it is paired with, if the message says so.
+    /// Id of the arm with which the grip is paired, if the message states it.
     pub paired_with: Option<String>,
 }
 
-/// The devices of the service.
+/// The devices that the service lists.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Inventory {
-    /// In the order of the message.
+    /// Arms, in the order of the message.
     pub arms: Vec<Arm>,
-    /// Each once.
+    /// Grips; each appears once.
     pub grips: Vec<Grip>,
 }
 
-/// A state, as far as it is of use.
+/// The parts of a state that palpus uses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// m.
+    /// Position of the cursor, m.
     pub position: DVec3,
-    /// m/s.
+    /// Velocity of the cursor, m/s.
     pub velocity: DVec3,
     /// Orientation of the grip, if the message has it.
     pub rotation: Option<DQuat>,
-    /// Buttons of the grip, likewise.
+    /// Pressed buttons of the grip, if the message has them.
     pub buttons: Option<u32>,
-    /// Reason why the arm gives no force now, whatever the command.
+    /// The reason why the arm gives no force now, whatever wrench is commanded.
     pub trouble: Option<&'static str>,
-    /// Why the grip does not say how it is held.
+    /// The reason why the grip reports no orientation.
     pub grip_trouble: Option<&'static str>,
-    /// N: the force that the service says it gives.
+    /// The force that the service reports to give, N.
     pub given: Option<DVec3>,
 }
 
-/// The inventory that comes first.
+/// Reads the inventory from the service's first message.
 ///
 /// # Errors
-/// Returns a description if the text is not valid.
+/// Returns a description of the problem if the text is not a valid inventory.
 pub fn inventory(text: &str) -> Result<Inventory, String> {
     let root = parse(text)?;
     let mut inventory = Inventory::default();
@@ -138,7 +139,7 @@ pub fn inventory(text: &str) -> Result<Inventory, String> {
 /// Reads the state of `arm` and `grip` from a message.
 ///
 /// # Errors
-/// In words, when it does not say where the arm is.
+/// Returns a description of the problem if the message has no position and velocity of the arm.
 pub fn sample(text: &str, arm: &str, grip: Option<&str>) -> Result<Sample, String> {
     let root = parse(text)?;
     let entry = entries(&root, "inverse3")
@@ -170,51 +171,51 @@ pub fn sample(text: &str, arm: &str, grip: Option<&str>) -> Result<Sample, Strin
     Ok(sample)
 }
 
-/// Overwrites `into` with the message that sets a force, N, on the arm whose id is `id_in_json`.
+/// Overwrites `into` with a message that commands a force (N) on the arm with the id `id_in_json`.
 pub(super) fn write_force(into: &mut String, id_in_json: &str, spelling: Spelling, force: DVec3) {
     into.clear();
     into.push('{');
     write_device(into, id_in_json, spelling, force);
 }
 
-/// Overwrites `into` with the first message of a session: zero force, and the name of the profile
-/// under which the service keeps this program's settings. The answer has these settings, as the
-/// inventory had those of before.
+/// Overwrites `into` with the first message of a session. It commands zero and names the profile
+/// under which the service keeps this program's settings. The service's answer contains these
+/// settings, while the inventory contained the previous ones.
 pub(super) fn write_first(into: &mut String, id_in_json: &str, spelling: Spelling) {
     into.clear();
     into.push_str(r#"{"session":{"configure":{"profile":{"name":"palpus"}},"force_render_full_state":{}},"#);
     write_device(into, id_in_json, spelling, DVec3::ZERO);
 }
 
-/// The part of a message for the arm, to its end.
+/// Appends the rest of a message, which is the part for the arm.
 fn write_device(into: &mut String, id_in_json: &str, spelling: Spelling, force: DVec3) {
     let (key, DVec3 { x, y, z }) = (spelling.key(), force);
-    // A string takes everything.
+    // Writing to a string cannot fail.
     let _ = write!(
         into,
         r#""inverse3":[{{"device_id":{id_in_json},"commands":{{"set_cursor_force":{{"{key}":{{"x":{x:.6},"y":{y:.6},"z":{z:.6}}}}}}}}}]}}"#
     );
 }
 
-/// Returns the grip in the service's `answer` to `paired_with` of an arm.
+/// Returns the id of the grip in the service's `answer` to a request for an arm's pairing.
 pub(super) fn paired_grip(answer: &Value) -> Option<String> {
     paired(answer.get("data").unwrap_or(answer), "verse_grip_id")
 }
 
-/// An id as it stands in a message.
+/// Returns an id as a JSON string.
 pub(super) fn in_json(id: &str) -> String {
     Value::from(id).to_string()
 }
 
 fn parse(text: &str) -> Result<Value, String> {
-    serde_json::from_str(text).map_err(|error| format!("a message that is no JSON ({error})"))
+    serde_json::from_str(text).map_err(|error| format!("a message that is not JSON ({error})"))
 }
 
 fn entries<'a>(root: &'a Value, list: &str) -> impl Iterator<Item = &'a Value> {
     root.get(list).and_then(Value::as_array).into_iter().flatten()
 }
 
-/// An id is shown in lines of text, and is a short word.
+/// Returns the id of an entry. It must be short and printable, since it is shown in lines of text.
 fn id(entry: &Value) -> Option<&str> {
     entry.get("device_id")?.as_str().filter(|id| (1..=64).contains(&id.len()) && !id.contains(char::is_control))
 }
@@ -242,8 +243,8 @@ fn kind_of(value: &Value) -> ArmKind {
     }
 }
 
-/// Returns the reason why an arm cannot push. A missing status is no obstacle: the service then
-/// simply does not push.
+/// Returns the reason why an arm gives no force. A missing status is no reason: without it, the arm
+/// may still be usable.
 fn trouble(entry: &Value) -> Option<&'static str> {
     let transform = &entry["state"]["transform"];
     says_no(
@@ -261,7 +262,7 @@ fn trouble(entry: &Value) -> Option<&'static str> {
 const SCALED: &str =
     "scaled by the service, so that positions are not in metres: reset the scale of `mount` and `transform` to 1";
 
-/// Why a grip does not say how it is held.
+/// Returns the reason why a grip reports no orientation.
 fn grip_trouble(entry: &Value) -> Option<&'static str> {
     says_no(
         entry,
@@ -273,12 +274,12 @@ fn grip_trouble(entry: &Value) -> Option<&'static str> {
     )
 }
 
-/// Returns the text of the first status that is `false`.
+/// Returns the text for the first status that is `false`.
 fn says_no(entry: &Value, all: [(&str, &'static str); 3]) -> Option<&'static str> {
     all.into_iter().find(|(key, _)| entry["status"][*key] == Value::Bool(false)).map(|(_, trouble)| trouble)
 }
 
-/// Returns the setting by which positions are scaled or turned, if there is one.
+/// Returns the text for a setting that scales or turns positions; else `None`.
 fn turned_or_scaled(config: &Value) -> Option<&'static str> {
     let turned = permutation(config).is_some_and(|axes| axes != "XYZ");
     let turned = turned.then_some("turned by the service (`basis`), so that +X is not to the right: reset it to XYZ");
@@ -290,25 +291,25 @@ fn permutation(config: &Value) -> Option<&str> {
     basis["permutation"].as_str()
 }
 
-/// True if a transform has a scale other than 1, or an invalid one.
+/// Returns true if a transform has a scale other than 1, or an invalid scale.
 fn is_scaled(transform: &Value) -> bool {
     let scale = &transform["scale"];
     !scale.is_null() && vector(scale).is_none_or(|scale| (scale - 1.0).abs().max_element() > TRANSFORM_SLACK)
 }
 
-/// True if a transform has a rotation other than the identity, or an invalid one.
+/// Returns true if a transform has a rotation other than the identity, or an invalid rotation.
 fn is_turned(transform: &Value) -> bool {
     let turn = &transform["rotation"];
     !turn.is_null() && rotation(turn).is_none_or(|turn| 1.0 - turn.w.abs() > TRANSFORM_SLACK)
 }
 
-/// Returns the other device of a pairing: an id, or an object with the id at `key`.
+/// Returns the id of the paired device. A pairing is an id, or an object with the id at `key`.
 fn paired(pairing: &Value, key: &str) -> Option<String> {
     let other = pairing.as_str().or_else(|| pairing.get(key)?.as_str())?;
     ((1..=64).contains(&other.len()) && !other.contains(char::is_control)).then(|| other.to_owned())
 }
 
-/// Settings of the service that a hand feels.
+/// Returns the settings of the service that a hand can feel.
 fn notes(config: &Value) -> Vec<String> {
     let mut notes = Vec::new();
     let mut note = |name: &str, value: &Value| {

@@ -1,38 +1,38 @@
-//! Haply Inverse3, Inverse3x and Minverse with a VerseGrip: a client of the Inverse Service.
+//! Haply Inverse3, Inverse3x and Minverse with a VerseGrip, through the Inverse Service.
 //!
-//! The service is its maker's program on the user's machine; it speaks JSON over a WebSocket. On
-//! connecting it lists its devices; from then on it answers every message with exactly one state,
-//! so the sender sets the pace. palpus sends it only forces that were computed for the newest
-//! states:
+//! The Inverse Service is the maker's program on the user's machine. It exchanges JSON messages
+//! over a WebSocket. After a connection it lists its devices; then it answers every message with
+//! exactly one state, so the client sets the pace. palpus sends only forces that are based on the
+//! newest states:
 //!
-//! 1. [`HaplyDevice::open`] connects (loopback only by default), asks for the service's version,
-//!    picks arm and grip, and goes once around with no force.
-//! 2. From then on a thread of its own talks to the service (`exchange`). The loop's write wakes
-//!    it; it sends that force, waits for the state and leaves it for the loop's next read. Neither
-//!    side waits for the other, and the loop does not allocate.
-//! 3. A force goes out once. Where there is no new one for 5 ms, nothing goes out but zero.
-//! 4. After a state that was late, lost or not to be understood, forces that were computed from
-//!    what came before it are withheld: zero goes out until one arrives that knows a newer state.
-//! 5. While the arm is not ready or has no power, while its grip is asleep or silent, and wherever
-//!    zero goes out in place of a force, the state is [withheld](DeviceState::withheld): the loop
-//!    knows, and returns from zero (`exchange`).
-//! 6. The force that the service reports is compared with the command (`echo`).
-//! 7. The device is lost if no state comes for a quarter of a second, the connection closes, or the
-//!    device is gone; the error says why. It does not connect again by itself: a force would come
-//!    back unexpectedly.
+//! 1. [`HaplyDevice::open`] connects (to loopback addresses only, by default), requests the
+//!    service's version, selects arm and grip, and exchanges one message with zero force.
+//! 2. Then a separate thread exchanges messages with the service (`exchange`). The loop's write
+//!    wakes the thread. It sends the force, waits for the state and publishes it for the loop's
+//!    next read. Neither side waits for the other, and the loop does not allocate.
+//! 3. Each force is sent once. If there is no new force for 5 ms, zero is sent.
+//! 4. After a late, lost or invalid answer, forces based on earlier states are not sent. Zero is
+//!    sent until a force is based on a newer state.
+//! 5. The state is [withheld](DeviceState::withheld) while the arm is not ready or has no power,
+//!    while the grip is asleep or silent, and whenever zero is sent in place of a force. So the
+//!    loop is informed, and its force returns from zero (`exchange`).
+//! 6. The force that the service reports is compared with the commanded force (`echo`).
+//! 7. The device is lost if no state arrives for a quarter of a second, if the connection closes,
+//!    or if the arm or grip is missing. The error says why. palpus does not reconnect by itself,
+//!    since the force would return unexpectedly.
 //!
-//! **Latency.** A state is sampled when the service answers the last tick's force, so it is one
-//! period old when the loop reads it; a client without a thread would read the same one. The thread
-//! adds the time in which the system wakes it (tens of microseconds) to the way of a force. What
-//! lies between service and motors is not stated; [`DeviceSpec::delay`] is set to one millisecond
-//! for it.
+//! **Latency.** The service samples a state when it answers the force of the last tick, so the
+//! state is one period old when the loop reads it. A client without a thread would read the same
+//! state. The thread adds its wake-up time (tens of microseconds) to the delay of a force. The
+//! delay between service and motors is not documented; [`DeviceSpec::delay`] assumes one
+//! millisecond.
 //!
-//! **Frame.** +X to the right, +Y forward, +Z up, metres, about the service's origin. The arm
-//! drives three axes; rotation is sensed by the grip, whose sensor may be as slow as 50 Hz (`grip`
-//! says what is made of that). Without a grip, rotation is not sensed.
+//! **Frame.** +X points to the right, +Y forward, +Z up, in metres, about the service's origin. The
+//! arm actuates three translational axes. The grip senses the rotation, with a sensor that may be
+//! as slow as 50 Hz (`grip` describes the filter). Without a grip, rotation is not sensed.
 //!
-//! Built against the protocol as documented and tested against scripted services; no device was at
-//! hand.
+//! This client follows the documented protocol and was tested against scripted services. No device
+//! was available.
 
 mod address;
 mod echo;
@@ -64,71 +64,73 @@ use exchange::{Command, Exchange, Sensed};
 pub use address::HAPLY_ADDRESS;
 pub(crate) use look::look;
 
-/// How to find the device.
+/// Options of the connection to a Haply device.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct HaplyOptions {
     /// Address of the service: `ws://HOST:PORT`.
     pub address: String,
     /// Allows a service on another machine.
     pub beyond_loopback: bool,
-    /// The arm's id, such as `049D`; `None`: the only one, or the first.
+    /// Id of the arm, such as `049D`; `None` for the first arm.
     pub arm: Option<String>,
-    /// `SCHED_FIFO` priority of the thread that talks to the service, where it is allowed; best one
-    /// above the loop's. `None` does not ask.
+    /// `SCHED_FIFO` priority of the exchange thread, if it may have one. It should be one above the
+    /// loop's priority. `None` requests no priority.
     pub priority: Option<u8>,
 }
 
 impl Default for HaplyOptions {
-    /// The first arm of the service on this machine, an ordinary thread.
+    /// Returns the first arm of the service on this machine, with a thread of ordinary priority.
     fn default() -> Self {
         Self { address: HAPLY_ADDRESS.to_owned(), beyond_loopback: false, arm: None, priority: None }
     }
 }
 
-/// Why there is no Haply device.
+/// The reason why there is no Haply device.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum HaplyError {
     /// The address is invalid.
-    #[error("`{0}` is no address of a service; write ws://localhost:10001")]
+    #[error("`{0}` is not the address of a service; write ws://localhost:10001")]
     Address(String),
-    /// Only this machine may be asked.
-    #[error("{0} is not on this machine; forces over a network come late, so it has to be asked for by its address")]
+    /// The service is on another machine, which the options do not allow.
+    #[error(
+        "{0} is not on this machine; forces over a network are late, so such a service is used only if you give its address"
+    )]
     NotHere(String),
     /// No service answers.
-    #[error("nothing answers at {address} ({why})")]
+    #[error("no service answers at {address} ({why})")]
     NoService {
-        /// Where.
+        /// Address of the service.
         address: String,
         /// The reason.
         why: String,
     },
-    /// Somebody answers, but not as the service does.
-    #[error("{address} answers, but not as the Inverse Service does: {why}")]
+    /// The program at the address is not a supported Inverse Service.
+    #[error("the program at {address} does not answer as the Inverse Service does: {why}")]
     NotUnderstood {
-        /// Where.
+        /// Address of the service.
         address: String,
         /// The reason.
         why: String,
     },
-    /// The service has no arm, or not the one that was asked for.
+    /// The service has no arm, or not the requested one.
     #[error("the Inverse Service at {address} has {why}")]
     NoDevice {
-        /// Where.
+        /// Address of the service.
         address: String,
         /// The reason.
         why: String,
     },
-    /// It has one that cannot be used yet.
+    /// The service has a device that cannot be used yet.
     #[error("{device} is {why}")]
     NotReady {
-        /// Which.
+        /// Name of the device.
         device: String,
         /// The reason.
         why: String,
     },
 }
 
-/// A Haply arm, behind the service; see the module's outline.
+/// A Haply arm behind the Inverse Service; the module describes the connection.
 pub struct HaplyDevice {
     spec: DeviceSpec,
     notes: Vec<String>,
@@ -140,19 +142,19 @@ pub struct HaplyDevice {
     gap: u64,
     /// Number of the last command.
     serial: u64,
-    /// Messages of no force that had been sent for want of a command at the last one.
+    /// Number of zero messages that the thread had sent at the last write.
     idle: u64,
     shared: Arc<Shared>,
     brake: Arc<BrakeFlag>,
     thread: Option<JoinHandle<()>>,
 }
 
-/// State shared by the loop and the thread besides device states and commands.
+/// Data that the loop and the exchange thread share, besides states and commands.
 #[derive(Default)]
 struct Shared {
-    /// The device is not needed any more.
+    /// True if the device is no longer needed.
     over: AtomicBool,
-    /// Why there are no more states.
+    /// The reason why no more states will arrive, if so.
     lost: OnceLock<Cow<'static, str>>,
     counts: Counts,
 }
@@ -168,33 +170,33 @@ struct Counts {
     idle: AtomicU64,
 }
 
-/// Counters of the connection so far.
+/// Counters of the connection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct HaplyCounts {
-    /// States that were understood.
+    /// Number of valid states.
     pub states: u64,
-    /// Answers that did not come in time.
+    /// Number of answers that were late.
     pub late: u64,
-    /// Answers that were not understood.
+    /// Number of invalid answers.
     pub bad: u64,
-    /// Unrequested states.
+    /// Number of unrequested messages.
     pub extra: u64,
-    /// States that report another force than the command.
+    /// Number of states that report another force than the commanded one.
     pub otherwise: u64,
-    /// Forces that were not sent because they were computed from too old a state, or because the
-    /// device was not ready.
+    /// Number of forces that were not sent, because they were based on an old state or the device
+    /// was not ready.
     pub withheld: u64,
-    /// Messages of no force that were sent because the loop had not written.
+    /// Number of zero messages that were sent because the loop had not written.
     pub idle: u64,
 }
 
 impl HaplyDevice {
-    /// Connects, and goes around without a force until it is known how the grip is held. Takes at
-    /// most about five seconds.
+    /// Connects, and sends zero until the grip has reported its orientation. Takes at most about
+    /// five seconds.
     ///
     /// # Errors
-    /// When there is no service, no device, or none that can be used; each says what mends it as
-    /// far as it is known.
+    /// Fails if there is no service, no device, or no device that can be used. Each error says how
+    /// to fix it, as far as this is known.
     pub fn open(options: &HaplyOptions) -> Result<Self, HaplyError> {
         let opened = opening::open(options)?;
         let (states_in, states) = latest(Sensed::first(opened.first));
@@ -223,12 +225,12 @@ impl HaplyDevice {
         })
     }
 
-    /// Facts about service and device for the recording: versions, filters and others.
+    /// Returns facts about service and device for the recording, such as versions and filters.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
 
-    /// Counters of the connection so far.
+    /// Returns the counters of the connection so far.
     pub fn counts(&self) -> HaplyCounts {
         let Counts { states, late, bad, extra, otherwise, withheld, idle } = &self.shared.counts;
         let read = |count: &AtomicU64| count.load(Ordering::Relaxed);
@@ -262,16 +264,16 @@ impl HapticDevice for HaplyDevice {
     fn counts(&self) -> Vec<(&'static str, u64)> {
         let HaplyCounts { late, bad, extra, otherwise, withheld, .. } = self.counts();
         vec![
-            ("answers too late", late),
-            ("answers not understood", bad),
-            ("states not asked for", extra),
-            ("forces other than the command", otherwise),
+            ("late answers", late),
+            ("invalid answers", bad),
+            ("unrequested messages", extra),
+            ("forces that differ from the command", otherwise),
             ("forces withheld", withheld),
         ]
     }
 
-    /// The newest state; the same one again, with its time, while there is no newer one. Does not
-    /// wait.
+    /// Returns the newest state. While there is no newer one, it returns the same state with the
+    /// same time. Does not wait.
     fn read(&mut self) -> Result<DeviceState, DeviceError> {
         self.alive()?;
         let Sensed { mut state, index, gap } = *self.states.get();
@@ -280,7 +282,7 @@ impl HapticDevice for HaplyDevice {
         Ok(state)
     }
 
-    /// Hands the force to the thread, which sends it at once. Does not wait.
+    /// Passes the force to the exchange thread, which sends it at once. Does not wait.
     fn write(&mut self, wrench: &Wrench) -> Result<(), DeviceError> {
         if !wrench.is_finite() {
             return Err(DeviceError::Refused(Cow::Borrowed("it is not finite")));
@@ -298,20 +300,20 @@ impl HapticDevice for HaplyDevice {
         Some(self.brake.clone())
     }
 
-    /// The thread sends zero when the loop does not write. If the thread stops, the service lets
-    /// the arm idle.
+    /// The exchange thread sends zero when the loop does not write. If the thread stops, the
+    /// service sets the arm's force to zero.
     fn own_watchdog(&mut self) -> Option<OwnWatchdog> {
         Some(OwnWatchdog { after: exchange::IDLE_TIME, has_bitten: self.counts().idle > self.idle })
     }
 }
 
 impl Drop for HaplyDevice {
-    /// Sends zero, says goodbye and closes.
+    /// Sends zero and closes the connection.
     fn drop(&mut self) {
         self.shared.over.store(true, Ordering::Release);
         self.wake();
         if let Some(thread) = self.thread.take() {
-            // It has nothing left to tell.
+            // A panic of the thread needs no reaction here.
             let _ = thread.join();
         }
     }

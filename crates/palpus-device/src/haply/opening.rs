@@ -1,9 +1,9 @@
 //! Opens a connection to the service and waits for the first complete state.
 //!
-//! 1. Connect, read the inventory and choose the arm. An arm that another program uses, that is not
-//!    ready, or whose positions and forces are scaled or turned is refused.
-//! 2. Ask for the service's version, its scale of forces, and the grip that is paired with the arm.
-//! 3. Send the first message, with the session's name and zero force. Repeat zero until the answer
+//! 1. Connect, read the inventory and select the arm. An arm is refused if another program uses it,
+//!    if it is not ready, or if its positions or forces are scaled or turned.
+//! 2. Request the service's version, its force scale, and the grip that is paired with the arm.
+//! 3. Send the first message, with the session's name and zero force. Repeat zero until an answer
 //!    has the arm's position and the grip's orientation.
 
 use std::borrow::Cow;
@@ -20,18 +20,18 @@ use super::wire::{Failed, Heard, Wire};
 use super::{HaplyError, HaplyOptions, http};
 use crate::device::{Axes, DeviceSpec, DeviceState, known_devices};
 
-/// For the inventory after connecting, for the first state, and for the grip's first orientation.
+/// Time limit for the inventory, for the first state, and for the grip's first orientation.
 const FIRST_ANSWER: Duration = Duration::from_secs(1);
-/// Between two messages that wait for the grip's orientation.
+/// Time between two messages while waiting for the grip's orientation.
 const ASK_AGAIN: Duration = Duration::from_millis(10);
-/// s: what service, cable and firmware take is not stated; a USB frame.
+/// Assumed delay of service, cable and firmware, s: one USB frame. The maker does not document it.
 const ASSUMED_DELAY: f64 = 1e-3;
-/// N: for arms of which no limit is known.
+/// Force limit of arms whose limit is unknown, N.
 const CAUTIOUS_FORCE: f64 = 3.0;
-/// Tolerance of the service's scale of forces about 1.
+/// Tolerance of the service's force scale, which must be 1.
 const SCALE_SLACK: f64 = 1e-6;
 
-/// A connection that has gone around once.
+/// An open connection after its first complete state.
 pub(super) struct Opened {
     pub(super) spec: DeviceSpec,
     pub(super) notes: Vec<String>,
@@ -41,7 +41,7 @@ pub(super) struct Opened {
     pub(super) senses: Senses,
 }
 
-/// How to address the arm.
+/// Names and message format for one arm and its grip.
 pub(super) struct Talk {
     arm: String,
     arm_in_json: String,
@@ -50,7 +50,7 @@ pub(super) struct Talk {
     message: String,
 }
 
-/// Connects, chooses, and goes around until the first state is whole.
+/// Connects, selects arm and grip, and waits for the first complete state.
 pub(super) fn open(options: &HaplyOptions) -> Result<Opened, HaplyError> {
     let address = Address::of(options)?;
     let written = || address.written.clone();
@@ -59,11 +59,12 @@ pub(super) fn open(options: &HaplyOptions) -> Result<Opened, HaplyError> {
         Failed::NoService(why) => HaplyError::NoService { address: written(), why },
         Failed::NotUnderstood(why) => not_understood(why),
     })?;
-    let inventory =
-        hear(&mut wire, "tells no inventory").and_then(|text| message::inventory(&text)).map_err(not_understood)?;
+    let inventory = hear(&mut wire, "does not send its inventory")
+        .and_then(|text| message::inventory(&text))
+        .map_err(not_understood)?;
     let arm = choose(&inventory.arms, options, &address)?;
     let not_ready = |why: String| HaplyError::NotReady { device: format!("the arm {}", arm.id), why };
-    let in_use = "in use by another program, whose forces would add to these: close that program; if it was just closed, try again";
+    let in_use = "in use by another program, whose forces would be added: close that program; if you have just closed it, try again";
     if let Some(why) = Some(in_use).filter(|_| arm.in_use).or(arm.trouble) {
         return Err(not_ready(why.to_owned()));
     }
@@ -71,7 +72,7 @@ pub(super) fn open(options: &HaplyOptions) -> Result<Opened, HaplyError> {
     let scale = http::get(&address, "/settings/devices/force_scale").as_ref().and_then(http::number_of);
     if let Some(scale) = scale.filter(|scale| (scale - 1.0).abs() > SCALE_SLACK) {
         return Err(not_ready(format!(
-            "given {scale} times the commanded forces: set `devices/force_scale` of the service to 1"
+            "set to {scale} times the commanded forces: set `devices/force_scale` of the service to 1"
         )));
     }
     let pairing = http::get(&address, &format!("/inverse3/{}/config/paired_with", http::in_path(&arm.id)));
@@ -108,7 +109,7 @@ pub(super) fn open(options: &HaplyOptions) -> Result<Opened, HaplyError> {
     ];
     notes.extend(note);
     if scale.is_none() {
-        notes.push("the service does not say whether it scales forces".to_owned());
+        notes.push("the service does not report its force scale".to_owned());
     }
     notes.extend(arm.notes.iter().cloned());
     let others = inventory.arms.len().saturating_sub(1);
@@ -118,15 +119,15 @@ pub(super) fn open(options: &HaplyOptions) -> Result<Opened, HaplyError> {
     Ok(Opened { spec: spec_of(arm, grip), notes, first, wire, talk, senses })
 }
 
-/// Why there is no first sample.
+/// The reason why there is no first sample.
 enum NoSample {
     NotUnderstood(String),
-    /// The name of the arm or the grip, and what it lacks.
+    /// The name of the arm or grip, and the reason why it is not ready.
     NotReady(String, String),
 }
 
-/// Returns the first sample with the grip's orientation, if there is a grip. The session's name is
-/// sent only to services that state their version: older ones may not know it.
+/// Returns the first sample; if there is a grip, it includes its orientation. The session's name is
+/// sent only to services that state their version, since older services may not accept it.
 fn first_sample(wire: &mut Wire, talk: &mut Talk, named: bool) -> Result<Sample, NoSample> {
     let until = Instant::now() + FIRST_ANSWER;
     let mut message = if named { talk.first() } else { talk.force(DVec3::ZERO) };
@@ -153,10 +154,10 @@ fn first_sample(wire: &mut Wire, talk: &mut Talk, named: bool) -> Result<Sample,
     }
 }
 
-/// Returns the grip that belongs to `arm`, and how that is known.
+/// Returns the grip that belongs to `arm`, and the reason for the choice.
 ///
-/// A pairing counts, whether the arm or the grip states it. If the paired grip is missing, no other
-/// grip is taken. Arms and grips without a pairing are matched in the service's order.
+/// A pairing decides, whether the arm or the grip states it. If the paired grip is missing, no
+/// other grip is used. Arms and grips without a pairing are matched in the service's order.
 fn grip_of<'a>(arm: &Arm, inventory: &'a Inventory, pairing: Option<&Value>) -> (Option<&'a Grip>, &'static str) {
     let Inventory { arms, grips } = inventory;
     if let Some(id) = pairing.and_then(message::paired_grip) {
@@ -170,11 +171,11 @@ fn grip_of<'a>(arm: &Arm, inventory: &'a Inventory, pairing: Option<&Value>) -> 
     let place = alone.position(|other| other.id == arm.id).unwrap_or(0);
     let mut free = grips.iter().filter(|grip| grip.paired_with.is_none());
     let first = free.clone().next();
-    // A single grip without a pairing may be held with any of the arms.
+    // A single grip without a pairing is used with every arm.
     (free.nth(place).or(first), "by the service's order, since no pairing is stated")
 }
 
-/// The next text within [`FIRST_ANSWER`].
+/// Returns the next text message that arrives within [`FIRST_ANSWER`].
 fn hear(wire: &mut Wire, missing: &str) -> Result<String, String> {
     match wire.hear(Some(Instant::now() + FIRST_ANSWER))? {
         Heard::Text(text) => Ok(text),
@@ -222,24 +223,25 @@ fn spec_of(arm: &Arm, grip: Option<&Grip>) -> DeviceSpec {
 }
 
 impl Talk {
-    /// The message that sets a force, N.
+    /// Returns the message that commands a force, N.
     pub(super) fn force(&mut self, force: DVec3) -> &str {
         message::write_force(&mut self.message, &self.arm_in_json, self.spelling, force);
         &self.message
     }
 
-    /// The message that names the session.
+    /// Returns the message that names the session.
     fn first(&mut self) -> &str {
         message::write_first(&mut self.message, &self.arm_in_json, self.spelling);
         &self.message
     }
 
-    /// Why the arm is not to be used, with the settings of this session if `text` has them.
+    /// Returns the reason why the arm cannot be used with the settings in `text`, if `text`
+    /// contains settings.
     fn trouble(&self, text: &str) -> Option<&'static str> {
         message::inventory(text).ok()?.arms.into_iter().find(|arm| arm.id == self.arm)?.trouble
     }
 
-    /// Reads the arm and its grip from `text`.
+    /// Reads the state of the arm and its grip from `text`.
     pub(super) fn sample(&self, text: &str) -> Result<Sample, String> {
         message::sample(text, &self.arm, self.grip.as_deref())
     }

@@ -1,4 +1,4 @@
-//! From the service's samples to states of the device.
+//! Converts the service's samples to device states.
 
 use std::time::Instant;
 
@@ -9,36 +9,36 @@ use super::grip::GripFilter;
 use super::message::Sample;
 use crate::device::DeviceState;
 
-/// s without an orientation after which the force is withheld.
+/// Time without an orientation after which the force is withheld, s.
 const GRIP_QUIET_TIME: f64 = 0.05;
-/// s without an orientation after which the grip is lost.
+/// Time without an orientation after which the grip is lost, s.
 const GRIP_LOST_TIME: f64 = 0.25;
 
-/// Earlier samples.
+/// State of the conversion between samples.
 pub(super) struct Senses {
     origin: Instant,
     filter: Option<GripFilter>,
     rotation: DQuat,
-    /// There is a grip.
+    /// True if there is a grip.
     gripped: bool,
-    /// When the grip was heard last, or said that it is not ready, s.
+    /// Time at which the grip last reported an orientation, or that it is not ready, s.
     heard: f64,
     buttons: Pressed,
 }
 
 impl Senses {
-    /// Nothing was heard so far, of an arm with a grip or without.
+    /// Starts before the first sample. `gripped` is true if the arm has a grip.
     pub(super) fn new(gripped: bool) -> Self {
         let (origin, rotation, buttons) = (Instant::now(), DQuat::IDENTITY, Pressed::default());
         Self { origin, filter: None, rotation, gripped, heard: 0.0, buttons }
     }
 
-    /// s since the beginning.
+    /// Returns the time since the start, s.
     pub(super) fn time(&self, now: Instant) -> f64 {
         now.duration_since(self.origin).as_secs_f64()
     }
 
-    /// The state that `sample` tells.
+    /// Converts `sample` to a device state.
     pub(super) fn state(&mut self, sample: &Sample, now: Instant) -> DeviceState {
         let time = self.time(now);
         let ready = sample.grip_trouble.is_none();
@@ -50,8 +50,8 @@ impl Senses {
                 self.buttons.hear(buttons);
             }
         } else {
-            // The grip still answers, so it is not lost, but its orientation is old. Its buttons
-            // count as released, so that a dead-man's button lets go.
+            // The grip still reports its status, so it is not lost, but its orientation is old. Its
+            // buttons count as released, so a dead-man button disables the force.
             self.heard = time;
             self.buttons = Pressed::default();
         }
@@ -67,14 +67,15 @@ impl Senses {
         }
     }
 
-    /// True if the grip has not been heard for too long.
+    /// Returns true if the grip has not reported for too long.
     pub(super) fn is_deaf(&self, now: Instant) -> bool {
         self.gripped && self.time(now) - self.heard > GRIP_LOST_TIME
     }
 }
 
-/// Buttons as the loop sees them. A button that is down when the grip is heard first, or again
-/// after sleep, counts only once it has been released: it was not pressed to ask for forces.
+/// Buttons as the loop sees them. A button that is already down in the first report, or in the
+/// first report after a sleep, counts only after it was released. It was not pressed to enable
+/// forces.
 #[derive(Clone, Copy, Debug, Default)]
 struct Pressed {
     known: bool,
@@ -95,7 +96,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_button_that_is_held_from_the_start_is_not_pressed() {
+    fn button_held_from_the_start_is_ignored() {
         let mut buttons = Pressed::default();
         let seen: Vec<u32> = [0b101, 0b101, 0b111, 0b010, 0b101]
             .into_iter()

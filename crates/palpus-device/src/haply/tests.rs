@@ -1,4 +1,4 @@
-//! The client against scripted services, some of which misbehave: the loop that drives it.
+//! Tests of the client against scripted services, some of which misbehave.
 
 mod exchange;
 mod failures;
@@ -12,15 +12,14 @@ use std::time::{Duration, Instant};
 use glam::DVec3;
 use palpus::algebra::Wrench;
 
-use self::service::Told;
+use self::service::Received;
 use super::*;
 
 fn wrench(force: DVec3) -> Wrench {
     Wrench { torque: DVec3::ZERO, force }
 }
 
-/// Drives `device` at about 500 Hz as a loop would, with all forces different, for `ticks` or until
-/// it fails.
+/// Drives `device` at about 500 Hz for `ticks` ticks, or until it fails. All forces differ.
 fn drive(device: &mut HaplyDevice, ticks: u32) -> Result<(), DeviceError> {
     for _ in 0..ticks {
         device.read()?;
@@ -30,7 +29,7 @@ fn drive(device: &mut HaplyDevice, ticks: u32) -> Result<(), DeviceError> {
     Ok(())
 }
 
-/// Drives until it fails, for at most five seconds, and tells why.
+/// Drives `device` until it is lost, for at most five seconds, and returns the reason.
 fn drive_until_lost(device: &mut HaplyDevice) -> String {
     let begun = Instant::now();
     while begun.elapsed() < Duration::from_secs(5) {
@@ -40,13 +39,13 @@ fn drive_until_lost(device: &mut HaplyDevice) -> String {
             Err(other) => panic!("{other}"),
         }
     }
-    panic!("it is still not lost: {:?}", device.counts());
+    panic!("the device must be lost: {:?}", device.counts());
 }
 
-/// Every force that went out did so once.
-fn assert_no_force_twice(told: &[Told]) {
+/// Checks that every force was sent only once.
+fn assert_no_force_twice(received: &[Received]) {
     let mut seen = Vec::new();
-    for Told { force, .. } in told.iter().filter(|told| told.force != DVec3::ZERO) {
+    for Received { force, .. } in received.iter().filter(|received| received.force != DVec3::ZERO) {
         assert!(!seen.contains(force), "{force} was sent twice");
         seen.push(*force);
     }

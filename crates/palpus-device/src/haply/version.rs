@@ -1,16 +1,16 @@
-//! Which service it is: its name and version, and how it wants forces to be spelled.
+//! Name and version of the service, and the message format that follows from the version.
 
 use serde_json::Value;
 
-/// Major versions whose messages are understood. A newer one is tried, and said.
+/// Supported major version. A newer one is tried, with a note.
 const UNDERSTOOD: u32 = 3;
 
-/// How a force is spelled.
+/// JSON key of a force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Spelling {
-    /// From 3.5 on.
+    /// The key from version 3.5 on.
     Vector,
-    /// Before.
+    /// The key before version 3.5.
     Values,
 }
 
@@ -26,17 +26,18 @@ impl Spelling {
 /// Name and version of a service.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Identity {
-    /// As the service writes it; `None` when it does not say.
+    /// Version as the service writes it; `None` if it does not state one.
     pub(super) version: Option<String>,
-    /// Worth writing down.
+    /// A remark for the recording.
     pub(super) note: Option<String>,
 }
 
 impl Identity {
-    /// Out of the answer to `/version`.
+    /// Reads the answer to `/version`.
     ///
     /// # Errors
-    /// In words, if it is another program, or one whose messages are not understood.
+    /// Returns a description of the problem if the answer is from another program or from an
+    /// unsupported version.
     pub(super) fn of(answer: Option<&Value>) -> Result<Self, String> {
         let Some(answer) = answer else { return Ok(Self::default()) };
         let word = |key: &str| {
@@ -51,10 +52,10 @@ impl Identity {
         let version = word("project_version").or_else(|| word("version"));
         let note = match version.as_deref().and_then(number) {
             Some((major, _)) if major < UNDERSTOOD => {
-                return Err(format!("its version is {major}, and {UNDERSTOOD} is needed: update it"));
+                return Err(format!("its version is {major}, but version {UNDERSTOOD} is needed: update the service"));
             }
             Some((major, _)) if major > UNDERSTOOD => {
-                Some(format!("the service's version {major} is newer than this program knows ({UNDERSTOOD})"))
+                Some(format!("the service's version {major} is newer than the supported version {UNDERSTOOD}"))
             }
             _ => None,
         };
@@ -62,13 +63,14 @@ impl Identity {
     }
 }
 
-/// Major and minor.
+/// Parses the major and the minor version.
 fn number(version: &str) -> Option<(u32, u32)> {
     let mut parts = version.trim_start_matches('v').split(['.', '-', '+']);
     Some((parts.next()?.parse().ok()?, parts.next().unwrap_or("0").parse().ok()?))
 }
 
-/// The spelling of a service of this version; without one, of the newest that is known.
+/// Returns the force key for a service of this version; without a version, the key of the newest
+/// one.
 pub(super) fn spelling(version: Option<&str>) -> Spelling {
     match version.and_then(number) {
         Some(number) if number < (3, 5) => Spelling::Values,
@@ -83,7 +85,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_version_decides_the_spelling() {
+    fn version_decides_the_force_key() {
         for (version, spelled) in [
             (Some("3.5.0"), Spelling::Vector),
             (Some("v3.10.2-rc1"), Spelling::Vector),
@@ -99,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn another_program_or_an_old_service_is_refused() {
+    fn other_program_or_old_service_is_refused() {
         let of = |answer: Value| Identity::of(Some(&answer));
         let known = of(json!({ "project_name": "haply-inverse-service", "project_version": "3.5.1" })).unwrap();
         assert_eq!((known.version.as_deref(), known.note), (Some("3.5.1"), None));

@@ -1,4 +1,4 @@
-//! A WebSocket of which every call ends by a deadline.
+//! A WebSocket client in which every call ends by a deadline.
 
 use std::io::{self, Read, Write};
 use std::net::{SocketAddr, TcpStream};
@@ -10,26 +10,27 @@ use tungstenite::{Error, Message, WebSocket};
 
 use super::address::Address;
 
-/// Until somebody has accepted, and until a handshake is over.
+/// Time limit for the connection, and for the handshake.
 const CONNECT_TIME: Duration = Duration::from_millis(400);
-/// For a message to leave: it does at once unless the service has stopped reading long ago.
+/// Time limit for sending a message. A message leaves at once unless the service has stopped
+/// reading.
 const SEND_TIME: Duration = Duration::from_millis(100);
-/// Bytes of the largest message that is listened to. An inventory of ten devices has about twenty
-/// thousand.
+/// Size of the largest message that is accepted, bytes. An inventory of ten devices has about 20
+/// kB.
 const LARGEST_MESSAGE: usize = 1 << 20;
-/// Pings and the like between two messages.
+/// Largest number of control frames, such as pings, between two messages.
 const MOST_CONTROL: usize = 64;
-/// Bytes read at once.
+/// Number of bytes that are read at once.
 const READ_BUFFER: usize = 1 << 16;
 
-/// A connection that listens until a deadline, or not at all.
+/// A TCP connection whose reads wait until a deadline, or not at all.
 pub(super) struct Line {
     tcp: TcpStream,
     until: Option<Instant>,
 }
 
 impl Line {
-    /// To the first of `sockets` that accepts.
+    /// Connects to the first of `sockets` that accepts.
     pub(super) fn connect(sockets: &[SocketAddr]) -> io::Result<Self> {
         let mut failed = io::Error::new(io::ErrorKind::NotFound, "the name has no address");
         for socket in sockets {
@@ -49,8 +50,8 @@ impl Line {
 impl Read for Line {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let Some(until) = self.until else {
-            // Not for long enough to be a wait, and the clock's ticks make more of it anyway: so
-            // not at all.
+            // Reads without waiting. A very short timeout would wait longer, because of the coarse
+            // clock.
             self.tcp.set_nonblocking(true)?;
             let read = self.tcp.read(buffer);
             self.tcp.set_nonblocking(false)?;
@@ -75,24 +76,24 @@ impl Write for Line {
     }
 }
 
-/// Result of listening.
+/// Result of waiting for a message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Heard {
-    /// A message.
+    /// A text message.
     Text(String),
-    /// A message that is not from the service.
+    /// A message of another kind, with its description.
     Other(&'static str),
-    /// Nothing in time.
+    /// No message before the deadline.
     Nothing,
 }
 
-/// Messages to and from a service.
+/// A WebSocket connection to the service.
 pub(super) struct Wire {
     socket: WebSocket<Line>,
 }
 
 impl Wire {
-    /// Connects and shakes hands.
+    /// Connects and performs the handshake.
     pub(super) fn open(address: &Address) -> Result<Self, Failed> {
         let line = Line::connect(&address.sockets).map_err(|error| Failed::NoService(plain(&error)))?;
         let config = WebSocketConfig::default()
@@ -115,36 +116,36 @@ impl Wire {
         self.socket.send(Message::text(text)).map_err(|error| said(&error))
     }
 
-    /// The next message, if there is one before `until`; if that is `None`, if there is one
-    /// already.
+    /// Returns the next message that arrives before `until`. If `until` is `None`, returns a
+    /// message only if it has already arrived.
     pub(super) fn hear(&mut self, until: Option<Instant>) -> Result<Heard, String> {
         self.socket.get_mut().until = until;
         for _ in 0..MOST_CONTROL {
             match self.socket.read() {
                 Ok(Message::Text(text)) => return Ok(Heard::Text(text.as_str().to_owned())),
                 Ok(Message::Binary(_)) => return Ok(Heard::Other("a binary message")),
-                // Pings and the like are answered by the library.
+                // The library answers pings.
                 Ok(_) if until.is_none_or(|until| Instant::now() < until) => {}
                 Ok(_) => return Ok(Heard::Nothing),
                 Err(Error::Io(error)) if waited(&error) => return Ok(Heard::Nothing),
                 Err(error) => return Err(said(&error)),
             }
         }
-        Err("it sends pings without end".to_owned())
+        Err("it sends too many pings".to_owned())
     }
 
-    /// Says goodbye; whether it is heard does not matter any more.
+    /// Closes the connection. It does not matter whether the service receives the close.
     pub(super) fn close(mut self) {
         let _ = self.socket.close(None);
         let _ = self.socket.flush();
     }
 }
 
-/// Why there is no connection.
+/// The reason why there is no connection.
 pub(super) enum Failed {
     /// No service accepts the connection.
     NoService(String),
-    /// Somebody does.
+    /// A program accepts the connection, but not as the service does.
     NotUnderstood(String),
 }
 
@@ -152,7 +153,7 @@ pub(super) fn waited(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut)
 }
 
-/// An error of the system in few words.
+/// Describes a system error in few words.
 pub(super) fn plain(error: &io::Error) -> String {
     match error.kind() {
         io::ErrorKind::ConnectionRefused => "connection refused: nothing listens there".to_owned(),
@@ -164,9 +165,9 @@ pub(super) fn plain(error: &io::Error) -> String {
 fn said(error: &Error) -> String {
     match error {
         Error::ConnectionClosed | Error::AlreadyClosed => "it closed the connection".to_owned(),
-        Error::Io(error) => format!("the connection broke off ({})", plain(error)),
+        Error::Io(error) => format!("the connection was lost ({})", plain(error)),
         Error::Protocol(tungstenite::error::ProtocolError::ResetWithoutClosingHandshake) => {
-            "it broke the connection off".to_owned()
+            "it reset the connection".to_owned()
         }
         Error::Capacity(_) => format!("it sent a message of more than {} kB", LARGEST_MESSAGE >> 10),
         other => other.to_string(),

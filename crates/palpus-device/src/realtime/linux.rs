@@ -1,4 +1,4 @@
-//! How Linux grants it.
+//! Claims of real-time resources on Linux.
 
 use std::sync::OnceLock;
 
@@ -16,8 +16,8 @@ use super::Claimed;
 const FIFO: ThreadSchedulePolicy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
 
 pub(super) fn claim_priority(priority: u8) -> Claimed {
-    // A process without the right to this priority may have a lower one; the one above it is the
-    // watchdog's.
+    // If this user may not have `priority`, a lower one may be granted. The priority above it is
+    // reserved for the watchdog.
     let allowed = getrlimit(Resource::Rtprio).current.and_then(|most| u8::try_from(most).ok()).unwrap_or(0);
     let lower = allowed.saturating_sub(1).min(priority);
     let refused = match set_priority(priority) {
@@ -41,7 +41,7 @@ fn set_priority(priority: u8) -> Result<(), String> {
     let value = ThreadPriorityValue::try_from(priority)?;
     set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Crossplatform(value), FIFO).map_err(|error| {
         match error {
-            Error::OS(code) if code == Errno::PERM.raw_os_error() => "this user may not have it".to_owned(),
+            Error::OS(code) if code == Errno::PERM.raw_os_error() => "this user may not have this priority".to_owned(),
             Error::OS(code) => std::io::Error::from_raw_os_error(code).to_string(),
             other => other.to_string(),
         }
@@ -49,14 +49,14 @@ fn set_priority(priority: u8) -> Result<(), String> {
 }
 
 pub(super) fn lock_memory() -> Claimed {
-    // Under a limit, locking future memory would make later allocations fail instead of wait.
+    // Under a memory limit, `FUTURE` would make later allocations fail.
     let limit = getrlimit(Resource::Memlock).current.filter(|_| !is_privileged());
     let flags = match limit {
         Some(_) => MlockAllFlags::CURRENT,
         None => MlockAllFlags::CURRENT | MlockAllFlags::FUTURE,
     };
     match mlockall(flags) {
-        Ok(()) if flags.contains(MlockAllFlags::FUTURE) => Claimed::Granted("all of it".to_owned()),
+        Ok(()) if flags.contains(MlockAllFlags::FUTURE) => Claimed::Granted("all memory".to_owned()),
         Ok(()) => Claimed::Granted("present memory only, no later allocations".to_owned()),
         Err(error) => Claimed::Refused {
             why: match limit {
@@ -71,26 +71,27 @@ pub(super) fn lock_memory() -> Claimed {
     }
 }
 
-/// True for those whom the limit does not bind.
+/// Returns true if the process runs as root, for which the memory limit does not apply.
 fn is_privileged() -> bool {
     rustix::process::geteuid().is_root()
 }
 
-/// The cores that the process has: those of its first thread, as they were before it left one.
+/// Returns the cores that the process may use. They are the cores that the first thread could use
+/// before it left a core.
 fn cores_of_process() -> Result<CpuSet, Errno> {
     static CORES: OnceLock<Result<CpuSet, Errno>> = OnceLock::new();
     *CORES.get_or_init(|| sched_getaffinity(Some(getpid())))
 }
 
 pub(super) fn leave(core: usize) {
-    // Refused, nothing is lost but quiet.
+    // If this is refused, only the loop's core is less quiet.
     if let Ok(mut rest) = sched_getaffinity(None) {
         rest.unset(core);
         let _ = sched_setaffinity(None, &rest);
     }
 }
 
-/// And on which.
+/// Pins the calling thread to one core. Also returns the core if it was granted.
 pub(super) fn pin() -> (Claimed, Option<usize>) {
     let refused = |why: String| {
         (Claimed::Refused { why, mend: "let the process use more cores (taskset, cpuset)".to_owned() }, None)
@@ -106,16 +107,17 @@ pub(super) fn pin() -> (Claimed, Option<usize>) {
         one.set(core);
         sched_setaffinity(None, &one)
     };
-    // The kernel leaves isolated cores out of a process's set, and grants them on request.
+    // The kernel leaves isolated cores out of a process's affinity mask, but grants them on
+    // request.
     let granted = in_turn(&isolated, is_allowed).into_iter().find(|&core| core < CpuSet::MAX_CPU && on(core).is_ok());
     if let Some(core) = granted {
         return (Claimed::Granted(format!("core {core}, isolated")), Some(core));
     }
     if allowed.count() < 2 {
-        return refused("there is one core only".to_owned());
+        return refused("there is only one core".to_owned());
     }
-    // One of the fastest, and of those the last: interrupts and whatever is started first gather on
-    // the first.
+    // Takes the last of the fastest cores: interrupts and the first processes gather on the first
+    // core.
     let fastest =
         (0..CpuSet::MAX_CPU).filter(|&core| is_allowed(core)).max_by_key(|core| (top_frequency(*core), *core));
     let Some(core) = fastest else { return (Claimed::NotAsked, None) };
@@ -125,19 +127,21 @@ pub(super) fn pin() -> (Claimed, Option<usize>) {
     }
 }
 
-/// Isolated cores in the order in which they are tried: first those that the process was given.
+/// Returns the isolated cores in the order in which they are tried: cores in the affinity mask of
+/// the process come first.
 pub(super) fn in_turn(isolated: &[usize], is_allowed: impl Fn(usize) -> bool) -> Vec<usize> {
     let (given, others): (Vec<_>, Vec<_>) = isolated.iter().partition(|&&core| is_allowed(core));
     [given, others].concat()
 }
 
-/// Cores that the kernel keeps free of ordinary work.
+/// Returns the cores that the kernel keeps free of ordinary threads.
 fn isolated() -> Vec<usize> {
     let list = std::fs::read_to_string("/sys/devices/system/cpu/isolated").unwrap_or_default();
     super::cores(&list)
 }
 
-/// kHz; 0 where the kernel does not say. Cores of different kinds differ in it.
+/// Returns the highest frequency of the core, kHz; 0 if the kernel does not report it. It tells
+/// performance cores from efficiency cores.
 fn top_frequency(core: usize) -> u64 {
     let path = format!("/sys/devices/system/cpu/cpu{core}/cpufreq/cpuinfo_max_freq");
     std::fs::read_to_string(path).ok().and_then(|text| text.trim().parse().ok()).unwrap_or(0)
@@ -145,10 +149,10 @@ fn top_frequency(core: usize) -> u64 {
 
 pub(super) fn outrank() -> Claimed {
     let Some(below) = priority_of_this_thread() else {
-        let why = "the loop has no priority that its watchdog could be above".to_owned();
+        let why = "the loop has no real-time priority that its watchdog could exceed".to_owned();
         return Claimed::Refused { why, mend: "get the priority first".to_owned() };
     };
-    // On the loop's own core it still runs before the loop.
+    // The watchdog may run on any core. On the loop's own core it still runs before the loop.
     if let Ok(all) = cores_of_process() {
         let _ = sched_setaffinity(None, &all);
     }
@@ -156,13 +160,14 @@ pub(super) fn outrank() -> Claimed {
     match set_priority(above) {
         Ok(()) => Claimed::Granted(format!("SCHED_FIFO {above}")),
         Err(why) => Claimed::Refused {
-            why: format!("{why}, so that a loop that never sleeps on its core would hold its force"),
+            why: format!("{why}, so a loop that never sleeps would keep the watchdog off its core and hold its force"),
             mend: format!("add `{} - rtprio {above}` to /etc/security/limits.d/palpus.conf and log in again", user()),
         },
     }
 }
 
-/// Priority of the loop that started this thread; `None` for an ordinary thread.
+/// Returns the priority of the loop that started this thread; `None` for a thread without real-time
+/// priority.
 fn priority_of_this_thread() -> Option<u8> {
     let (policy, parameters) = thread_schedule_policy_param(thread_native_id()).ok()?;
     u8::try_from(parameters.sched_priority).ok().filter(|_| policy == FIFO)

@@ -1,36 +1,37 @@
-//! Rights of an operating system for a loop that must not be late.
+//! Real-time resources of the operating system, for a loop that must not be late.
 //!
-//! 1. **Priority**: the loop's thread runs before every ordinary one (`SCHED_FIFO`).
-//! 2. **Memory** that is locked: no page of the program is ever waited for.
-//! 3. **A core**: the thread stays on one, an isolated one if there is any. Only with priority: on
-//!    a core that it had to share, a pinned thread would wait where a free one moves on. Who draws
-//!    beside the loop leaves that core ([`leave_core`]).
+//! 1. **Priority**: the loop's thread runs before every ordinary thread (`SCHED_FIFO`).
+//! 2. **Locked memory**: the thread never waits for a page of the program to be loaded.
+//! 3. **A core**: the thread stays on one core, if possible an isolated one. This needs priority:
+//!    on a core with other threads, a pinned thread would wait, while an unpinned one could move. A
+//!    thread that draws beside the loop should leave this core ([`leave_core`]).
+//! 4. **The watchdog**: its thread can be started and has a higher priority than the loop.
+//!    Otherwise a loop that never sleeps would keep the watchdog off its core.
 //!
-//! 4. **The watchdog**: its thread can be started, and runs before the loop's: a loop that never
-//!    sleeps would otherwise keep it from its core.
-//!
-//! Each is requested by itself. A refusal is reported with its reason and the one line that mends
-//! it, and the loop runs without. Known on Linux; elsewhere nothing is claimed.
+//! Each resource is requested separately. If one is refused, the result says why and how to fix
+//! it, and the loop runs without it. This is implemented for Linux; on other systems nothing is
+//! claimed.
 
 #[cfg(target_os = "linux")]
 mod linux;
 
 use std::fmt;
 
-/// Claims to make. The default is all of them.
+/// The resources to claim. The default claims all of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RealTimeOptions {
-    /// `SCHED_FIFO` priority, 1 to 98 (the watchdog has one more); `None` leaves the thread as it
-    /// is.
+    /// `SCHED_FIFO` priority, 1 to 98 (the watchdog gets one more); `None` keeps the thread's
+    /// priority.
     pub priority: Option<u8>,
-    /// Lock the process's memory.
+    /// Locks the memory of the process.
     pub lock_memory: bool,
-    /// Keep the thread on one core.
+    /// Keeps the thread on one core.
     pub pin: bool,
 }
 
 impl Default for RealTimeOptions {
-    /// Priority 80, above the kernel's threaded interrupts at 50; locked; pinned.
+    /// Priority 80, which is above the kernel's threaded interrupts (50), with locked memory and a
+    /// pinned thread.
     fn default() -> Self {
         Self { priority: Some(80), lock_memory: true, pin: true }
     }
@@ -39,16 +40,16 @@ impl Default for RealTimeOptions {
 /// Outcome of one claim.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Claimed {
-    /// Granted, in words.
+    /// The claim was granted; the text describes what was granted.
     Granted(String),
-    /// Not granted.
+    /// The claim was not granted.
     Refused {
-        /// The reason.
+        /// Reason for the refusal.
         why: String,
-        /// Advice, in one line.
+        /// What the user can do about it, in one line.
         mend: String,
     },
-    /// It was not asked for, or means nothing here.
+    /// The claim was not requested, or has no meaning on this system.
     NotAsked,
 }
 
@@ -62,23 +63,23 @@ impl fmt::Display for Claimed {
     }
 }
 
-/// Outcomes of all claims.
+/// Results of all claims.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RealTimeClaims {
-    /// See [`RealTimeOptions::priority`].
+    /// Result of [`RealTimeOptions::priority`].
     pub priority: Claimed,
-    /// See [`RealTimeOptions::lock_memory`].
+    /// Result of [`RealTimeOptions::lock_memory`].
     pub memory: Claimed,
-    /// See [`RealTimeOptions::pin`].
+    /// Result of [`RealTimeOptions::pin`].
     pub core: Claimed,
-    /// The priority of the watchdog's thread, which is above the loop's.
+    /// The priority of the watchdog thread, which is above the priority of the loop.
     pub watchdog: Claimed,
-    /// The core that the thread stays on, if it does.
+    /// The core to which the thread is pinned; `None` if it is not pinned.
     pub pinned_to: Option<usize>,
 }
 
 impl RealTimeClaims {
-    /// One line each, with a name.
+    /// Returns each claim with its name.
     pub fn lines(&self) -> [(&'static str, &Claimed); 4] {
         [
             ("priority", &self.priority),
@@ -89,8 +90,8 @@ impl RealTimeClaims {
     }
 }
 
-/// Claims what `options` say for the calling thread, and the memory for the whole process.
-/// Allocates: call it before the loop.
+/// Claims the resources in `options` for the calling thread; memory is locked for the whole
+/// process. Allocates, so call it before the loop starts.
 pub fn claim(options: &RealTimeOptions) -> RealTimeClaims {
     let priority = options.priority.map_or(Claimed::NotAsked, system::claim_priority);
     let memory = if options.lock_memory { system::lock_memory() } else { Claimed::NotAsked };
@@ -107,7 +108,7 @@ pub fn claim(options: &RealTimeOptions) -> RealTimeClaims {
     RealTimeClaims { priority, memory, core, watchdog, pinned_to }
 }
 
-/// Starts a thread from the loop's, as the watchdog's is started, and returns its rights.
+/// Starts a thread in the same way as the watchdog thread, and returns the granted priority.
 fn rehearse_watchdog() -> Claimed {
     let thread = std::thread::Builder::new().name("watchdog".to_owned()).spawn(outrank);
     rehearsed(thread.map(std::thread::JoinHandle::join))
@@ -120,23 +121,24 @@ fn rehearsed(answer: std::io::Result<std::thread::Result<Claimed>>) -> Claimed {
         Err(error) => error.to_string(),
     };
     Claimed::Refused {
-        why: format!("its thread cannot be started ({why}), so that a loop that stands still would hold its force"),
+        why: format!("its thread cannot be started ({why}), so a stalled loop would hold its force"),
         mend: "let this user start more threads (ulimit -u), or close other programs".to_owned(),
     }
 }
 
-/// Keeps the calling thread, and all that it starts from now on, off the core on which `claims`
-/// keep a loop. A thread that claims a core has all of the process's to choose from again. To be
-/// called once the loop's thread has its claims, before a window is opened: where the processor
-/// draws, threads of the graphics library come and go on every core that they may have.
+/// Keeps the calling thread, and all threads that it starts later, off the core to which `claims`
+/// pinned a loop. A thread that claims a core later can again choose from all cores of the process.
+///
+/// Call this after the loop's thread has made its claims and before a window is opened. With
+/// software rendering, threads of the graphics library run on every core that they may use.
 pub fn leave_core(claims: &RealTimeClaims) {
     if let Some(core) = claims.pinned_to {
         system::leave(core);
     }
 }
 
-/// Lets the calling thread, started by one that has claimed a priority and a core, run before that
-/// thread and anywhere; and says what was granted.
+/// Gives the calling thread a higher priority than the loop that started it, and lets it run on any
+/// core. Returns what was granted.
 pub(crate) fn outrank() -> Claimed {
     system::outrank()
 }
@@ -150,8 +152,8 @@ mod system {
 
     fn not_here() -> Claimed {
         Claimed::Refused {
-            why: format!("palpus does not know how to ask for it on {}", std::env::consts::OS),
-            mend: "run the loop on Linux where it matters".to_owned(),
+            why: format!("palpus cannot request this on {}", std::env::consts::OS),
+            mend: "run the loop on Linux if you need it".to_owned(),
         }
     }
 
@@ -174,7 +176,7 @@ mod system {
     }
 }
 
-/// Cores out of a kernel's list such as `2,4-7`.
+/// Parses a kernel list of cores such as `2,4-7`.
 #[cfg(any(target_os = "linux", test))]
 fn cores(list: &str) -> Vec<usize> {
     let mut cores = Vec::new();
@@ -194,7 +196,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_list_of_cores_is_read() {
+    fn list_of_cores_is_parsed() {
         assert_eq!(cores("2,4-7\n"), [2, 4, 5, 6, 7]);
         assert_eq!(cores("\n"), [0usize; 0]);
         assert_eq!(cores("x,3-1,9"), [9]);
@@ -202,15 +204,15 @@ mod tests {
 
     #[test]
     #[cfg(target_os = "linux")]
-    fn isolated_cores_are_tried_though_a_process_has_them_only_if_it_was_given_them() {
+    fn isolated_cores_outside_the_affinity_mask_are_tried() {
         assert_eq!(system::in_turn(&[2, 3, 5], |core| core < 2), [2, 3, 5]);
         assert_eq!(system::in_turn(&[2, 3, 5], |core| core == 5), [5, 2, 3]);
         assert!(system::in_turn(&[], |_| true).is_empty());
     }
 
     #[test]
-    fn every_claim_is_answered_in_one_line_and_the_thread_runs_on() {
-        // Not the memory: it is the whole process's, and other tests run in it.
+    fn every_claim_returns_one_line() {
+        // Memory is not locked here, since that would affect the whole process and its other tests.
         let options = RealTimeOptions { lock_memory: false, ..RealTimeOptions::default() };
         let claims = std::thread::spawn(move || claim(&options)).join().unwrap();
         assert_eq!(claims.memory, Claimed::NotAsked);
@@ -223,16 +225,18 @@ mod tests {
     }
 
     #[test]
-    fn a_watchdog_that_cannot_start_or_lacks_its_priority_is_said() {
+    fn watchdog_without_thread_or_priority_is_refused() {
         let failed = std::io::Error::from_raw_os_error(11);
-        let Claimed::Refused { why, mend } = rehearsed(Err(failed)) else { panic!("it did not start") };
+        let Claimed::Refused { why, mend } = rehearsed(Err(failed)) else {
+            panic!("a thread that did not start must be refused")
+        };
         assert!(why.contains("cannot be started") && why.contains("hold its force") && mend.contains("ulimit"));
-        // From a thread without priority.
+        // This thread has no real-time priority.
         let Claimed::Refused { why, .. } = rehearse_watchdog() else { panic!("this thread has no priority") };
         assert!(!why.contains("cannot be started") && !why.is_empty(), "{why}");
         let granted = Claimed::Granted("SCHED_FIFO 81".to_owned());
         assert_eq!(rehearsed(Ok(Ok(granted.clone()))), granted);
-        // With one, it is granted one above, or it is said why not.
+        // With a priority for the loop, the watchdog gets one more, or the result says why not.
         let options = RealTimeOptions { lock_memory: false, pin: false, ..RealTimeOptions::default() };
         let claims = std::thread::spawn(move || claim(&options)).join().unwrap();
         match (&claims.priority, &claims.watchdog) {
@@ -245,7 +249,7 @@ mod tests {
 
     #[test]
     #[cfg(target_os = "linux")]
-    fn who_leaves_the_core_does_so_with_all_it_starts_and_the_next_loop_gets_it_again() {
+    fn threads_leave_the_core_of_a_pinned_loop() {
         use rustix::thread::sched_getaffinity;
 
         let Some(core) = std::thread::spawn(|| system::pin().1).join().unwrap() else { return };
@@ -260,7 +264,7 @@ mod tests {
             move || sched_getaffinity(None).is_ok_and(|cores| cores.count() > 0 && !cores.is_set(core));
         let window = std::thread::spawn(move || {
             leave_core(&RealTimeClaims { pinned_to: None, ..pinned.clone() });
-            assert!(!is_off_the_core(), "there was nothing to leave");
+            assert!(!is_off_the_core(), "no core was claimed");
             leave_core(&pinned);
             let drawing = std::thread::spawn(is_off_the_core).join().unwrap();
             let next = std::thread::spawn(|| system::pin().1).join().unwrap();

@@ -1,35 +1,35 @@
-//! Blending: other settings of the engine do not make a step of the wrench.
+//! Blends the wrench after a change of settings, so that it has no step.
 //!
-//! In the tick in which the settings are new, the wrench is as it was in the tick before; in
-//! [`TIME`] the difference fades out. It fades with the contact as well: when the new wrench falls,
-//! because the hand leaves the surface, the difference falls by the same share, so that nothing
-//! pulls the hand back. Force and torque are blended each by itself.
+//! In the tick in which the settings change, the wrench stays as in the tick before. The difference
+//! then fades out within [`TIME`]. It also fades with the contact: if the new wrench falls because
+//! the hand leaves the surface, the difference falls in proportion, so that it does not pull the
+//! hand back. Force and torque are blended separately.
 
 use glam::DVec3;
 use palpus::algebra::Wrench;
 
-/// s: a quarter of a second, as from engagement to the full wrench.
+/// Time of the blending, s: as long as the ramp from engagement to the full wrench.
 const TIME: f64 = 0.25;
-/// The difference follows the contact unless it is so many times the new wrench, which then says
-/// little of the contact.
+/// The difference follows the contact, unless it is larger than the new wrench times this ratio. A
+/// small new wrench says little about the contact.
 const LARGEST_RATIO: f64 = 3.0;
 
-/// Remaining difference from the wrench under the last settings.
+/// The remaining difference from the wrench under the old settings.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Blend {
     /// The wrench of the last tick.
     last: Wrench,
     force: Offset,
     torque: Offset,
-    /// s of the blending that are left.
+    /// Remaining time of the blending, s.
     left: f64,
 }
 
-/// From the new force (or torque) to the old one.
+/// Difference from the new force (or torque) to the old one.
 #[derive(Clone, Copy, Debug, Default)]
 struct Offset {
     by: DVec3,
-    /// Size of the difference when the new one began.
+    /// Size of the new force (or torque) when the blending began.
     size: f64,
 }
 
@@ -38,12 +38,12 @@ impl Blend {
         Self { last: Wrench::ZERO, force: Offset::default(), torque: Offset::default(), left: 0.0 }
     }
 
-    /// True if [`Self::apply`] would change a wrench.
+    /// Returns true if [`Self::apply`] would change a wrench.
     pub(super) fn is_under_way(&self, changed: bool) -> bool {
         changed || self.left > 0.0
     }
 
-    /// Returns the wrench for this tick. `changed`: it is the first one of other settings.
+    /// Returns the wrench for this tick. `changed` is true in the first tick with new settings.
     pub(super) fn apply(&mut self, wrench: &Wrench, changed: bool) -> Wrench {
         if changed {
             self.force = Offset { by: self.last.force - wrench.force, size: wrench.force.length() };
@@ -57,13 +57,13 @@ impl Blend {
         }
     }
 
-    /// A tick of `dt` seconds ends, in which the wrench was this.
+    /// Ends a tick of `dt` seconds with this wrench.
     pub(super) fn end_of_tick(&mut self, wrench: &Wrench, dt: f64) {
         self.last = *wrench;
         self.left = (self.left - dt).max(0.0);
     }
 
-    /// Nothing is engaged: there is nothing to go on from.
+    /// Ends the blending while the device is not engaged.
     pub(super) fn reset(&mut self, wrench: &Wrench) {
         *self = Self { last: *wrench, ..Self::new() };
     }

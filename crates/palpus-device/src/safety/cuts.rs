@@ -1,62 +1,61 @@
-//! Interventions of the safety chain, by name.
+//! Interventions of the safety chain.
 
-/// A reason for which the device got another wrench than was computed, in the order of the chain;
-/// reasons from outside the chain come last.
+/// Reason why the device got another wrench than the computed one. The order follows the stages of
+/// the chain; reasons from outside the chain come last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Cut {
-    /// The device's state held a number that is not finite, or an invalid rotation.
+    /// The device's state contained a non-finite number or an invalid rotation.
     NonFiniteState,
-    /// The computed wrench held a number that is not finite.
+    /// The computed wrench contained a non-finite number.
     NonFiniteWrench,
-    /// The grip went farther between two reads than a hand can move it.
+    /// The grip moved farther between two reads than a hand can move it.
     PoseJump,
-    /// The grip moves faster than a hand moves.
+    /// The grip moves faster than a hand can move it.
     Speed,
-    /// The device gives the same state again and again, or says that it moves and stays where it
-    /// is.
+    /// The device returns the same state repeatedly, or reports a velocity while its pose does not
+    /// change.
     FrozenState,
-    /// The device's own time ran backwards or leapt.
+    /// The device's clock ran backwards or jumped ahead.
     DeviceClock,
-    /// The passivity stage took energy away.
+    /// The passivity stage removed energy.
     Passivity,
-    /// The wrench changed faster than it may.
+    /// The wrench changed faster than the slew limit.
     Slew,
     /// The wrench was larger than the device's peak.
     Saturation,
-    /// The motors have been driven beyond their continuous rating for so long that their peak is no
-    /// longer to be had.
+    /// The motors were driven beyond their continuous rating for so long that their peak is no
+    /// longer available.
     Heat,
-    /// Not engaged, or not yet fully.
+    /// The device is not engaged, or the ramp is not over.
     Engagement,
-    /// The loop held a wrench for too long, and noticed it itself.
+    /// The loop held a wrench for too long, and detected this itself.
     LateLoop,
-    /// The loop held a wrench for too long, and the watchdog took it away.
+    /// The loop held a wrench for too long, and the watchdog applied the brake.
     Watchdog,
     /// The step panicked.
     Panic,
     /// The device failed a read or a write.
     Device,
-    /// Somebody has stopped the run for a while, with a device that does not stop with it.
+    /// The run is paused, but the device moves on.
     Paused,
-    /// The wrench oscillates without the hand, and is attenuated. After the others because
-    /// recordings name cuts by their place.
+    /// The wrench oscillates without motion of the hand, and is attenuated. It stands here because
+    /// recordings store each cut by its position.
     LimitCycle,
-    /// The device itself gives no force, whatever the command: see
-    /// [`DeviceState::withheld`](crate::DeviceState).
+    /// The device withholds its force ([`DeviceState::withheld`](crate::DeviceState)).
     Withheld,
-    /// More than a tenth of the loop's ticks in a quarter of a second were late.
+    /// More than a tenth of the loop's ticks within a quarter of a second were late.
     Overrun,
     /// The machine was suspended since the last tick.
     Suspended,
-    /// The engine went on with other settings: the wrench is blended into the new one.
+    /// The settings of the engine changed, and the wrench is blended into the new one.
     Settings,
-    /// The run is about to end, or another scene to follow: the wrench fades out.
+    /// The run ends, or another scene follows: the wrench fades out.
     Ending,
 }
 
 impl Cut {
-    /// All of them, in the order of the chain.
+    /// All cuts, in the order of the chain.
     pub const ALL: [Self; 22] = [
         Self::NonFiniteState,
         Self::NonFiniteWrench,
@@ -82,7 +81,7 @@ impl Cut {
         Self::Ending,
     ];
 
-    /// As it stands in summaries.
+    /// Returns the name used in summaries.
     pub fn name(self) -> &'static str {
         match self {
             Self::NonFiniteState => "non_finite_state",
@@ -110,8 +109,8 @@ impl Cut {
         }
     }
 
-    /// True for a fault: all force goes within the tick, and comes back only through engagement.
-    /// The others shape the wrench and go on.
+    /// Returns true for a fault. A fault removes the force within the tick, and the device must be
+    /// engaged again. Other cuts only change the wrench.
     pub fn is_fault(self) -> bool {
         Cuts::FAULTS.has(self)
     }
@@ -121,14 +120,14 @@ impl Cut {
     }
 }
 
-/// The cuts of one tick: a set, one bit each in the order of [`Cut::ALL`].
+/// The cuts of one tick: a bit set in the order of [`Cut::ALL`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cuts(u32);
 
 impl Cuts {
     /// Nothing was cut.
     pub const NONE: Self = Self(0);
-    /// Faults: there is no force until engaged again.
+    /// All faults. After a fault there is no force until the device is engaged again.
     pub const FAULTS: Self = Self(
         Cut::NonFiniteState.bit()
             | Cut::NonFiniteWrench.bit()
@@ -143,11 +142,12 @@ impl Cuts {
             | Cut::Overrun.bit()
             | Cut::Suspended.bit(),
     );
-    /// Inputs of the chain that it cannot find in states and wrenches: faults, a paused run, a
-    /// device that withholds its force, new settings, a run that is about to end.
+    /// Cuts that are inputs of the chain, since it cannot derive all of them from states and
+    /// wrenches: faults, a paused run, a device that withholds its force, new settings, and a
+    /// run that is about to end.
     pub const INPUTS: Self =
         Self(Self::FAULTS.0 | Cut::Paused.bit() | Cut::Withheld.bit() | Cut::Settings.bit() | Cut::Ending.bit());
-    /// Faults after which the state's velocity is unreliable.
+    /// Faults after which the velocity of the state is unreliable.
     pub(super) const BLIND: Self = Self(
         Cut::NonFiniteState.bit()
             | Cut::PoseJump.bit()
@@ -156,38 +156,38 @@ impl Cuts {
             | Cut::DeviceClock.bit(),
     );
 
-    /// As recorded; bits without a meaning are dropped.
+    /// Returns the cuts with these bits, as stored in a recording. Undefined bits are ignored.
     pub fn from_bits(bits: u32) -> Self {
         Self(bits & ((1 << Cut::ALL.len()) - 1))
     }
 
-    /// For a recording.
+    /// Returns the bits for a recording.
     pub fn bits(self) -> u32 {
         self.0
     }
 
-    /// True if `cut` is among them.
+    /// Returns true if `cut` is in the set.
     pub const fn has(self, cut: Cut) -> bool {
         self.0 & cut.bit() != 0
     }
 
-    /// True if there is no cut.
+    /// Returns true if the set is empty.
     pub fn is_none(self) -> bool {
         self.0 == 0
     }
 
-    /// True if a fault is among them.
+    /// Returns true if the set contains a fault.
     pub fn is_fault(self) -> bool {
         !self.and(Self::FAULTS).is_none()
     }
 
-    /// Returns the cuts that are also among `others`.
+    /// Returns the cuts that are in both sets.
     #[must_use]
     pub fn and(self, others: Self) -> Self {
         Self(self.0 & others.0)
     }
 
-    /// These and `others`.
+    /// Returns the cuts that are in either set.
     #[must_use]
     pub fn or(self, others: Self) -> Self {
         Self(self.0 | others.0)
@@ -200,13 +200,13 @@ impl Cuts {
         }
     }
 
-    /// One after the other, in the order of the chain.
+    /// Iterates over the cuts in the order of the chain.
     pub fn iter(self) -> impl Iterator<Item = Cut> {
         Cut::ALL.into_iter().filter(move |cut| self.has(*cut))
     }
 }
 
-/// The cuts of a run, counted.
+/// Counts of the cuts in a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SafetyCounters {
     ticks: [u64; Cut::ALL.len()],
@@ -215,8 +215,7 @@ pub struct SafetyCounters {
 }
 
 impl SafetyCounters {
-    /// Counts a tick's cuts. Ticks of faults without one between them that was free of faults are
-    /// one fault.
+    /// Counts the cuts of a tick. Successive ticks with faults count as one fault.
     pub fn add(&mut self, cuts: Cuts) {
         for cut in cuts.iter() {
             self.ticks[cut as usize] += 1;
@@ -225,17 +224,18 @@ impl SafetyCounters {
         self.faulted = cuts.is_fault();
     }
 
-    /// Ticks in which there was that cut.
+    /// Returns the number of ticks with this cut.
     pub fn ticks(&self, cut: Cut) -> u64 {
         self.ticks[cut as usize]
     }
 
-    /// Faults, each counted once however many ticks it lasted.
+    /// Returns the number of faults. Each counts once, however many ticks it lasts.
     pub fn faults(&self) -> u64 {
         self.faults
     }
 
-    /// Every cut that there was, with its number of ticks, in the order of the chain.
+    /// Iterates over the cuts that occurred, with their numbers of ticks, in the order of the
+    /// chain.
     pub fn iter(&self) -> impl Iterator<Item = (Cut, u64)> + '_ {
         Cut::ALL.into_iter().map(|cut| (cut, self.ticks(cut))).filter(|(_, ticks)| *ticks > 0)
     }
@@ -246,7 +246,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_set_and_its_bits_are_the_same() {
+    fn set_and_its_bits_agree() {
         let mut cuts = Cuts::NONE;
         cuts.note(Cut::Slew, true);
         cuts.note(Cut::Speed, false);
@@ -261,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_that_lasts_is_one_fault() {
+    fn lasting_fault_counts_once() {
         let mut counters = SafetyCounters::default();
         let frozen = Cuts(Cut::FrozenState.bit());
         for cuts in [Cuts::NONE, frozen, frozen, Cuts(Cut::Engagement.bit()), frozen] {

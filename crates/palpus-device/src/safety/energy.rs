@@ -1,28 +1,31 @@
-//! Passivity by account: a grip that was given more energy than it gave is damped until it has been
-//! paid back \[Hannaford and Ryu 2002, "HR02"\].
+//! Passivity observer and controller: if the hand has received more energy than it has put in, the
+//! grip is damped until the excess is taken back \[Hannaford and Ryu 2002, "HR02"\].
 //!
-//! Translation and rotation have one account: a tool that is pushed into a corner turns in the
-//! hand, and what the hand gave by pushing comes back by turning. In every tick:
+//! Translation and rotation share one account: a tool that is pushed into a corner turns in the
+//! hand, so work done by pushing comes back by turning. In every tick:
 //!
-//! 1. *Observe*: the work of the wrenches that acted, over the sensed motion (`sensed_work.rs`).
-//!    Positive when the hand was given energy. What acts now was written a while ago: the device
-//!    says how long ([`SafetyLimits::delay`]).
-//! 2. *Keep the account*. A credit is bounded by what an elastic thing at peak could give back: a
-//!    long slide, which pays all the time, must not hide a later hum.
-//! 3. *Control*: beyond the allowance, take back as much as the motion allows in the coming tick,
-//!    by a force and a torque against the velocities, each by its share of what both could take.
-//!    That is at most the part of the wrench that pushes along, plus a damper that the device
-//!    bears; and near rest, where the direction of a velocity is noise, it fades out.
+//! 1. *Observe* the work of the wrenches that acted, over the sensed motion (`sensed_work.rs`). It
+//!    is positive if the hand has received energy. The wrench that acts now was written earlier;
+//!    the device states the delay ([`SafetyLimits::delay`]).
+//! 2. *Update the account* with this work. A credit is at most the energy that a spring can return
+//!    at peak force. Otherwise a long slide, which puts energy in all the time, would hide a later
+//!    oscillation.
+//! 3. *Control*: take back the energy beyond the allowance, as far as the motion allows in the
+//!    coming tick. A force and a torque act against the velocities, each in proportion to what it
+//!    can take back. Each is at most the part of the wrench along the motion plus a damper that the
+//!    device can render stably. Near rest, where the direction of a velocity is noise, both fade
+//!    out.
 //!
-//! Energy that is taken back acts later and is observed then like everything else, so nothing is
-//! counted twice.
+//! Energy that the controller takes back acts later and is observed then, so nothing is counted
+//! twice.
 //!
-//! If a hand holds one of several tools, another tool may push it, and the energy comes from
-//! another hand. So a tool's port may pass on the energy that contact between tools gave it, as
-//! long as such contact gives no more than it takes ([`ContactAccount`]).
+//! If a loop has several tools, another tool may push this one, and the energy comes from another
+//! hand. So a tool may pass on the energy that it got from contact with other tools, as long as
+//! such contact gives no more energy than it takes ([`ContactAccount`]).
 //!
-//! Deviations from HR02: the applied wrench and its delay in place of the commanded one; both
-//! bounds in step 3; the allowance, since sensed positions come in steps.
+//! Differences from HR02: the account uses the wrench that acted, with its delay, instead of the
+//! commanded one. Step 3 has two bounds. A small excess is allowed, since sensed positions have
+//! steps.
 
 use glam::DVec3;
 use palpus::algebra::{Twist, Wrench};
@@ -31,48 +34,51 @@ use super::{Passivity, SafetyLimits};
 use crate::device::DeviceState;
 use crate::sensed_work::SensedWork;
 
-/// m/s: below this, directions of velocities fade into noise: a tenth of an encoder's step of 0.03
-/// mm a millisecond.
+/// Speed below which the direction of a velocity is noise, m/s: a tenth of an encoder step of 0.03
+/// mm per millisecond.
 const SLOW: f64 = 3e-3;
-/// rad/s, likewise of 2.5e-4 rad.
+/// Rotation speed below which the direction is noise, rad/s: a tenth of a step of 2.5e-4 rad per
+/// millisecond.
 const SLOW_TURN: f64 = 0.025;
-/// Times the damping at rest: the most that is added to what the wrench itself pushes. Less than
-/// half of what hums.
+/// Largest damping of the controller, relative to the damping after a fault. It is less than
+/// half of the damping at which the device would begin to oscillate.
 const MOST_DAMPING: f64 = 3.0;
-/// m: peak force over this travel, halved, is what a spring at peak can give back.
+/// Travel for the credit, m: a spring with the peak force over this travel can return half of force
+/// times travel.
 const CREDIT_TRAVEL: f64 = 16e-3;
-/// rad, likewise.
+/// Rotation for the credit of torques, rad: a spring with the peak torque over this rotation can
+/// return half of torque times rotation.
 const CREDIT_TURN: f64 = 0.4;
 
-/// Observer and controller.
+/// Passivity observer and controller of one device.
 #[derive(Clone, Debug)]
 pub struct EnergyAccount {
     period: f64,
     work: SensedWork,
-    /// J given and not yet taken back; negative: taken.
+    /// Energy given to the hand and not yet taken back, J; negative if the hand has put in more.
     given: f64,
-    /// J.
+    /// Energy that may be given before the controller acts, J.
     allowance: f64,
-    /// J, not negative: how far below zero `given` can be.
+    /// Largest amount by which `given` can be below zero, J; at least 0.
     credit: f64,
     translation: Port,
     rotation: Port,
 }
 
-/// The account of the contacts between the tools of a loop: they may hand over what they took, and
-/// no more.
+/// Energy account of the contacts between the tools of a loop: they can give no more energy than
+/// they have taken.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactAccount {
-    /// J given to all tools together and not yet taken back; negative: taken.
+    /// Energy given to all tools together and not yet taken back, J; negative if more was taken.
     given: f64,
-    /// J.
+    /// Energy that may be given without having been taken, J.
     allowance: f64,
-    /// J, not negative.
+    /// Largest amount by which `given` can be below zero, J; at least 0.
     credit: f64,
 }
 
 impl ContactAccount {
-    /// Nothing given, nothing taken; between devices of these limits.
+    /// Returns an empty account between devices with these `limits`.
     pub fn new<'a>(limits: impl Iterator<Item = &'a SafetyLimits>) -> Self {
         let least = |(force, allowance): (f64, f64), limits: &SafetyLimits| {
             (force.min(limits.force_peak), allowance.min(limits.allowance))
@@ -81,8 +87,8 @@ impl ContactAccount {
         Self { given: 0.0, allowance, credit: 0.5 * force * CREDIT_TRAVEL }
     }
 
-    /// Replaces the work that contact gave each tool in this tick, J, by moving and by turning it,
-    /// by the part of it that the tool may pass on to its hand.
+    /// Takes the work that contact did on each tool in this tick, J, by translation and by
+    /// rotation. Replaces it by the part that the tool may pass on to its hand.
     pub fn pass(&mut self, works: &mut [[f64; 2]]) {
         let sum: f64 = works.as_flattened().iter().sum();
         if !sum.is_finite() {
@@ -98,15 +104,15 @@ impl ContactAccount {
 /// Energy that can be taken back from one kind of motion.
 #[derive(Clone, Copy, Debug)]
 struct Port {
-    /// N·s/m or N·m·s/rad.
+    /// Damping coefficient, N·s/m or N·m·s/rad.
     damping: f64,
-    /// m/s or rad/s.
+    /// Speed below which the direction is noise, m/s or rad/s.
     slow: f64,
 }
 
 impl EnergyAccount {
-    /// Nothing given, nothing taken; in a loop whose ticks are `period` seconds apart when it keeps
-    /// its time.
+    /// Returns an empty account for a device with these `limits`, in a loop with the nominal
+    /// `period` (s).
     pub fn new(limits: &SafetyLimits, period: f64) -> Self {
         Self {
             period,
@@ -119,22 +125,24 @@ impl EnergyAccount {
         }
     }
 
-    /// J that the hand was given beyond what it gave, no less than minus the credit.
+    /// Returns the energy that the hand has received beyond what it has put in, J; at least minus
+    /// the credit.
     pub fn given(&self) -> f64 {
         self.given
     }
 
-    /// Step 2.
+    /// Step 2: adds `work`, J, to the account.
     fn give(&mut self, work: f64) {
         if work.is_finite() {
             self.given = (self.given + work).max(-self.credit);
         }
     }
 
-    /// Step 3: the share of what both kinds of motion could pay in `dt` seconds that is asked for.
-    fn asked(&self, payable: f64, dt: f64) -> f64 {
+    /// Step 3: returns the share to take back of `payable`, the largest power (W) that both
+    /// kinds of motion can pay. `dt`: duration of the coming tick, s.
+    fn share_taken(&self, payable: f64, dt: f64) -> f64 {
         let excess = self.given - self.allowance;
-        // Covers what is no number, too.
+        // This form also covers NaN.
         if !(excess > 0.0 && payable > 0.0 && payable.is_finite() && dt > 0.0) {
             return 0.0;
         }
@@ -143,7 +151,8 @@ impl EnergyAccount {
 }
 
 impl Port {
-    /// The most that is taken off `load` at this `rate` of motion, along it.
+    /// Returns the largest part of `load` plus damping that may be taken off, along the motion
+    /// `rate`.
     fn most(&self, load: DVec3, rate: DVec3) -> DVec3 {
         let speed = rate.length();
         if !(speed > 0.0 && speed.is_finite()) {
@@ -161,7 +170,7 @@ impl Passivity for EnergyAccount {
         let Twist { angular, linear } = state.twist;
         let force = self.translation.most(computed.force, linear);
         let torque = self.rotation.most(computed.torque, angular);
-        let share = self.asked(force.dot(linear) + torque.dot(angular), elapsed.max(self.period));
+        let share = self.share_taken(force.dot(linear) + torque.dot(angular), elapsed.max(self.period));
         if share == 0.0 {
             return *computed;
         }
@@ -177,7 +186,7 @@ impl Passivity for EnergyAccount {
     }
 
     fn reset(&mut self) {
-        self.work.forget();
+        self.work.clear();
         self.given = 0.0;
     }
 }
@@ -192,19 +201,19 @@ mod tests {
 
     const PERIOD: f64 = 1e-3;
 
-    /// A wall of `stiffness` below x = 0 felt for two seconds by a device that a relaxed hand holds
-    /// against it; answers the energy that the hand was truly given at most, J, and whether any
-    /// wrench was changed.
+    /// Simulates a wall of `stiffness` N/m below x = 0 for two seconds, with a device that a
+    /// relaxed operator holds against it. Returns the largest true energy given to the hand, J,
+    /// and whether any wrench was changed.
     fn wall(stiffness: f64, mut stage: Option<EnergyAccount>) -> (f64, bool) {
         let settings = SimulationSettings { hand: HandImpedance::RELAXED, ..SimulationSettings::default() };
         let mut device = SimulatedDevice::new(settings, |time: f64| {
             Pose::from_translation(DVec3::X * (3e-3 - (0.02 * time).min(8e-3)))
         })
-        .expect("usual settings");
+        .expect("default settings are valid");
         let (mut given, mut most, mut changed) = (0.0, 0.0_f64, false);
         let mut last: Option<(Pose, Wrench)> = None;
         for _ in 0..2000 {
-            let state = device.read().expect("it is simulated");
+            let state = device.read().expect("a simulated device can be read");
             if let Some((pose, acted)) = last {
                 given += acted.force.dot(device.true_pose().translation - pose.translation);
                 most = most.max(given);
@@ -213,7 +222,7 @@ mod tests {
             let computed = Wrench { torque: DVec3::ZERO, force: DVec3::X * (-stiffness * x).clamp(0.0, 8.5) };
             let wrench = stage.as_mut().map_or(computed, |stage| stage.limit(&computed, &state, PERIOD));
             changed |= wrench != computed;
-            device.write(&wrench).expect("it is finite");
+            device.write(&wrench).expect("a finite wrench is accepted");
             if let Some(stage) = &mut stage {
                 stage.commanded(&wrench);
             }
@@ -232,13 +241,13 @@ mod tests {
     }
 
     #[test]
-    fn a_wall_that_is_quiet_is_left_alone_to_the_bit() {
+    fn stable_wall_is_passed_unchanged() {
         let (given, changed) = wall(300.0, Some(account()));
         assert!(!changed && given < 1e-3, "{given}");
     }
 
-    /// Half a second in which the grip is moved by 10 mm and turned by 0.2 rad, against a force and
-    /// along a torque; how often the wrench was changed.
+    /// Moves the grip by 10 mm and turns it by 0.2 rad in half a second, against a force and along
+    /// a torque. Returns the number of changed wrenches.
     fn turned_by_a_corner(force: f64) -> usize {
         let mut stage = account();
         let twist = Twist { angular: DVec3::Z * 0.4, linear: DVec3::X * 0.02 };
@@ -258,15 +267,15 @@ mod tests {
     }
 
     #[test]
-    fn what_is_given_by_pushing_may_come_back_by_turning() {
-        // 40 mJ are pushed in, and 30 mJ come back as a turn; without the push they come from
-        // nowhere.
+    fn energy_of_pushing_may_return_by_turning() {
+        // The hand puts in 40 mJ by pushing and gets back 30 mJ by turning. Without the push the 30
+        // mJ would be generated.
         assert_eq!(turned_by_a_corner(4.0), 0);
         assert!(turned_by_a_corner(0.0) > 400);
     }
 
     #[test]
-    fn a_wall_that_hums_is_made_to_pay() {
+    fn oscillating_wall_is_damped() {
         let allowance = SafetyLimits::of(&device_spec(), 1.0 / PERIOD).allowance;
         let (without, _) = wall(32_000.0, None);
         let (with, changed) = wall(32_000.0, Some(account()));
@@ -275,23 +284,23 @@ mod tests {
     }
 
     #[test]
-    fn the_books_are_those_of_the_device() {
-        // With exact sensors and steady load, the observed work is the true work.
+    fn account_equals_the_true_work() {
+        // With exact sensors and a steady load, the observed work must be the true work.
         let settings = SimulationSettings { encoder: Encoder::EXACT, ..SimulationSettings::default() };
         let mut device = SimulatedDevice::new(settings, |time: f64| Pose::from_translation(DVec3::X * (0.05 * time)))
-            .expect("usual");
+            .expect("default settings are valid");
         let mut stage = EnergyAccount::new(&SafetyLimits::of(device.spec(), 1.0 / PERIOD), PERIOD);
         let mut work = 0.0;
         let mut last: Option<(Pose, Wrench)> = None;
         for k in 0..500 {
-            let state = device.read().expect("it is simulated");
+            let state = device.read().expect("a simulated device can be read");
             if let Some((pose, acted)) = last {
                 work += acted.force.dot(device.true_pose().translation - pose.translation);
             }
             let computed = Wrench { torque: DVec3::ZERO, force: DVec3::X * (0.03 * (0.02 * f64::from(k)).sin()) };
             let wrench = stage.limit(&computed, &state, PERIOD);
             assert_eq!(wrench, computed);
-            device.write(&wrench).expect("it is finite");
+            device.write(&wrench).expect("a finite wrench is accepted");
             stage.commanded(&wrench);
             last = Some((device.true_pose(), device.applied()));
             assert!((stage.given() - work).abs() < 1e-12, "tick {k}: {} and {work}", stage.given());
@@ -299,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn near_rest_and_on_nonsense_nothing_is_added() {
+    fn no_damping_near_rest_or_at_nan_velocity() {
         let mut stage = account();
         let state = |x: f64, speed: f64| crate::DeviceState {
             pose: Pose::from_translation(DVec3::X * x),
@@ -309,7 +318,7 @@ mod tests {
             withheld: false,
         };
         let push = Wrench { torque: DVec3::ZERO, force: DVec3::X };
-        // Pushed a metre along by one newton: a joule given.
+        // A force of 1 N over 1 m gives 1 J.
         for x in [0.0, 0.0, 0.0, 1.0] {
             stage.limit(&push, &state(x, 0.0), PERIOD);
             stage.commanded(&push);

@@ -1,75 +1,78 @@
-//! The engagement: when the device may push.
+//! The engagement: a state machine that decides when the device may give force.
 //!
 //! ```text
-//!          asked            small wrench          ramped in
+//!          requested        small wrench          ramp is over
 //!   Idle ────────► Waiting ──────────────► Ramping ─────────► Engaged
-//!    ▲ ◄──────────────┴──── not asked ────────┴──────────────────┘
-//!    │                                                            any of them
-//!    │ until it is asked for                                         │ fault
+//!    ▲ ◄──────────────┴─── not requested ─────┴──────────────────┘
+//!    │                                                       any phase
+//!    │ hold time is over                                         │ fault
 //!    └────────── Faulted ◄─────────────────────────────────────────┘
-//!                 │ (held until free of faults; Waiting at once when engagement is automatic;
-//!                 ▼  Stopped by policy; Latched at the third fault in ten seconds)
-//!              Latched ─── a button or key is pressed ──► Faulted
+//!                  │ third fault within ten seconds
+//!                  ▼
+//!               Latched ─── a button or key is pressed ──► Faulted
 //! ```
 //!
-//! There is a wrench in `Ramping` (a growing share) and `Engaged` (all of it) only. A fault takes
-//! it away from the tick on in which it is seen, whatever the phase. A pause leads to `Idle` like a
-//! hand that lets go: buttons have to be pressed again, and without buttons it waits for a small
-//! wrench when the pause is over.
+//! A wrench is given only in `Ramping` (a growing share) and in `Engaged` (all of it). In any
+//! phase, a fault removes it in the tick in which the fault is detected. After the hold time,
+//! automatic engagement goes from `Faulted` directly to `Waiting`. With [`AfterFault::Stop`] a
+//! fault leads to `Stopped`, which is final.
+//!
+//! A pause leads to `Idle`, as if the user had released the button. Buttons must then be pressed
+//! again. Without buttons the device waits for a small wrench after the pause.
 
 use super::latch::Latch;
 
-/// How a person says that the device may push.
+/// How the user enables forces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Engagement {
-    /// By holding it: as soon as the computed wrench is small.
+    /// Forces are enabled automatically as soon as the computed wrench is small.
     Automatic,
-    /// By pressing one of these buttons (a bit each), and no more by pressing it again.
+    /// A press of one of these buttons (one bit each) enables forces; the next press disables them.
     Button(u32),
-    /// By keeping one of these buttons pressed.
+    /// Forces are enabled while one of these buttons is held (one bit each).
     DeadMan(u32),
 }
 
-/// The bit of [`DeviceState::buttons`](crate::DeviceState) for the program's own key for force,
-/// while it is held: see [`crate::RunControl::hold`].
+/// Bit of [`DeviceState::buttons`](crate::DeviceState) that is set while the program's own key for
+/// force is held ([`crate::RunControl::hold`]).
 pub const HOLD_KEY: u32 = 1 << 31;
-/// The bit of the key that enables a latched device again: see [`crate::RunControl::rearm`].
+/// Bit of the key that enables a latched device again ([`crate::RunControl::rearm`]).
 pub const REARM_KEY: u32 = 1 << 30;
-/// The bits that are a device's own.
+/// Bits of the device's own buttons.
 pub const DEVICE_BUTTONS: u32 = !(HOLD_KEY | REARM_KEY);
 
-/// Condition for enabling the force after three faults in ten seconds.
+/// How a device is enabled again after three faults in ten seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Rearm {
-    /// A person, by pressing a button of the device or a key.
+    /// The user presses a button of the device or a key.
     #[default]
     ByPerson,
-    /// The engagement, as after any other fault. For tests.
+    /// The device engages again as after any other fault. This is meant for tests.
     Automatic,
 }
 
 /// Phase of the engagement.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Phase {
-    /// Force was not requested yet.
+    /// Forces are not requested.
     #[default]
     Idle,
-    /// Asked for, but the computed wrench is too large to begin with.
+    /// Forces are requested, but the computed wrench is too large to begin.
     Waiting,
-    /// The wrench grows in.
+    /// The wrench ramps up.
     Ramping,
-    /// The whole wrench.
+    /// The full wrench is given.
     Engaged,
-    /// A fault has taken the wrench away; damping only.
+    /// A fault has removed the wrench; only damping remains.
     Faulted,
-    /// A fault has taken the wrench away for good.
+    /// A fault has removed the wrench for the rest of the run.
     Stopped,
-    /// Faults have taken the wrench away so often that a person has to ask for it.
+    /// Repeated faults have removed the wrench until the user presses a button or key.
     Latched,
 }
 
 impl Phase {
-    /// As it stands in summaries.
+    /// Returns the name used in summaries.
     pub fn name(self) -> &'static str {
         match self {
             Self::Idle => "idle",
@@ -82,12 +85,12 @@ impl Phase {
         }
     }
 
-    /// True when there is a wrench, whole or in part.
+    /// Returns true if a wrench is given, in full or in part.
     pub fn is_on(self) -> bool {
         matches!(self, Self::Ramping | Self::Engaged)
     }
 
-    /// True when a fault keeps the wrench away.
+    /// Returns true if a fault keeps the wrench off.
     pub fn is_faulted(self) -> bool {
         matches!(self, Self::Faulted | Self::Stopped | Self::Latched)
     }
@@ -96,7 +99,7 @@ impl Phase {
 /// Reaction to a fault that the loop survives.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AfterFault {
-    /// Engaged again as at the beginning, once free of faults for a while.
+    /// The device engages again as at the start, after a time without faults.
     #[default]
     Reengage,
     /// The run ends.
@@ -107,16 +110,16 @@ pub enum AfterFault {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Event {
     pub(super) buttons: u32,
-    /// The computed wrench is small enough to begin with.
+    /// True if the computed wrench is small enough to begin.
     pub(super) small: bool,
-    /// A fault, and whether it ends the run.
+    /// A fault in this tick, with the reaction to it.
     pub(super) fault: Option<AfterFault>,
-    /// The run is paused: no force.
+    /// True if the run is paused, so no force may be given.
     pub(super) paused: bool,
     pub(super) dt: f64,
 }
 
-/// The state machine.
+/// State machine of the engagement.
 #[derive(Clone, Debug)]
 pub(super) struct Machine {
     engagement: Engagement,
@@ -124,23 +127,23 @@ pub(super) struct Machine {
     hold: f64,
     latch: Latch,
     phase: Phase,
-    asked: bool,
+    requested: bool,
     buttons: Option<u32>,
-    /// s in the phase.
+    /// Time in this phase, s.
     since: f64,
 }
 
 impl Machine {
     pub(super) fn new(engagement: Engagement, ramp: f64, hold: f64, rearm: Rearm) -> Self {
         let latch = Latch::new(rearm);
-        Self { engagement, ramp, hold, latch, phase: Phase::Idle, asked: false, buttons: None, since: 0.0 }
+        Self { engagement, ramp, hold, latch, phase: Phase::Idle, requested: false, buttons: None, since: 0.0 }
     }
 
     pub(super) fn phase(&self) -> Phase {
         self.phase
     }
 
-    /// The share of the wrench that is given, 0 to 1.
+    /// Returns the share of the wrench that is given, 0 to 1.
     pub(super) fn gain(&self) -> f64 {
         match self.phase {
             Phase::Engaged => 1.0,
@@ -149,14 +152,15 @@ impl Machine {
         }
     }
 
-    /// One tick on.
+    /// Advances by one tick.
     pub(super) fn advance(&mut self, event: &Event) {
         self.since += event.dt;
         self.latch.advance(event.dt);
-        let rearmed = self.ask(event.buttons);
+        let rearmed = self.read_buttons(event.buttons);
         if let Some(after) = event.fault {
-            // After a fault the person must ask again; a button that is still held does not count.
-            self.asked = self.engagement == Engagement::Automatic;
+            // After a fault the user must request forces again; a button that is still held does
+            // not count.
+            self.requested = self.engagement == Engagement::Automatic;
             let latched = self.phase == Phase::Latched || !self.phase.is_faulted() && self.latch.count();
             let stopped = self.phase == Phase::Stopped || after == AfterFault::Stop;
             return self.go(match (stopped, latched) {
@@ -169,19 +173,19 @@ impl Machine {
             if !rearmed {
                 return;
             }
-            self.latch.forget();
+            self.latch.clear();
             self.go(Phase::Faulted);
         }
-        self.asked &= !event.paused;
-        let idle = !self.asked;
+        self.requested &= !event.paused;
+        let idle = !self.requested;
         match self.phase {
             Phase::Stopped => {}
             Phase::Faulted if self.since < self.hold => {}
             _ if idle && self.phase != Phase::Idle => self.go(Phase::Idle),
-            Phase::Idle | Phase::Faulted if self.asked => self.go(Phase::Waiting),
+            Phase::Idle | Phase::Faulted if self.requested => self.go(Phase::Waiting),
             _ => {}
         }
-        // A tick is enough to go from Waiting on, and from a ramp without length.
+        // One tick may go through several phases: from Waiting on, and through a ramp of length 0.
         if self.phase == Phase::Waiting && event.small {
             self.go(Phase::Ramping);
         }
@@ -190,16 +194,16 @@ impl Machine {
         }
     }
 
-    /// Takes notice of the buttons; true if one was pressed by which a latched device is armed
-    /// again.
-    fn ask(&mut self, buttons: u32) -> bool {
-        // A button that is down when the run begins has not been pressed for it.
+    /// Updates `requested` from the buttons. Returns true if a button was pressed that enables a
+    /// latched device again.
+    fn read_buttons(&mut self, buttons: u32) -> bool {
+        // A button that is already down at the start of the run does not count as pressed.
         let before = self.buttons.replace(buttons).unwrap_or(buttons);
         let pressed = |mask: u32| buttons & !before & mask != 0;
         match self.engagement {
-            Engagement::Automatic => self.asked = true,
-            Engagement::Button(mask) => self.asked ^= pressed(mask),
-            Engagement::DeadMan(mask) => self.asked = (self.asked || pressed(mask)) && buttons & mask != 0,
+            Engagement::Automatic => self.requested = true,
+            Engagement::Button(mask) => self.requested ^= pressed(mask),
+            Engagement::DeadMan(mask) => self.requested = (self.requested || pressed(mask)) && buttons & mask != 0,
         }
         pressed(match self.engagement {
             Engagement::Automatic => u32::MAX,
@@ -237,12 +241,12 @@ mod tests {
     }
 
     #[test]
-    fn by_itself_it_waits_for_a_small_wrench_and_ramps() {
+    fn automatic_engagement_waits_for_small_wrench_and_ramps() {
         let mut machine = Machine::new(Engagement::Automatic, 0.1, 0.05, Rearm::ByPerson);
         assert_eq!(ticks(&mut machine, 30, 0, false), Phase::Waiting);
         assert!(machine.gain() <= 0.0);
         assert_eq!(tick(&mut machine, 0, true), Phase::Ramping);
-        // Once it ramps, the wrench may grow.
+        // The wrench may grow during the ramp.
         assert_eq!(ticks(&mut machine, 50, 0, false), Phase::Ramping);
         assert!((machine.gain() - 0.5).abs() < 1e-9);
         assert_eq!(ticks(&mut machine, 51, 0, false), Phase::Engaged);
@@ -255,13 +259,17 @@ mod tests {
     }
 
     #[test]
-    fn a_button_is_pressed_again_after_a_fault() {
+    fn button_must_be_pressed_again_after_a_fault() {
         let mut machine = Machine::new(Engagement::Button(0b10), 0.0, 0.01, Rearm::ByPerson);
-        assert_eq!(ticks(&mut machine, 5, 0b10, true), Phase::Idle, "it was down from the start");
-        assert_eq!(tick(&mut machine, 0b01, true), Phase::Idle, "another button");
+        assert_eq!(
+            ticks(&mut machine, 5, 0b10, true),
+            Phase::Idle,
+            "a button that is down from the start does not count"
+        );
+        assert_eq!(tick(&mut machine, 0b01, true), Phase::Idle, "another button must not enable forces");
         assert_eq!(tick(&mut machine, 0b11, true), Phase::Engaged);
         assert_eq!(ticks(&mut machine, 5, 0, true), Phase::Engaged);
-        assert_eq!(tick(&mut machine, 0b10, true), Phase::Idle, "pressed again");
+        assert_eq!(tick(&mut machine, 0b10, true), Phase::Idle, "a second press must disable forces");
         tick(&mut machine, 0, true);
         assert_eq!(tick(&mut machine, 0b10, true), Phase::Engaged);
         fault(&mut machine, 0b10, AfterFault::Reengage);
@@ -271,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn after_a_pause_it_is_engaged_anew() {
+    fn device_must_be_engaged_again_after_a_pause() {
         for (engagement, button) in
             [(Engagement::Automatic, 0), (Engagement::Button(1), 1), (Engagement::DeadMan(1), 1)]
         {
@@ -285,7 +293,11 @@ mod tests {
             if button == 0 {
                 assert_eq!(ticks(&mut machine, 30, 0, false), Phase::Waiting, "{engagement:?}");
             } else {
-                assert_eq!(ticks(&mut machine, 30, button, true), Phase::Idle, "{engagement:?}: it is still pressed");
+                assert_eq!(
+                    ticks(&mut machine, 30, button, true),
+                    Phase::Idle,
+                    "{engagement:?}: a button that stays pressed does not count"
+                );
                 tick(&mut machine, 0, true);
             }
             assert_eq!(ticks(&mut machine, 12, button, true), Phase::Engaged, "{engagement:?}");
@@ -297,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn a_dead_mans_button_is_held() {
+    fn dead_man_button_must_be_held() {
         let mut machine = Machine::new(Engagement::DeadMan(1), 0.01, 0.01, Rearm::ByPerson);
         assert_eq!(tick(&mut machine, 0, true), Phase::Idle);
         assert_eq!(tick(&mut machine, 1, false), Phase::Waiting);
@@ -305,12 +317,17 @@ mod tests {
         assert_eq!(tick(&mut machine, 0, true), Phase::Idle);
         assert_eq!(ticks(&mut machine, 12, 1, true), Phase::Engaged);
         fault(&mut machine, 1, AfterFault::Reengage);
-        assert_eq!(ticks(&mut machine, 100, 1, true), Phase::Idle, "held through a fault is not asked anew");
+        assert_eq!(
+            ticks(&mut machine, 100, 1, true),
+            Phase::Idle,
+            "a button held during a fault must not enable forces"
+        );
         tick(&mut machine, 0, true);
         assert_eq!(ticks(&mut machine, 12, 1, true), Phase::Engaged);
     }
 
-    /// Engaged, then faults `apart` ticks after each other; the phase after the last one.
+    /// Engages the device and then faults it, `count` times, `apart` ticks after each other.
+    /// Returns the last phase.
     fn faults(machine: &mut Machine, count: usize, apart: usize) -> Phase {
         for _ in 0..count {
             assert_eq!(ticks(machine, apart, 0, true), Phase::Engaged);
@@ -320,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn the_third_fault_in_ten_seconds_needs_a_person() {
+    fn third_fault_in_ten_seconds_latches() {
         for (buttons, other) in [(REARM_KEY, 0), (1, 0), (HOLD_KEY, 1)] {
             let mut machine = Machine::new(Engagement::Automatic, 0.01, 0.01, Rearm::ByPerson);
             assert_eq!(faults(&mut machine, 2, 4000), Phase::Faulted);
@@ -332,13 +349,13 @@ mod tests {
             tick(&mut machine, 0, true);
             tick(&mut machine, buttons, true);
             assert_eq!(ticks(&mut machine, 40, buttons, true), Phase::Engaged);
-            // The count begins anew.
+            // The count starts again.
             assert_eq!(faults(&mut machine, 2, 100), Phase::Faulted);
         }
     }
 
     #[test]
-    fn faults_that_are_rare_or_follow_each_other_do_not_latch() {
+    fn rare_or_consecutive_faults_do_not_latch() {
         let mut machine = Machine::new(Engagement::Automatic, 0.01, 0.01, Rearm::ByPerson);
         assert_eq!(faults(&mut machine, 5, 5001), Phase::Faulted);
         for _ in 0..100 {
@@ -351,16 +368,16 @@ mod tests {
     }
 
     #[test]
-    fn a_latched_device_with_a_button_takes_that_button() {
+    fn latched_device_is_enabled_by_its_own_button() {
         let mut machine = Machine::new(Engagement::DeadMan(1), 0.01, 0.01, Rearm::ByPerson);
         for _ in 0..3 {
             tick(&mut machine, 0, true);
             assert_eq!(ticks(&mut machine, 40, 1, true), Phase::Engaged);
             fault(&mut machine, 1, AfterFault::Reengage);
         }
-        assert_eq!(ticks(&mut machine, 1000, 1, true), Phase::Latched, "held is not pressed");
+        assert_eq!(ticks(&mut machine, 1000, 1, true), Phase::Latched, "a held button must not count as pressed");
         tick(&mut machine, 2, true);
-        assert_eq!(ticks(&mut machine, 10, 2, true), Phase::Latched, "another button");
+        assert_eq!(ticks(&mut machine, 10, 2, true), Phase::Latched, "another button must not count");
         tick(&mut machine, 0, true);
         assert_eq!(ticks(&mut machine, 40, 1, true), Phase::Engaged);
     }

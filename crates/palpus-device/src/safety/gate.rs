@@ -1,16 +1,15 @@
-//! The gate: checks of a device's states.
+//! The gate: checks the states of a device.
 //!
-//! 1. A number that is not finite, or an invalid rotation: the last good state stands in, at rest.
-//! 2. A pose that a hand could not have brought about since the last read: a jump. The next read is
-//!    compared with the new pose, so that a device that was moved away, or re-zeroed, is accepted
-//!    again where it now is.
-//! 3. A velocity that no hand has.
-//! 4. A state that was sampled too long ago; or one that says that it moves while its pose does not
-//!    change by a bit.
+//! 1. A non-finite number or an invalid rotation. The last valid state replaces it, at rest.
+//! 2. A jump: a pose that a hand cannot have reached since the last read. The next read is compared
+//!    with the new pose. So a device that was moved away or re-zeroed is accepted at its new pose.
+//! 3. A velocity that no hand can reach.
+//! 4. A frozen state: it was sampled too long ago, or it reports motion while its pose does not
+//!    change.
 //! 5. A sample time that runs backwards, or ahead of the loop.
 //!
-//! The gate only finds; what follows is the chain's. It is the one part of the chain that needs the
-//! device and the clock.
+//! The gate only detects faults; the chain reacts to them. It is the only part of the chain that
+//! needs the device's clock.
 
 use palpus::algebra::Pose;
 
@@ -23,32 +22,32 @@ use palpus::algebra::rotation_between;
 pub struct Gate {
     limits: SafetyLimits,
     last: Option<DeviceState>,
-    /// s since the newest sample was new.
+    /// Time since the last new sample, s.
     age: f64,
-    /// m and rad by the stated velocities since the pose changed last.
+    /// Travel (m) and rotation (rad) by the reported velocities since the pose last changed.
     travel: f64,
     turn: f64,
 }
 
-/// A state to go on with, and the faults of the one that was read.
+/// A state for the step, and the faults of the state that was read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Admitted {
-    /// As read if it is a state at all, else the last one that was, at rest; `None` while there has
-    /// been none.
+    /// The state that was read if it is valid, else the last valid one, at rest; `None` before the
+    /// first valid state.
     pub state: Option<DeviceState>,
-    /// The state as read, accepted or not.
+    /// The state that was read, valid or not.
     pub read: DeviceState,
     /// Faults of the state.
     pub cuts: Cuts,
 }
 
 impl Gate {
-    /// A gate that has seen nothing yet.
+    /// Returns a gate that has seen no state yet.
     pub fn new(limits: &SafetyLimits) -> Self {
         Self { limits: *limits, last: None, age: 0.0, travel: 0.0, turn: 0.0 }
     }
 
-    /// Looks at a state that was read `elapsed` seconds after the last one.
+    /// Checks a state that was read `elapsed` seconds after the last one.
     pub fn admit(&mut self, read: &DeviceState, elapsed: f64) -> Admitted {
         let mut cuts = Cuts::NONE;
         if !is_finite(read) {
@@ -60,7 +59,7 @@ impl Gate {
         let limits = self.limits;
         cuts.note(Cut::Speed, read.twist.linear.length() > limits.speed || read.twist.angular.length() > limits.turn);
         if let Some(last) = self.last {
-            // Reads that gave no state are part of the way to this one.
+            // The time of reads that gave no valid state also counts.
             let since = elapsed + self.age;
             cuts.note(Cut::PoseJump, self.is_jump(&last.pose, &read.pose, since));
             self.watch_motion(&last, read, elapsed);
@@ -80,7 +79,7 @@ impl Gate {
     fn is_jump(&self, from: &Pose, to: &Pose, since: f64) -> bool {
         let moved = to.translation.distance(from.translation);
         let turned = rotation_between(from.rotation, to.rotation).length();
-        // Also what is too far to be measured.
+        // Written so that an infinite or NaN distance is also a jump.
         !(moved <= self.limits.speed * since + self.limits.jump
             && turned <= self.limits.turn * since + self.limits.jump_angle)
     }

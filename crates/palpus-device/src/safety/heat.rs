@@ -1,34 +1,36 @@
-//! The budget between peak and continuous: I²t.
+//! Thermal limit between peak and continuous rating (I²t).
 //!
-//! Motors bear their peak for seconds and their continuous rating without limit. They are heated by
-//! the square of the current, which is in proportion to the force. The temperature of a winding
-//! follows that square like a first-order low-pass with the thermal time constant τ:
+//! Motors can hold their peak for seconds and their continuous rating without limit. The heat is
+//! proportional to the square of the current, and the current to the force. The temperature of a
+//! winding follows this square like a first-order low-pass with the thermal time constant τ:
 //!
-//! h' = (F² − h) / τ,  and h must stay at most F_continuous².
+//! h' = (F² − h) / τ, where h must stay at or below F_continuous².
 //!
-//! Up to ¾ of that the peak is free. From there to the whole the cap sinks to F_continuous, so that
-//! it is reached gently and h cannot get beyond. Force and torque have a budget each: which motors
-//! bear them is the device's affair.
+//! Up to ¾ of that value the peak is allowed. Above it the cap falls to F_continuous, so that the
+//! limit is approached smoothly and h cannot exceed it. Force and torque have separate limits,
+//! since it is not known which motors carry which.
 
-/// Share of the allowed heat up to which the peak is free.
+/// Share of the allowed heat up to which the full peak is allowed.
 const FREE_SHARE: f64 = 0.75;
 
+/// Thermal state of the force or of the torque.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Heat {
     peak: f64,
     continuous: f64,
-    /// s.
+    /// Thermal time constant, s.
     time: f64,
     heat: f64,
 }
 
 impl Heat {
-    /// In windings with the time constant `time`, s.
+    /// Starts cold. `time`: thermal time constant of the windings, s. `peak`, `continuous`: N or
+    /// N·m.
     pub(super) fn new(peak: f64, continuous: f64, time: f64) -> Self {
         Self { peak, continuous: continuous.min(peak), time, heat: 0.0 }
     }
 
-    /// The most there may be now; infinite while the budget does not bind.
+    /// Returns the largest force or torque allowed now; infinite while there is no thermal limit.
     pub(super) fn cap(&self) -> f64 {
         let allowed = self.continuous * self.continuous;
         if self.heat <= FREE_SHARE * allowed {
@@ -38,12 +40,12 @@ impl Heat {
         (allowed + (self.peak * self.peak - allowed) * left).sqrt()
     }
 
-    /// `size` was held for `elapsed` seconds.
+    /// Adds the heat of `size` (N or N·m), held for `elapsed` seconds.
     pub(super) fn spend(&mut self, size: f64, elapsed: f64) {
         self.heat += (size * size - self.heat) * (1.0 - (-elapsed / self.time).exp());
     }
 
-    /// Share of the allowed heat that is used.
+    /// Returns the share of the allowed heat that is used.
     pub(super) fn used(&self) -> f64 {
         let allowed = self.continuous * self.continuous;
         if allowed > 0.0 { self.heat / allowed } else { 0.0 }
@@ -55,30 +57,30 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_peak_is_had_for_a_while_and_the_continuous_force_for_ever() {
+    fn peak_is_limited_in_time_and_continuous_force_is_not() {
         let mut heat = Heat::new(8.5, 1.4, 30.0);
         let (mut at_peak, mut last) = (0.0, 8.5);
         for _ in 0..120_000 {
             let force = heat.cap().min(8.5);
             at_peak += if force >= 8.5 { 1e-3 } else { 0.0 };
-            assert!((last - force).abs() < 0.2, "the cap moves gently: {last} to {force}");
+            assert!((last - force).abs() < 0.2, "the cap must change smoothly, not from {last} to {force}");
             heat.spend(force, 1e-3);
             assert!(heat.used() <= 1.0);
             last = force;
         }
         assert!((0.5..0.7).contains(&at_peak), "{at_peak} s at 8.5 N");
         assert!((last - 1.4).abs() < 0.02, "{last}");
-        // A force that is never above the rating is never cut.
+        // A force that is never above the continuous rating is never cut.
         let mut steady = Heat::new(8.5, 1.4, 30.0);
         for _ in 0..120_000 {
             assert!(steady.cap() >= 1.2);
             steady.spend(1.2, 1e-3);
         }
-        assert!(steady.cap().is_infinite(), "0.73 of the allowed heat is free");
+        assert!(steady.cap().is_infinite(), "1.2 N uses 0.73 of the allowed heat, where the full peak is allowed");
     }
 
     #[test]
-    fn no_rating_means_no_force_and_no_division_by_it() {
+    fn zero_rating_gives_no_force_and_no_nan() {
         let mut heat = Heat::new(0.0, 0.0, 30.0);
         heat.spend(0.0, 1e-3);
         assert!(heat.cap().is_infinite() && heat.used() <= 0.0);

@@ -1,22 +1,23 @@
-//! The latch: a device that faults again and again gives no force until a person asks for it.
+//! The latch: after repeated faults, the device gives no force until the user presses a button or
+//! key.
 //!
-//! A fault is one from when the force goes until it might come back, however many ticks and reasons
-//! it has.
+//! A fault lasts from the loss of the force until the force may return. It counts once, however
+//! many ticks and causes it has.
 
 use super::Rearm;
 
-/// So many faults
+/// The device latches at this number of faults
 const FAULTS: usize = 3;
-/// within so many s.
+/// within this time, s.
 const TIME: f64 = 10.0;
 
-/// When the last faults were.
+/// Times of the last faults.
 #[derive(Clone, Debug)]
 pub(super) struct Latch {
     rearm: Rearm,
-    /// s since the start.
+    /// Time since the start, s.
     now: f64,
-    /// Times of the faults, the newest first; minus infinity for none.
+    /// Times of the last faults, s, newest first; minus infinity for no fault.
     faults: [f64; FAULTS],
 }
 
@@ -25,20 +26,20 @@ impl Latch {
         Self { rearm, now: 0.0, faults: [f64::NEG_INFINITY; FAULTS] }
     }
 
-    /// A tick of `dt` seconds.
+    /// Advances by a tick of `dt` seconds.
     pub(super) fn advance(&mut self, dt: f64) {
         self.now += dt;
     }
 
-    /// A fault has taken the force away. True if it is to stay away until a person asks for it.
+    /// Counts a fault. Returns true if the device must latch.
     pub(super) fn count(&mut self) -> bool {
         self.faults.rotate_right(1);
         self.faults[0] = self.now;
         self.rearm == Rearm::ByPerson && self.now - self.faults[FAULTS - 1] <= TIME
     }
 
-    /// A person has asked for force.
-    pub(super) fn forget(&mut self) {
+    /// Empties the list of faults, when the user enables the device again.
+    pub(super) fn clear(&mut self) {
         self.faults = [f64::NEG_INFINITY; FAULTS];
     }
 }

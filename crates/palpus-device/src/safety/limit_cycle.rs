@@ -1,24 +1,27 @@
-//! Limit cycles: an oscillation of the computed wrench that the hand does not make.
+//! Detects and attenuates limit cycles: oscillations of the computed wrench that the hand does not
+//! make.
 //!
-//! A contact gives back what the hand puts in. Its wrench swings because the grip moves: over a
-//! texture, through stick and slip, against a wall. A loop that feeds itself swings while the hand
-//! holds still. Each axis of force and torque is looked at by itself, so that any period from two
-//! ticks on is seen, and irregular cycles too:
+//! In a passive contact the wrench oscillates only because the hand moves the grip: over a texture,
+//! in stick-slip, or against a wall. In a limit cycle the wrench oscillates while the hand holds
+//! still. Each axis of force and torque is examined separately, so that any period from two ticks
+//! up is detected, even an irregular one:
 //!
-//! 1. *Turning points*: the wrench turns where it has come back from an extreme by [`LEAST_SWING`]
-//!    of the peak. From one turning point to the next is a half cycle of at most [`LONGEST_HALF`].
-//! 2. *Explained?* Motion is counted in travels that explain a swing of the whole peak
-//!    ([`OWN_TRAVEL`], [`OWN_TURN`]). The hand explains a half cycle if the grip is displaced far
-//!    enough within the cycle (texture, stick and slip), or if it goes far enough to and fro
-//!    without being given energy by it (a tremor against a wall).
-//! 3. *Sustained*: [`HALF_CYCLES`] half cycles that nothing explains, over [`LEAST_TIME`].
-//! 4. *Attenuation*: while it lasts the gain of the force, or of the torque, falls to
-//!    [`LEAST_GAIN`]. The gain multiplies the wrench and has no phase of its own; a filter would
-//!    lag, and a lagging spring gives energy. The gain rises again only once the cycle is over and
-//!    the wrench is small, as after a fault: a loaded spring that stiffens gives energy.
+//! 1. *Turning points*: a component of the wrench has a turning point where it has come back from
+//!    an extreme by [`LEAST_SWING`] of the peak. A half cycle goes from one turning point to the
+//!    next and lasts at most [`LONGEST_HALF`].
+//! 2. *Explained by the hand*: motion is measured relative to the travel that explains a swing of
+//!    the whole peak ([`OWN_TRAVEL`], [`OWN_TURN`]). The hand explains a half cycle if the grip is
+//!    displaced far enough within the cycle (texture, stick-slip). It also explains it if the
+//!    grip's path is long enough and the wrench puts no energy into the grip (tremor against a
+//!    wall).
+//! 3. *Sustained*: a limit cycle needs [`HALF_CYCLES`] unexplained half cycles over [`LEAST_TIME`].
+//! 4. *Attenuation*: during a limit cycle the gain of the force, or of the torque, falls to
+//!    [`LEAST_GAIN`]. A gain has no phase; a filter would lag, and a lagging spring generates
+//!    energy. The gain rises again only when the cycle is over and the wrench is small, as after a
+//!    fault: a loaded spring that stiffens generates energy.
 //!
-//! A cycle is no fault, however strong: a fault drops the force in one tick and the tool with it,
-//! and the reduced gain leaves as little force as the damping after a fault.
+//! A limit cycle is no fault, however strong. A fault drops the force, and with it the tool, in one
+//! tick; the reduced gain leaves as little force as the damping after a fault.
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Wrench, rotation_between};
@@ -26,41 +29,42 @@ use palpus::algebra::{Pose, Wrench, rotation_between};
 use super::SafetyLimits;
 use crate::acting::Acting;
 
-/// Share of the peak below which a swing is noise. Encoder steps in contact reach 0.01 of it.
+/// Share of the peak below which a swing is noise. Encoder steps in contact reach 0.01 of the peak.
 const LEAST_SWING: f64 = 0.025;
-/// s: half of the longest period that is looked for (0.1 s), and a fifth more for one that is not
-/// even.
+/// Longest half cycle that is examined, s: half of the longest period (0.1 s), plus a fifth for
+/// asymmetric cycles.
 const LONGEST_HALF: f64 = 0.06;
-/// m: displacement of the grip that explains a swing of the whole peak. Couplings need eight times
-/// as much, direct contacts at the edge of stability twice.
+/// Displacement of the grip that explains a swing of the whole peak, m. Couplings need eight times
+/// as much; direct contacts at the limit of stability need twice as much.
 const OWN_TRAVEL: f64 = 1e-3;
-/// rad, likewise.
+/// Rotation of the grip that explains a swing of the whole peak, rad.
 const OWN_TURN: f64 = 0.04;
-/// Share of both thresholds above: motion within it adds nothing to a path, so that an encoder
-/// between two of its steps (0.03 mm) goes nowhere.
+/// Play, as a share of both thresholds above. Motion within it adds nothing to the path, so an
+/// encoder that alternates between two steps (0.03 mm) has no path.
 const PLAY: f64 = 0.05;
-/// Share of swing times path: work in a cycle beyond which the grip is driven. A passive wall that
-/// acts 1.5 ms late has 0.04 at 10 Hz; a limit cycle has to pay for the hand's damping, 0.07 and
-/// more.
+/// Work in a cycle, relative to swing times path, above which the wrench drives the grip. A passive
+/// wall with a delay of 1.5 ms has 0.04 at 10 Hz. A limit cycle must supply the losses of the
+/// hand's damping, which are 0.07 and more.
 const DRIVEN: f64 = 0.05;
-/// In a row, up to two for each that is explained. An impact rings for two or three.
+/// Number of unexplained half cycles of a limit cycle. Each explained half cycle subtracts two. An
+/// impact rings for two or three half cycles.
 const HALF_CYCLES: u32 = 8;
-/// s.
+/// Shortest duration of a limit cycle, s.
 const LEAST_TIME: f64 = 0.05;
-/// s: time constant with which the gain falls.
+/// Time constant with which the gain falls, s.
 const FALL_TIME: f64 = 0.1;
-/// The gain that is left.
+/// Smallest gain.
 const LEAST_GAIN: f64 = 0.1;
 
-/// The detector and the gains of force and torque.
+/// The limit-cycle detector, and the gains of force and torque.
 #[derive(Clone, Debug)]
 pub(super) struct LimitCycle {
     period: f64,
-    /// N, N·m.
+    /// Peak force (N) and peak torque (N·m).
     peaks: [f64; 2],
-    /// N, N·m: at most so much is computed while a gain rises.
+    /// Largest computed force (N) and torque (N·m) at which a gain may rise.
     small: [f64; 2],
-    /// s, from no gain to the full one.
+    /// Time in which a gain rises from 0 to 1, s.
     ramp: f64,
     acting: Acting,
     pose: Option<Pose>,
@@ -71,8 +75,8 @@ pub(super) struct LimitCycle {
     gains: [f64; 2],
 }
 
-/// Sums since the last reset. Force and translation come first, torque and rotation second, all
-/// relative to peaks and to travels that explain them.
+/// Sums since the last reset. Index 0 is force and translation, index 1 is torque and rotation.
+/// Loads are relative to the peaks, motions relative to [`OWN_TRAVEL`] and [`OWN_TURN`].
 #[derive(Clone, Copy, Debug, Default)]
 struct History {
     ticks: u64,
@@ -82,29 +86,29 @@ struct History {
     work: [f64; 2],
 }
 
-/// A point at which a component of the wrench turns.
+/// A turning point of a component of the wrench.
 #[derive(Clone, Copy, Debug, Default)]
 struct Turn {
     value: f64,
     at: History,
 }
 
-/// One component of the wrench.
+/// Detector for one component of the wrench.
 #[derive(Clone, Copy, Debug, Default)]
 struct Axis {
-    /// The last two turning points, the newer one first.
+    /// The last two turning points, newest first.
     turns: [Turn; 2],
-    /// The extreme since then.
+    /// The extreme since the last turning point.
     extreme: Turn,
     rises: bool,
-    /// Half cycles that nothing explains.
+    /// Number of unexplained half cycles.
     count: u32,
-    /// The tick of the first of them.
+    /// Tick of the first unexplained half cycle.
     since: u64,
 }
 
 impl LimitCycle {
-    /// Nothing seen; for wrenches that are held for `period` seconds each.
+    /// Returns a detector without history. Each wrench is held for `period` seconds.
     pub(super) fn new(limits: &SafetyLimits, period: f64) -> Self {
         Self {
             period,
@@ -120,16 +124,16 @@ impl LimitCycle {
         }
     }
 
-    /// Returns `computed`, a wrench within the peaks for a grip at `pose`, `elapsed` seconds after
-    /// the last tick, attenuated where it cycles, and whether it was: `computed` itself, to the
-    /// bit, where it was not.
+    /// Attenuates `computed`, a wrench within the peaks, for a grip at `pose`, `elapsed` seconds
+    /// after the last tick. The flag is true if a gain is below 1; else the result is `computed`,
+    /// bit for bit.
     pub(super) fn attenuate(&mut self, computed: &Wrench, pose: &Pose, elapsed: f64) -> (Wrench, bool) {
         self.move_to(pose, elapsed);
         let parts = [computed.force, computed.torque];
         let ticks = |time: f64| (time / self.period) as u64;
         let (longest, least) = (ticks(LONGEST_HALF).max(1), ticks(LEAST_TIME));
         for (kind, part) in parts.into_iter().enumerate() {
-            // A device without torque has no torque that could cycle.
+            // A device without torque has no torque that could oscillate.
             if self.peaks[kind] <= 0.0 {
                 continue;
             }
@@ -153,14 +157,14 @@ impl LimitCycle {
         (Wrench { torque: computed.torque * torque, force: computed.force * force }, true)
     }
 
-    /// `wrench` was commanded in this tick.
+    /// Stores the wrench that was commanded in this tick.
     pub(super) fn commanded(&mut self, wrench: &Wrench) {
         self.acting.write(wrench);
     }
 
-    /// Nothing is engaged: what was seen does not count any more.
+    /// Starts again while the device is not engaged.
     pub(super) fn reset(&mut self) {
-        self.acting.forget();
+        self.acting.clear();
         self.pose = None;
         self.trail = [DVec3::ZERO; 2];
         self.history = History::default();
@@ -189,7 +193,8 @@ impl LimitCycle {
 }
 
 impl Axis {
-    /// Goes on to `value`, of force (0) or torque (1), in a tick with that history.
+    /// Takes the next `value` of a component of force (kind 0) or torque (kind 1). `now`: the
+    /// history up to this tick.
     fn follow(&mut self, kind: usize, value: f64, now: &History, longest: u64) {
         let way = if self.rises { value - self.extreme.value } else { self.extreme.value - value };
         if way >= 0.0 {
@@ -204,7 +209,7 @@ impl Axis {
         }
     }
 
-    /// The extreme was a turning point.
+    /// Records that the extreme was a turning point.
     fn turn(&mut self, kind: usize, now: u64, longest: u64) {
         let (last, before) = (self.turns[0], self.turns[1]);
         self.turns = [self.extreme, last];
@@ -220,8 +225,8 @@ impl Axis {
     }
 }
 
-/// True if the hand's own motion in the cycle between the two histories explains a `swing` of force
-/// (0) or torque (1).
+/// Returns true if the hand's own motion between the two histories explains a `swing` of force
+/// (kind 0) or torque (kind 1).
 fn is_explained(kind: usize, swing: f64, from: &History, to: &History) -> bool {
     let moved = [0, 1].map(|k| to.place[k] - from.place[k]);
     if swing <= moved[0].length() + moved[1].length() {
@@ -231,7 +236,7 @@ fn is_explained(kind: usize, swing: f64, from: &History, to: &History) -> bool {
     let ticks = (to.ticks - from.ticks).max(1) as f64;
     let mean = (to.load[kind] - from.load[kind]) / ticks;
     let work = to.work[kind] - from.work[kind] - mean.dot(moved[kind]);
-    // A cycle's path goes to and fro.
+    // The path of a cycle goes back and forth, so it counts both swings.
     2.0 * swing <= path[0] + path[1] && work <= DRIVEN * swing * path[kind]
 }
 

@@ -1,86 +1,92 @@
-//! The thresholds of the safety chain, derived from what a device is.
+//! The thresholds of the safety chain, derived from the description of a device.
 //!
-//! Every threshold is a formula over the [`DeviceSpec`] and the loop's period.
-//! [`SafetyLimits::explained`] lists values, formulas and reasons, for people.
+//! Every threshold is a formula over the [`DeviceSpec`] and the period of the loop.
+//! [`SafetyLimits::explained`] lists values, formulas and reasons for the user.
 
 use crate::acting::DELAY_MAX;
 use crate::device::{DeviceSpec, known_devices};
 
-/// N: more than any of the desktop devices gives; the largest arms sold for a hand are near it. A
-/// larger stated value is reduced to this.
-const FORCE_BELIEVED: f64 = 40.0;
-/// N·m, likewise.
-const TORQUE_BELIEVED: f64 = 5.0;
-/// N, N·m, s: a smaller value that a device states counts as 0. Far below what can be felt;
-/// squares of much smaller numbers vanish.
-const LEAST_BELIEVED: f64 = 1e-9;
-/// Continuous force over peak force when the maker does not state it. Stated pairs: Phantom Premium
-/// 1.5 1.4/8.5, Premium 3.0 3/22, Touch 0.88/3.3, Touch X 1.75/7.9: 0.14 to 0.27.
+/// Largest accepted peak force, N. No desktop device gives more, and the largest hand-held arms are
+/// near it. A larger stated value is reduced to this.
+const FORCE_CEILING: f64 = 40.0;
+/// Largest accepted peak torque, N·m.
+const TORQUE_CEILING: f64 = 5.0;
+/// A smaller stated value counts as 0 (N, N·m, s, m or rad). It is far below what a hand can feel,
+/// and squares of much smaller numbers underflow.
+const LEAST_STATED: f64 = 1e-9;
+/// Continuous force relative to the peak force if the maker does not state it. Stated pairs (N):
+/// Phantom Premium 1.5 1.4/8.5, Premium 3.0 3/22, Touch 0.88/3.3, Touch X 1.75/7.9. Their ratios
+/// are 0.14 to 0.27.
 const CONTINUOUS_SHARE: f64 = 0.2;
-/// s: thermal time constant of the windings of motors of this size (tens of seconds in their data
-/// sheets).
+/// Thermal time constant of the motor windings, s. Data sheets of motors of this size state tens of
+/// seconds.
 const HEATING_TIME: f64 = 30.0;
-/// s in which a wrench may go from nothing to the peak. A rise of 2 ms has content to 0.35 / 2 ms =
-/// 175 Hz: contact transients pass, a jump from one end to the other takes four ticks at 1 kHz.
+/// Time in which a wrench may rise from zero to the peak, s. A rise of 2 ms contains frequencies up
+/// to 0.35 / 2 ms = 175 Hz, so contact transients pass. A jump from peak to opposite peak takes
+/// four ticks at 1 kHz.
 const RISE_TIME: f64 = 2e-3;
-/// m/s: the fastest reaching movements of an arm.
+/// Speed of the fastest reaching movements of an arm, m/s.
 const HAND_SPEED: f64 = 3.0;
-/// s in which a hand does not cross the whole workspace of a small device.
+/// A hand does not cross the whole workspace of a small device in this time, s.
 const CROSSING_TIME: f64 = 0.1;
-/// rad/s (2000 °/s): the fastest turns of a wrist.
+/// Speed of the fastest rotations of a wrist, rad/s (2000 °/s).
 const HAND_TURN: f64 = 35.0;
-/// m that a position may be off between two reads, beyond the motion: steps of encoders and noise.
+/// Largest position error between two reads, beyond the motion, m: encoder steps and noise.
 const POSITION_SLACK: f64 = 0.5e-3;
-/// rad, likewise.
+/// Largest orientation error between two reads, beyond the rotation, rad.
 const ANGLE_SLACK: f64 = 5e-3;
-/// s for which an orientation is held by grips whose sensors are slower than the loop (50 to 60 Hz
-/// have been seen on devices that do not drive the rotation).
+/// Time for which a grip may repeat an orientation, s, if its sensors are slower than the loop.
+/// Devices without actuated rotation have shown 50 to 60 Hz.
 const ORIENTATION_HOLD: f64 = 20e-3;
-/// Largest age of a state (s) that still gets a force; at 0.5 m/s the hand moves 5 mm in that time.
+/// Largest age of a state that still gets a force, s. At 0.5 m/s the hand moves 5 mm in this time.
 const STALE_TIME: f64 = 10e-3;
-/// Periods that a state may be old, for slow loops.
+/// Largest age of a state in periods, for slow loops.
 const STALE_PERIODS: f64 = 5.0;
-/// m travelled, by the velocity that the device states, without the pose changing by a bit.
+/// Travel by the reported velocity, m, at which an unchanged pose counts as frozen.
 const FROZEN_TRAVEL: f64 = 10e-3;
-/// rad, likewise.
+/// Rotation by the reported velocity, rad, at which an unchanged pose counts as frozen.
 const FROZEN_TURN: f64 = 0.5;
-/// kg: a light arm in a relaxed hand, the least that a held force has to move.
+/// Mass of a light arm in a relaxed hand, kg: the least mass that a held force moves.
 const LIGHT_MASS: f64 = 0.2;
-/// m that a force which is held by mistake may move a light hand.
+/// Distance by which a force that is held by mistake may move a light hand, m.
 const STALL_TRAVEL: f64 = 10e-3;
-/// s, whatever the force.
+/// Longest time for which a wrench may be held, s, for any force.
 const STALL_LONGEST: f64 = 50e-3;
-/// s and periods: not even a strong device's watchdog bites on one late tick.
+/// Lower bounds of this time, s and periods: a single late tick must not trip the watchdog.
 const STALL_SHORTEST: f64 = 10e-3;
 const STALL_PERIODS: f64 = 5.0;
-/// Largest wrench at which it engages, as a share of the peak.
+/// Largest wrench at which the device engages, as a share of the peak.
 const ENGAGE_SHARE: f64 = 0.1;
-/// s from engagement to the full wrench: longer than a hand's reaction (0.15 to 0.2 s).
+/// Time from engagement to the full wrench, s. It is longer than a hand's reaction time (0.15 to
+/// 0.2 s).
 const RAMP_TIME: f64 = 0.25;
-/// s without a fault before it may be engaged again.
+/// Time without a fault before the device may be engaged again, s.
 const HOLD_TIME: f64 = 0.25;
-/// s/m: damping at rest over peak force, so that it reaches [`REST_SHARE`] at 0.4 m/s. At 8.5 N it
-/// is 2.1 N·s/m, a tenth of what a light arm of 0.1 kg, its velocity filtered at 100 Hz and its
-/// wrench two ticks late, would begin to hum with.
+/// Damping coefficient after a fault, divided by the peak force, s/m: the damping reaches
+/// [`REST_SHARE`] of the peak at 0.4 m/s. At 8.5 N it is 2.1 N·s/m. This is a tenth of the damping
+/// at which a light arm would begin to oscillate (0.1 kg, velocity filtered at 100 Hz, wrench two
+/// ticks late).
 const REST_DAMPING: f64 = 0.25;
-/// s/rad, likewise, over peak torque: 9.4e-4 N·m·s/rad at 0.188 N·m.
+/// Angular damping coefficient after a fault, divided by the peak torque, s/rad: 9.4e-4 N·m·s/rad
+/// at 0.188 N·m.
 const REST_ANGULAR_DAMPING: f64 = 5e-3;
-/// Largest damping wrench at rest, as a share of the peak.
+/// Largest damping wrench after a fault, as a share of the peak.
 const REST_SHARE: f64 = 0.1;
-/// m: peak force over it is the energy that a port may give. What a slow oscillation of a
-/// millimetre at an eighth of the peak turns over; steps of encoders (0.03 mm) stay far below it.
+/// Peak force times this travel, m, is the energy that the hand may receive before passivity acts.
+/// It is the energy of a slow oscillation of 1 mm at an eighth of the peak. Encoder steps (0.03 mm)
+/// stay far below.
 const ALLOWED_TRAVEL: f64 = 0.5e-3;
 
-/// The thresholds of the chain. Every one is public, to be read and to be set tighter.
+/// The thresholds of the safety chain. Callers can read them and set tighter ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SafetyLimits {
     /// Largest force, N.
     pub force_peak: f64,
-    /// Largest torque, N·m; 0 when the device has none.
+    /// Largest torque, N·m; 0 if the device has no actuated rotation.
     pub torque_peak: f64,
-    /// Force that the motors bear continuously, N.
+    /// Force that the motors can hold continuously, N.
     pub force_continuous: f64,
-    /// Torque that the motors bear continuously, N·m.
+    /// Torque that the motors can hold continuously, N·m.
     pub torque_continuous: f64,
     /// Thermal time constant of the motors, s.
     pub heating_time: f64,
@@ -88,78 +94,81 @@ pub struct SafetyLimits {
     pub force_slew: f64,
     /// Fastest change of the torque, N·m/s.
     pub torque_slew: f64,
-    /// Fastest plausible motion of the grip, m/s.
+    /// Fastest plausible translation of the grip, m/s.
     pub speed: f64,
-    /// Fastest rotation, rad/s.
+    /// Fastest plausible rotation of the grip, rad/s.
     pub turn: f64,
-    /// Motion between two reads beyond that at `speed`, m.
+    /// Largest plausible motion between two reads in addition to the motion at `speed`, m.
     pub jump: f64,
-    /// Rotation between two reads beyond that at `turn`, rad.
+    /// Largest plausible rotation between two reads in addition to the rotation at `turn`, rad.
     pub jump_angle: f64,
-    /// Age at which a state is frozen, s.
+    /// Age of a state at which it counts as frozen, s.
     pub stale: f64,
-    /// Travel by the stated velocity, m, at which a pose that does not change is frozen.
+    /// Travel by the reported velocity at which an unchanged pose counts as frozen, m.
     pub frozen_travel: f64,
-    /// Turn by the stated velocity, rad, likewise.
+    /// Rotation by the reported velocity at which an unchanged pose counts as frozen, rad.
     pub frozen_turn: f64,
     /// Longest time for which a wrench may be held, s.
     pub stall: f64,
-    /// Largest computed force at which it is engaged, N.
+    /// Largest computed force at which the device engages, N.
     pub engage_force: f64,
-    /// Largest computed torque at which it is engaged, N·m; not looked at when the device has no
+    /// Largest computed torque at which the device engages, N·m; ignored if the device has no
     /// torque.
     pub engage_torque: f64,
-    /// From engagement to the full wrench, s.
+    /// Time from engagement to the full wrench, s.
     pub ramp: f64,
-    /// Free of faults before it may be engaged again, s.
+    /// Time without a fault before the device may be engaged again, s.
     pub hold: f64,
-    /// Damping of the grip while a fault lasts, N·s/m.
+    /// Damping of the grip during a fault, N·s/m.
     pub damping: f64,
-    /// N·m·s/rad.
+    /// Angular damping of the grip during a fault, N·m·s/rad.
     pub angular_damping: f64,
-    /// Most of that, N.
+    /// Largest damping force during a fault, N.
     pub rest_force: f64,
-    /// N·m.
+    /// Largest damping torque during a fault, N·m.
     pub rest_torque: f64,
-    /// From a write until it acts, beyond being held for a tick, s.
+    /// Time from a write until the wrench acts, s, not counting the one tick for which a wrench is
+    /// held.
     pub delay: f64,
-    /// Smallest change of a sensed position, m; 0 when there is none or it is not known.
+    /// Smallest change of a sensed position, m; 0 if the sensor has no steps or the step is
+    /// unknown.
     pub position_step: f64,
-    /// Smallest change of a sensed orientation, rad, likewise.
+    /// Smallest change of a sensed orientation, rad; 0 if the sensor has no steps or the step is
+    /// unknown.
     pub angle_step: f64,
-    /// Energy that translation, and rotation, may have given to the hand before it is damped, J.
+    /// Energy that the hand may receive before the passivity stage damps it, J.
     pub allowance: f64,
 }
 
-/// One threshold for people.
+/// Description of one threshold for the user.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LimitLine {
     /// Name of the threshold.
     pub name: &'static str,
-    /// In SI units.
+    /// Value in SI units.
     pub value: f64,
     /// Unit of the value.
     pub unit: &'static str,
-    /// How it follows from the device, and why.
+    /// The formula for the value, and its reason.
     pub why: &'static str,
 }
 
 impl SafetyLimits {
-    /// For a device of this `spec` in a loop of `rate_hz`.
+    /// Returns the limits for a device with this `spec` in a loop of `rate_hz`.
     ///
-    /// Limits from the values that a device states, after checks. Peaks that are negative or not
-    /// numbers count as 0. Those of a device that [`known_devices`] lists are at most the listed
-    /// ones, and none is larger than that of any desktop device.
+    /// The values that the device states are checked first. A peak that is negative or NaN counts
+    /// as 0. For a device in [`known_devices`], the peaks are at most the listed ones. No peak
+    /// exceeds 40 N or 5 N·m, which is more than any desktop device gives.
     pub fn of(spec: &DeviceSpec, rate_hz: f64) -> Self {
         let period = 1.0 / rate_hz;
         let known = known_devices().into_iter().find(|known| known.name == spec.name);
         let (known_force, known_torque) =
-            known.map_or((FORCE_BELIEVED, TORQUE_BELIEVED), |known| (known.force_max, known.torque_max));
-        let force_peak = believed(spec.force_max, known_force);
+            known.map_or((FORCE_CEILING, TORQUE_CEILING), |known| (known.force_max, known.torque_max));
+        let force_peak = bounded(spec.force_max, known_force);
         let driven = spec.actuated.rotation > 0;
-        let torque_peak = if driven { believed(spec.torque_max, known_torque) } else { 0.0 };
+        let torque_peak = if driven { bounded(spec.torque_max, known_torque) } else { 0.0 };
         let continuous =
-            |stated: Option<f64>, peak: f64| stated.map_or(CONTINUOUS_SHARE * peak, |stated| believed(stated, peak));
+            |stated: Option<f64>, peak: f64| stated.map_or(CONTINUOUS_SHARE * peak, |stated| bounded(stated, peak));
         let speed = spec
             .workspace
             .filter(|sides| sides.is_finite() && sides.min_element() > 0.0)
@@ -189,54 +198,49 @@ impl SafetyLimits {
             angular_damping: REST_ANGULAR_DAMPING * torque_peak,
             rest_force: REST_SHARE * force_peak,
             rest_torque: REST_SHARE * torque_peak,
-            delay: believed(spec.delay, DELAY_MAX as f64 * period),
-            position_step: believed(spec.position_step, POSITION_SLACK),
-            angle_step: believed(spec.angle_step, ANGLE_SLACK),
+            delay: bounded(spec.delay, DELAY_MAX as f64 * period),
+            position_step: bounded(spec.position_step, POSITION_SLACK),
+            angle_step: bounded(spec.angle_step, ANGLE_SLACK),
             allowance: ALLOWED_TRAVEL * force_peak,
         }
     }
 
-    /// Every threshold with its value, formula and reason.
+    /// Returns every threshold with its value, unit, formula and reason.
     pub fn explained(&self) -> [LimitLine; 27] {
         let line = |name, value, unit, why| LimitLine { name, value, unit, why };
         [
-            line("force_peak", self.force_peak, "N", "as the device states; at most what is known of it, or 40 N"),
-            line("torque_peak", self.torque_peak, "N·m", "likewise, or 5 N·m; 0 when its rotation is not driven"),
+            line("force_peak", self.force_peak, "N", "as the device states; at most its known peak, or 40 N"),
+            line("torque_peak", self.torque_peak, "N·m", "at most its known peak, or 5 N·m; 0 without driven rotation"),
             line("force_continuous", self.force_continuous, "N", "as stated, else 0.2 of the peak"),
             line("torque_continuous", self.torque_continuous, "N·m", "as stated, else 0.2 of the peak"),
-            line("heating_time", self.heating_time, "s", "windings of small motors; RMS over it stays at continuous"),
-            line("force_slew", self.force_slew, "N/s", "peak in 2 ms: transients to 175 Hz pass"),
+            line("heating_time", self.heating_time, "s", "of small motors; the RMS force over it stays continuous"),
+            line("force_slew", self.force_slew, "N/s", "peak in 2 ms: transients up to 175 Hz pass"),
             line("torque_slew", self.torque_slew, "N·m/s", "peak in 2 ms"),
-            line("speed", self.speed, "m/s", "fastest reaching 3 m/s; no crossing of the workspace in 0.1 s"),
-            line("turn", self.turn, "rad/s", "fastest turn of a wrist, 2000 °/s"),
-            line("jump", self.jump, "m", "between two reads beyond that speed: encoders and noise"),
-            line("jump_angle", self.jump_angle, "rad", "likewise; 20 ms of turning more for grips with slow sensors"),
-            line("stale", self.stale, "s", "5 mm at 0.5 m/s; at least 5 periods"),
-            line("frozen_travel", self.frozen_travel, "m", "by the stated velocity, with the same pose to the bit"),
-            line("frozen_turn", self.frozen_turn, "rad", "likewise"),
-            line("stall", self.stall, "s", "√(2·0.2 kg·10 mm/peak): a held force moves a light hand 10 mm"),
-            line("engage_force", self.engage_force, "N", "0.1 of the peak"),
-            line("engage_torque", self.engage_torque, "N·m", "0.1 of the peak"),
-            line("ramp", self.ramp, "s", "longer than a hand's reaction"),
-            line("hold", self.hold, "s", "without a fault before it engages again"),
-            line("damping", self.damping, "N·s/m", "0.25 s/m of the peak, while a fault lasts"),
-            line("angular_damping", self.angular_damping, "N·m·s/rad", "0.005 s/rad of the peak"),
-            line("rest_force", self.rest_force, "N", "0.1 of the peak: the most of that damping"),
-            line("rest_torque", self.rest_torque, "N·m", "0.1 of the peak"),
-            line("delay", self.delay, "s", "from a write until it acts, as the device states; at most 8 periods"),
-            line("position_step", self.position_step, "m", "of the encoders, as the device states; at most 0.5 mm"),
-            line("angle_step", self.angle_step, "rad", "likewise; at most 0.005 rad"),
-            line(
-                "allowance",
-                self.allowance,
-                "J",
-                "peak over 0.5 mm: given to the hand before passivity takes it back",
-            ),
+            line("speed", self.speed, "m/s", "fastest reach, 3 m/s; at most the workspace in 0.1 s"),
+            line("turn", self.turn, "rad/s", "fastest rotation of a wrist, 2000 °/s"),
+            line("jump", self.jump, "m", "extra motion between two reads: encoder steps and noise"),
+            line("jump_angle", self.jump_angle, "rad", "extra rotation; plus 20 ms of rotation for slow sensors"),
+            line("stale", self.stale, "s", "age of a state: 5 mm at 0.5 m/s; at least 5 periods"),
+            line("frozen_travel", self.frozen_travel, "m", "travel by the stated velocity while the pose is unchanged"),
+            line("frozen_turn", self.frozen_turn, "rad", "rotation by it while the pose is unchanged"),
+            line("stall", self.stall, "s", "√(2·0.2 kg·10 mm/peak): a held force moves a hand 10 mm"),
+            line("engage_force", self.engage_force, "N", "0.1 of the peak: the largest force at which it engages"),
+            line("engage_torque", self.engage_torque, "N·m", "0.1 of the peak: the largest torque at which it engages"),
+            line("ramp", self.ramp, "s", "ramp after engaging, longer than a hand's reaction"),
+            line("hold", self.hold, "s", "time without a fault before it engages again"),
+            line("damping", self.damping, "N·s/m", "0.25 s/m of the peak, during a fault"),
+            line("angular_damping", self.angular_damping, "N·m·s/rad", "0.005 s/rad of the peak, during a fault"),
+            line("rest_force", self.rest_force, "N", "0.1 of the peak: the largest damping force"),
+            line("rest_torque", self.rest_torque, "N·m", "0.1 of the peak: the largest damping torque"),
+            line("delay", self.delay, "s", "from write to action, as the device states; at most 8 periods"),
+            line("position_step", self.position_step, "m", "encoder step, as the device states; at most 0.5 mm"),
+            line("angle_step", self.angle_step, "rad", "encoder step, as the device states; at most 0.005 rad"),
+            line("allowance", self.allowance, "J", "peak over 0.5 mm: energy given before passivity acts"),
         ]
     }
 
-    /// Again from values by name, such as [`SafetyLimits::explained`] gives; `None` if one is
-    /// missing.
+    /// Restores the limits from values by name, as [`SafetyLimits::explained`] lists them; `None`
+    /// if a value is missing.
     pub fn from_values(value: impl Fn(&str) -> Option<f64>) -> Option<Self> {
         Some(Self {
             force_peak: value("force_peak")?,
@@ -263,16 +267,17 @@ impl SafetyLimits {
             rest_force: value("rest_force")?,
             rest_torque: value("rest_torque")?,
             delay: value("delay")?,
-            // Recordings made before the account knew of encoder steps do not say.
+            // Old recordings do not contain the encoder steps.
             position_step: value("position_step").unwrap_or(0.0),
             angle_step: value("angle_step").unwrap_or(0.0),
             allowance: value("allowance")?,
         })
     }
 
-    /// These where they are tighter than `others`, and `others` where not. Tighter is shorter and
-    /// smaller, but for the ramp and the time without faults; more damping is not tighter, it may
-    /// hum. The delay and the encoders' steps are no thresholds and stay.
+    /// Returns for each threshold the tighter one of the two. The tighter value is the smaller one,
+    /// except for `ramp` and `hold`, where it is the longer one. More damping does not count as
+    /// tighter, since it can make the device oscillate. The delay and the encoder steps are no
+    /// thresholds and are kept.
     #[must_use]
     pub fn within(&self, others: &Self) -> Self {
         Self {
@@ -306,17 +311,16 @@ impl SafetyLimits {
         }
     }
 
-    /// True when every threshold is a number from 0 up. Infinite ones switch a stage off, which is
-    /// for tests.
+    /// Returns true if every threshold is a number of at least 0. An infinite threshold switches a
+    /// stage off, which is meant for tests.
     pub fn is_valid(&self) -> bool {
         self.explained().iter().all(|line| line.value >= 0.0)
     }
 }
 
-/// `stated`, if it is a number up to `most`; `most` if it is larger, and nothing if it is no such
-/// number or next to nothing.
-fn believed(stated: f64, most: f64) -> f64 {
-    if stated >= LEAST_BELIEVED { stated.min(most) } else { 0.0 }
+/// Returns `stated`, at most `most`; 0 if it is NaN, negative or negligible.
+fn bounded(stated: f64, most: f64) -> f64 {
+    if stated >= LEAST_STATED { stated.min(most) } else { 0.0 }
 }
 
 #[cfg(test)]
@@ -325,7 +329,7 @@ mod tests {
     use std::borrow::Cow;
 
     #[test]
-    fn a_device_that_lies_is_not_believed() {
+    fn implausible_device_values_are_bounded() {
         let [premium, .., inverse3] = known_devices();
         let of = |name: &'static str, force_max, torque_max| {
             let spec = DeviceSpec { name: Cow::Borrowed(name), force_max, torque_max, ..premium.clone() };
@@ -337,15 +341,16 @@ mod tests {
         assert_eq!(of("Phantom Premium 1.5/6DOF", 2.0, 0.1), (2.0, 0.1));
         assert_eq!(of("no one knows it", 300.0, f64::INFINITY), (40.0, 5.0));
         assert_eq!(of("no one knows it", f64::NAN, -1.0), (0.0, 0.0));
-        // Found by fuzzing: the square of such a rating is no number that heat can be held against.
+        // Found by fuzzing: the square of such a rating underflows, so the heat could not be
+        // compared with it.
         assert_eq!(of("no one knows it", 1e-160, 1e-317), (0.0, 0.0));
-        // Its rotation is not driven, whatever it says.
+        // The rotation of this device is not actuated, so its torque counts as 0.
         let limits = SafetyLimits::of(&DeviceSpec { torque_max: 1.0, ..inverse3 }, 1000.0);
         assert_eq!((limits.torque_peak, limits.rest_torque), (0.0, 0.0));
     }
 
     #[test]
-    fn limits_that_are_given_are_held_to_those_of_the_device() {
+    fn given_limits_are_bounded_by_the_device_limits() {
         use crate::safety::SafetyOptions;
         let [premium, ..] = known_devices();
         let derived = SafetyLimits::of(&premium, 1000.0);
@@ -368,7 +373,7 @@ mod tests {
     }
 
     #[test]
-    fn every_known_device_has_limits_that_fit_each_other() {
+    fn limits_of_every_known_device_are_consistent() {
         for spec in known_devices() {
             for rate in [500.0, 1000.0, 10_000.0] {
                 let limits = SafetyLimits::of(&spec, rate);

@@ -1,44 +1,45 @@
-//! The safety chain: what stands between a computed wrench and a hand, whatever the device and
-//! whatever computed it.
+//! The safety chain limits each computed wrench before it reaches the hand, for every device and
+//! every source of the wrench.
 //!
-//! In this order, in every tick, and not to be switched off:
+//! Its stages run in this order in every tick, and cannot be switched off:
 //!
-//! | stage | when it bites | what the device gets |
+//! | stage | condition | effect on the wrench |
 //! |---|---|---|
-//! | 1 non-finite | a number in the state or the wrench is not finite | nothing; a fault |
-//! | 2 gate | a jump, too fast a grip, a frozen state, a leap of its clock | nothing; a fault |
-//! | 3 limit cycle | an oscillation from 10 Hz up that is not the hand's | less force or torque |
-//! | 4 passivity | a port gave more energy than it took | less along the motion, or damping |
-//! | 5 slew | the wrench changes by more than N/s, N·m/s | as much of the change as may be |
-//! | 6 saturation | it is beyond the device's peak | the same direction, shorter |
-//! | 7 heat | beyond the continuous rating for too long (I²t) | the same direction, shorter |
-//! | 8 engagement | no force was requested, or the ramp is not over | nothing, or a share |
-//! | 9 watchdog | the loop is late or dead | nothing; a fault |
+//! | 1 non-finite | the state or the wrench contains a non-finite number | zero; a fault |
+//! | 2 gate | a jump, an implausible speed, a frozen state or a clock jump | zero; a fault |
+//! | 3 limit cycle | an oscillation from 10 Hz up that the hand does not make | attenuation |
+//! | 4 passivity | the hand has received more energy than it has put in | damping of the motion |
+//! | 5 slew | the wrench changes faster than the limit (N/s, N·m/s) | a part of the change |
+//! | 6 saturation | the wrench is beyond the device's peak | shorter, same direction |
+//! | 7 heat | the wrench was above the continuous rating for too long | shorter, same direction |
+//! | 8 engagement | the user has not enabled forces, or the ramp is not over | zero, or a share |
+//! | 9 watchdog | the loop is late or has stalled | zero; a fault |
 //!
-//! A fault takes the wrench away from the tick on in which it is seen. Damping of the grip remains,
-//! at most a tenth of the peak, along the part of the stated velocity that the poses confirm; there
-//! is no damping while the motion itself is implausible. The force comes back only through the
-//! engagement ([`Phase`]), and after three faults in ten seconds only when a person asks for it.
+//! A fault removes the wrench in the tick in which it is detected. Then the chain only damps the
+//! grip, with at most a tenth of the peak, along the part of the reported velocity that the poses
+//! confirm. It does not damp while the motion itself is implausible. The force returns only through
+//! the engagement ([`Phase`]); after three faults in ten seconds the user must also press a button
+//! or key.
 //!
-//! The commanded wrench changes by no more than the slew limit from one message to the next,
-//! without exception: so the peak is gone within 2 ms after a fault.
+//! The commanded wrench never changes by more than the slew limit from one message to the next. So
+//! the peak falls to zero within 2 ms after a fault.
 //!
-//! When the engine goes on with other settings, the wrench is blended from the old to the new in a
+//! If the settings of the engine change, the wrench is blended from the old to the new one within a
 //! quarter of a second.
 //!
-//! For a device that withholds its force by itself ([`DeviceState::withheld`]) the commanded wrench
-//! falls to zero meanwhile. It then returns from zero within 50 ms, or through the engagement after
-//! a long time.
+//! While a device withholds its force ([`DeviceState::withheld`]), the commanded wrench falls to
+//! zero. It then returns from zero within 50 ms; after a long time the device must be engaged
+//! again.
 //!
-//! A wrench that no stage has a reason to touch comes out as it came in, to the bit.
+//! A wrench that no stage has to change is returned bit for bit.
 //!
-//! **Inputs of the stages.** Stages 2 and 9 need the device and the clock ([`Gate`], [`Watch`]) and
-//! report their findings to the chain ([`Cuts::INPUTS`]). All else ([`SafetyChain::shape`]) is a
-//! pure function of its inputs since it was made: a recording of states, cuts and wrenches can be
-//! computed again bit for bit.
+//! **Inputs of the stages.** Stages 2 and 9 need the device and the clock ([`Gate`], [`Watch`]),
+//! and report their findings to the chain ([`Cuts::INPUTS`]). All other stages
+//! ([`SafetyChain::shape`]) depend only on the sequence of inputs, so a recording of states, cuts
+//! and wrenches can be replayed bit for bit.
 //!
-//! The thresholds are in [`SafetyLimits`], each a formula over what the device says of itself.
-//! Nothing here allocates after construction, waits, or panics.
+//! The thresholds are in [`SafetyLimits`]; each is a formula over the device's description. After
+//! construction nothing here allocates, waits or panics.
 
 mod blend;
 mod cuts;
@@ -77,51 +78,51 @@ pub use passivity::Passivity;
 pub use watchdog::Watch;
 pub(crate) use watchdog::watch_until_over;
 
-/// Relative allowance for rounding on the slew limit.
+/// Relative rounding allowance on the slew limit.
 const SLEW_ROUNDING: f64 = 1e-9;
 
-/// Output of the chain.
+/// Output of the safety chain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shaped {
-    /// For the device.
+    /// The wrench for the device.
     pub wrench: Wrench,
-    /// Interventions, and the facts that the chain got.
+    /// Interventions of the chain, including the cuts that were reported to it.
     pub cuts: Cuts,
     /// Phase of the engagement.
     pub phase: Phase,
-    /// Limits of the motors in the next tick, as far as their heat reduces them; input of the
-    /// coupling for the next wrench.
+    /// Thermal limits of the motors in the next tick; infinite where heat does not limit. The
+    /// coupling uses them for the next wrench.
     pub available: Limits,
 }
 
-/// Stages 3 to 8, and what follows from all of them; see the module's description.
+/// Stages 3 to 8, and the reaction to the findings of all stages; see the module's description.
 pub struct SafetyChain {
     limits: SafetyLimits,
     saturation: Saturation,
     after_fault: AfterFault,
     after_panic: AfterPanic,
     period: f64,
-    /// Since the last tick, s.
+    /// Time since the last tick, s.
     elapsed: f64,
     machine: Machine,
     motion: Motion,
     blend: Blend,
-    /// Share of the wrench that remains shortly before the end.
+    /// Share of the wrench that remains while it fades out at the end.
     fade: f64,
     withholding: Withholding,
     heat_force: Heat,
     heat_torque: Heat,
     limit_cycle: LimitCycle,
     passivity: Option<Box<dyn Passivity>>,
-    /// The last wrench after stages 3 to 7, from which the slew limit counts.
+    /// The last wrench after stages 3 to 7, where the slew limit starts.
     shaped: Wrench,
     commanded: Wrench,
 }
 
 impl SafetyChain {
-    /// A chain for a loop whose ticks are `period` seconds apart when it keeps its time.
+    /// Returns a chain for a loop with the nominal `period` (s).
     pub fn new(limits: &SafetyLimits, engagement: Engagement, options: &SafetyOptions, period: f64) -> Self {
-        // A torque that the device cannot give is not missed every tick.
+        // A device without torque should not report a saturation in every tick.
         let saturation = if limits.torque_peak > 0.0 { Saturation::Separate } else { Saturation::UnderActuated };
         Self {
             limits: *limits,
@@ -144,53 +145,54 @@ impl SafetyChain {
         }
     }
 
-    /// With another passivity stage, or none.
+    /// Replaces the passivity stage; `None` removes it.
     #[must_use]
     pub fn with_passivity(mut self, stage: Option<Box<dyn Passivity>>) -> Self {
         self.passivity = stage;
         self
     }
 
-    /// Gives the passivity stage back.
+    /// Returns the passivity stage.
     pub fn into_passivity(self) -> Option<Box<dyn Passivity>> {
         self.passivity
     }
 
-    /// The thresholds.
+    /// Returns the thresholds.
     pub fn limits(&self) -> &SafetyLimits {
         &self.limits
     }
 
-    /// Phase of the engagement.
+    /// Returns the phase of the engagement.
     pub fn phase(&self) -> Phase {
         self.machine.phase()
     }
 
-    /// Share of the allowed heat that force and torque have used, the larger of the two.
+    /// Returns the share of the allowed heat that force or torque has used, the larger of the two.
     pub fn heat(&self) -> f64 {
         self.heat_force.used().max(self.heat_torque.used())
     }
 
-    /// Adds the work that another tool gave this one in this tick, J: see [`Passivity::received`].
-    /// Call it before [`Self::shape`].
+    /// Adds the work that moving bodies and other tools did on this tool in this tick, J, by
+    /// translation and rotation ([`Passivity::received`]). Call it before [`Self::shape`].
     pub fn receive(&mut self, work: [f64; 2]) {
         if let Some(stage) = self.passivity.as_mut().filter(|_| self.machine.phase().is_on()) {
             stage.received(work);
         }
     }
 
-    /// Returns the wrench for the device in place of `computed`, when the grip is in `state` and
-    /// the gate, the clock and the step have reported the faults `told`. `elapsed`: s since the
-    /// last call, for which the last wrench was held; energy, heat and slew depend on it.
-    pub fn shape(&mut self, state: &DeviceState, computed: &Wrench, told: Cuts, elapsed: f64) -> Shaped {
+    /// Returns the wrench for the device in place of `computed`, for a grip in `state`. `reported`
+    /// contains the cuts that the gate, the clock and the step have reported. `elapsed` is the time
+    /// since the last call, for which the last wrench was held, s; energy, heat and slew depend on
+    /// it.
+    pub fn shape(&mut self, state: &DeviceState, computed: &Wrench, reported: Cuts, elapsed: f64) -> Shaped {
         self.elapsed = if elapsed >= 0.0 && elapsed.is_finite() { elapsed } else { self.period };
         self.heat_force.spend(self.commanded.force.length(), self.elapsed);
         self.heat_torque.spend(self.commanded.torque.length(), self.elapsed);
-        let mut cuts = told;
-        // 1. Non-finite.
+        let mut cuts = reported;
+        // Stage 1.
         cuts.note(Cut::NonFiniteWrench, !computed.is_finite());
         let mut wrench = if cuts.has(Cut::NonFiniteWrench) { Wrench::ZERO } else { *computed };
-        // 2 and 9. Faults from any source.
+        // Stages 2 and 9: faults from any source.
         let withheld = cuts.has(Cut::Withheld);
         self.withholding.advance(withheld, self.step());
         self.machine.advance(&Event {
@@ -220,8 +222,8 @@ impl SafetyChain {
             self.rest(&wrench);
             wrench = if phase.is_faulted() { self.damping(state, cuts) } else { Wrench::ZERO };
         }
-        // From message to message, whatever the reason: a step in the hand is a blow, and the peak
-        // is gone in 2 ms.
+        // The slew limit holds for every message, since a step of the force is felt as a blow. The
+        // peak falls to zero in 2 ms.
         let dt = if phase.is_on() && !withheld { self.step() } else { self.period };
         let (within, cut) = self.towards(&self.commanded, &wrench, dt);
         cuts.note(Cut::Slew, cut && phase.is_on() && !withheld);
@@ -234,8 +236,8 @@ impl SafetyChain {
         Shaped { wrench, cuts, phase, available: self.heat_caps() }
     }
 
-    /// The run ends: the wrench for the next write, a step of the slew limit nearer to zero; `None`
-    /// if that may be zero.
+    /// Returns the wrench for the next write at the end of a run: one step of the slew limit closer
+    /// to zero; `None` if zero may follow.
     pub fn release(&mut self) -> Option<Wrench> {
         let (wrench, cut) = self.towards(&self.commanded, &Wrench::ZERO, self.period);
         self.commanded = wrench;
@@ -256,7 +258,8 @@ impl SafetyChain {
             && (!torque_felt || wrench.torque.length() <= self.limits.engage_torque)
     }
 
-    /// Before stage 3. Without other settings the wrench as it is, to the bit.
+    /// Before stage 3: blends after a change of settings. Otherwise returns the wrench unchanged,
+    /// bit for bit.
     fn blended(&mut self, wrench: &Wrench, cuts: Cuts) -> Wrench {
         let changed = cuts.has(Cut::Settings);
         let within = self.within_peak(wrench);
@@ -266,7 +269,7 @@ impl SafetyChain {
         if under_way { blended } else { *wrench }
     }
 
-    /// Stage 3. Beyond the peak nothing is felt as an oscillation.
+    /// Stage 3. The wrench is limited to the peak first, since the hand feels nothing beyond it.
     fn attenuated(&mut self, wrench: &Wrench, state: &DeviceState, cuts: &mut Cuts) -> Wrench {
         let (attenuated, cut) = self.limit_cycle.attenuate(&self.within_peak(wrench), &state.pose, self.elapsed);
         cuts.note(Cut::LimitCycle, cut);
@@ -282,8 +285,8 @@ impl SafetyChain {
         if limited.is_finite() { limited } else { Wrench::ZERO }
     }
 
-    /// Stage 5. What is on its way to a wrench beyond the peak, and has come as far as the next two
-    /// stages let it, is not cut here.
+    /// Stage 5. A wrench beyond the peak is not reported as cut once the next two stages would give
+    /// the same result without the slew limit.
     fn slewed(&self, wrench: &Wrench, cuts: &mut Cuts) -> Wrench {
         let (within, cut) = self.towards(&self.shaped, wrench, self.step());
         if !cut {
@@ -312,7 +315,7 @@ impl SafetyChain {
         answer.wrench
     }
 
-    /// A wrench that the device has withheld, on its way back.
+    /// Limits a wrench that returns after the device has withheld its force.
     fn returning(&self, wrench: &Wrench, cuts: &mut Cuts) -> Wrench {
         let Some(share) = self.withholding.share() else { return *wrench };
         let most = Limits { force: self.limits.force_peak * share, torque: self.limits.torque_peak * share };
@@ -336,7 +339,8 @@ impl SafetyChain {
         Wrench { torque: wrench.torque * gain, force: wrench.force * gain }
     }
 
-    /// Not engaged: the stages follow what is computed, so that they begin from there.
+    /// Follows the computed wrench while the device is not engaged, so that the stages start from
+    /// it.
     fn rest(&mut self, wrench: &Wrench) {
         self.shaped = self.within_peak(wrench);
         self.blend.reset(&self.shaped);
@@ -346,7 +350,7 @@ impl SafetyChain {
         }
     }
 
-    /// Damping that remains after a fault has removed the wrench.
+    /// Returns the damping that remains after a fault.
     fn damping(&self, state: &DeviceState, cuts: Cuts) -> Wrench {
         if !cuts.and(Cuts::BLIND).is_none() {
             return Wrench::ZERO;
@@ -370,15 +374,15 @@ impl SafetyChain {
         saturate(self.within_peak(wrench), &self.heat_caps(), Saturation::Separate).wrench
     }
 
-    /// The time for ramps and slew, s: the elapsed time, but at most a period, so that two
-    /// successive writes differ by no more than the slew limit allows in a period, however late the
+    /// Returns the time for ramps and slew, s: the elapsed time, but at most one period. So two
+    /// successive writes never differ by more than the slew limit of one period, however late the
     /// second one is.
     fn step(&self) -> f64 {
         self.elapsed.min(self.period)
     }
 
-    /// As far `from` one wrench to the other as the slew limit allows in `dt` s; and whether that
-    /// is not all the way.
+    /// Moves from one wrench to the other, as far as the slew limit allows in `dt` s. The flag is
+    /// true if the end was not reached.
     fn towards(&self, from: &Wrench, to: &Wrench, dt: f64) -> (Wrench, bool) {
         let (force, force_cut) = step_towards(from.force, to.force, self.limits.force_slew * dt);
         let (torque, torque_cut) = step_towards(from.torque, to.torque, self.limits.torque_slew * dt);
@@ -386,10 +390,11 @@ impl SafetyChain {
     }
 }
 
-/// `to`, or the point `most` away from `from` on the way there; and whether it was that.
+/// Returns `to`, or the point at distance `most` from `from` on the way to `to`. The flag is true
+/// in the second case.
 fn step_towards(from: DVec3, to: DVec3, most: f64) -> (DVec3, bool) {
     let way = to - from;
-    // Scaled first: the square of a finite number need not be finite, nor the difference of two.
+    // Scales first: the square of a finite number, and the difference of two, need not be finite.
     let largest = way.abs().max_element();
     if largest <= 0.0 {
         return (to, false);

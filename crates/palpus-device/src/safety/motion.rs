@@ -1,19 +1,19 @@
-//! The motion that damping after a fault may go by.
+//! The velocity that damping after a fault may use.
 //!
-//! A device states a velocity, which may be wrong: a driver's filter after a jump, a sensor that is
-//! stuck, a number that the gate has just refused. Damping along a wrong velocity pushes. So the
-//! velocity used is the part of the stated one that the poses of the last ticks confirm: along
-//! their mean velocity, at most as fast as either. After a tick with an implausible velocity it is
-//! zero until poses have confirmed it anew.
+//! The velocity that a device reports may be wrong, because of a driver's filter after a jump, a
+//! stuck sensor, or a number that the gate has just refused. Damping against a wrong velocity would
+//! push the hand. So damping uses only the part of the reported velocity that the poses of the last
+//! ticks confirm: along their mean velocity, and at most as fast as either. After a tick with an
+//! implausible velocity it is zero until new poses have confirmed it.
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist, rotation_between};
 
-/// s: time constant of the mean velocity of the poses. Steps of encoders (0.03 mm in 1 ms) become 3
-/// mm/s.
+/// Time constant of the mean velocity of the poses, s. An encoder step of 0.03 mm in 1 ms counts as
+/// 3 mm/s.
 const MEAN_TIME: f64 = 0.01;
 
-/// The poses' own velocity.
+/// Mean velocity of the grip, from its poses.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Motion {
     pose: Option<Pose>,
@@ -21,8 +21,8 @@ pub(super) struct Motion {
 }
 
 impl Motion {
-    /// Takes the grip's `pose`, `elapsed` seconds (more than 0) after the last tick. `blind`: its
-    /// motion is implausible.
+    /// Takes the grip's `pose`, `elapsed` seconds (more than 0) after the last tick. `blind` is
+    /// true if its motion is implausible.
     pub(super) fn follow(&mut self, pose: &Pose, elapsed: f64, blind: bool) {
         if blind {
             *self = Self::default();

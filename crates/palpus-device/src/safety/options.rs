@@ -3,23 +3,23 @@
 use super::{AfterFault, DEVICE_BUTTONS, Engagement, HOLD_KEY, Rearm, SafetyLimits};
 use crate::device::DeviceSpec;
 
-/// How the chain is to behave where there is a choice.
+/// Options of the safety chain.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SafetyOptions {
-    /// How forces are asked for; `None`: by holding any button if the device has buttons, else
-    /// automatically.
+    /// How the user enables forces. With `None`, the user holds any button of the device. If the
+    /// device has no buttons, forces are enabled automatically.
     pub engagement: Option<Engagement>,
-    /// The thresholds; `None`: those of the device, [`SafetyLimits::of`]. Where others are looser,
-    /// the device's count.
+    /// Thresholds of the chain; `None` for [`SafetyLimits::of`] the device. A threshold that is
+    /// looser than the device's is replaced by the device's.
     pub limits: Option<SafetyLimits>,
-    /// Takes looser thresholds as they are, down to none at all. For tests of what lies beyond
-    /// them, not for a device that is held.
+    /// Accepts looser thresholds, even infinite ones. Use this only in tests, never with a
+    /// device that a person holds.
     pub loosened: bool,
-    /// Behaviour after a fault that the loop survives.
+    /// Reaction to a fault that the loop survives.
     pub after_fault: AfterFault,
-    /// Behaviour after a panic in the step, which may have left its state inconsistent.
+    /// Reaction to a panic in the step, which may have left the step's state inconsistent.
     pub after_panic: AfterPanic,
-    /// After three faults in ten seconds.
+    /// How a device is enabled again after three faults in ten seconds.
     pub rearm: Rearm,
 }
 
@@ -29,12 +29,12 @@ pub enum AfterPanic {
     /// The run ends, after a moment of damping.
     #[default]
     Stop,
-    /// A fault like any other.
+    /// The panic counts as an ordinary fault.
     AsFault,
 }
 
 impl SafetyOptions {
-    /// How forces are asked for on a device of this `spec`.
+    /// Returns how forces are enabled on a device with this `spec`.
     pub fn engagement(&self, spec: &DeviceSpec) -> Engagement {
         self.engagement.unwrap_or(match spec.buttons {
             0 => Engagement::Automatic,
@@ -42,7 +42,7 @@ impl SafetyOptions {
         })
     }
 
-    /// The thresholds for a device of this `spec` in a loop of `rate_hz`.
+    /// Returns the thresholds for a device with this `spec` in a loop of `rate_hz`.
     pub fn limits(&self, spec: &DeviceSpec, rate_hz: f64) -> SafetyLimits {
         let derived = SafetyLimits::of(spec, rate_hz);
         match self.limits {

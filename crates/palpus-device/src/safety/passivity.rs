@@ -1,28 +1,29 @@
-//! The place of the passivity observer and controller in the chain: the fourth stage, after the
-//! gate and before the slew limit. There the wrench is still the engine's and the motion has passed
-//! the gate.
+//! The interface of the passivity stage, which is stage 4 of the safety chain: after the
+//! limit-cycle detector and before the slew limit.
 
 use palpus::algebra::Wrench;
 
 use crate::device::DeviceState;
 
-/// A stage that takes away energy that a passive environment could not have given.
+/// A stage that removes energy which a passive environment could not have supplied.
 pub trait Passivity: Send {
-    /// `computed`, or what may be commanded in its place, for a grip in `state`. `elapsed`: s since
-    /// the last call, for which the last commanded wrench was held; the next one is taken to be
-    /// held as long. Must answer finite numbers, and `computed` itself, to the bit, when there is
-    /// nothing to take away: anything else is counted as [`super::Cut::Passivity`].
+    /// Returns `computed`, or the wrench that may be commanded instead, for a grip in `state`.
+    ///
+    /// `elapsed` is the time since the last call, s. The last commanded wrench was held for this
+    /// time, and the next one will be held as long. The result must be finite. If no energy must be
+    /// removed, it must equal `computed` bit for bit; any other result counts as
+    /// [`super::Cut::Passivity`].
     fn limit(&mut self, computed: &Wrench, state: &DeviceState, elapsed: f64) -> Wrench;
 
-    /// The grip's tool was given this work in this tick by another one that somebody moves, J, by
-    /// moving and by turning it; negative: gave it. What came from there may go on into the hand.
-    /// Adds received work; called before [`Self::limit`].
+    /// Adds the work that moving bodies and the tools of other devices did on this tool in this
+    /// tick, J, by translation and by rotation; negative if the tool did work on them. The hand may
+    /// receive this energy. Called before [`Self::limit`].
     fn received(&mut self, _: [f64; 2]) {}
 
-    /// Takes the wrench that was commanded in this tick after all later stages, for the account of
-    /// the energy.
+    /// Takes the wrench that was commanded in this tick, after all later stages, for the energy
+    /// account.
     fn commanded(&mut self, wrench: &Wrench);
 
-    /// Nothing is engaged: the account begins anew.
+    /// Starts the account again while the device is not engaged.
     fn reset(&mut self);
 }

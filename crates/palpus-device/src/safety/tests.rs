@@ -13,7 +13,7 @@ fn chain_of(limits: &SafetyLimits) -> SafetyChain {
     SafetyChain::new(limits, Engagement::Automatic, &SafetyOptions::default(), DT)
 }
 
-/// Engaged, with nothing computed so far.
+/// Returns an engaged chain after a computed wrench of zero.
 fn engaged(limits: &SafetyLimits) -> SafetyChain {
     let mut chain = chain_of(limits);
     for _ in 0..400 {
@@ -35,14 +35,14 @@ fn force(newtons: DVec3) -> Wrench {
     Wrench { force: newtons, torque: DVec3::ZERO }
 }
 
-fn told(cut: Cut) -> Cuts {
+fn reported(cut: Cut) -> Cuts {
     let mut cuts = Cuts::NONE;
     cuts.note(cut, true);
     cuts
 }
 
 #[test]
-fn what_no_stage_has_a_reason_to_touch_comes_out_to_the_bit() {
+fn harmless_wrench_passes_bit_for_bit() {
     let mut chain = engaged(&limits());
     for k in 0..2000 {
         let t = f64::from(k) * DT;
@@ -56,7 +56,7 @@ fn what_no_stage_has_a_reason_to_touch_comes_out_to_the_bit() {
 }
 
 #[test]
-fn a_jump_of_the_wrench_becomes_a_ramp() {
+fn jump_of_the_wrench_becomes_a_ramp() {
     let limits = limits();
     let mut chain = engaged(&limits);
     let step = limits.force_slew * DT;
@@ -69,13 +69,13 @@ fn a_jump_of_the_wrench_becomes_a_ramp() {
         last = shaped.wrench.force;
     }
     assert_eq!(last, target);
-    // And the other way round: through nothing, not over it.
+    // The way to the opposite force goes through zero.
     let shaped = chain.shape(&at_rest(), &force(-target), Cuts::NONE, DT);
     assert!(shaped.cuts.has(Cut::Slew) && shaped.wrench.force.dot(target) > 0.0);
 }
 
 #[test]
-fn on_the_ramp_a_jump_of_the_wrench_is_slewed_before_the_ramp_takes_its_share() {
+fn jump_while_ramping_is_slewed_before_the_ramp() {
     let limits = limits();
     let mut chain = chain_of(&limits);
     for _ in 0..125 {
@@ -91,7 +91,7 @@ fn on_the_ramp_a_jump_of_the_wrench_is_slewed_before_the_ramp_takes_its_share() 
 }
 
 #[test]
-fn beyond_the_peak_the_direction_stays_and_only_the_peak_is_counted() {
+fn saturation_keeps_direction_and_counts_only_itself() {
     let mut limits = limits();
     limits.force_continuous = limits.force_peak;
     let mut chain = engaged(&limits);
@@ -108,8 +108,8 @@ fn beyond_the_peak_the_direction_stays_and_only_the_peak_is_counted() {
 }
 
 #[test]
-fn a_device_without_torque_misses_none() {
-    let touch = known_devices().into_iter().find(|spec| spec.name == "Touch").expect("it is known");
+fn device_without_torque_reports_no_saturation() {
+    let touch = known_devices().into_iter().find(|spec| spec.name == "Touch").expect("the Touch is a known device");
     let limits = SafetyLimits::of(&touch, 1000.0);
     let mut chain = engaged(&limits);
     let wrench = Wrench { force: DVec3::X * 0.5, torque: DVec3::Y * 0.4 };
@@ -118,28 +118,28 @@ fn a_device_without_torque_misses_none() {
 }
 
 #[test]
-fn held_beyond_the_rating_the_force_sinks_to_it() {
+fn force_above_the_rating_falls_to_it() {
     for (held, patience) in [(4.0, 2.0..4.0), (8.0, 0.5..1.0)] {
         let mut chain = engaged(&limits());
         let mut first = None;
         let mut shaped = chain.shape(&at_rest(), &Wrench::ZERO, Cuts::NONE, DT);
         for k in 0..60_000 {
-            // On its way up within the slew limit, then held.
+            // The force first rises within the slew limit, then stays.
             let force = force(DVec3::X * (f64::from(k) * 2.0).min(held));
             shaped = chain.shape(&at_rest(), &force, Cuts::NONE, DT);
             if shaped.cuts.has(Cut::Heat) {
                 first.get_or_insert(f64::from(k) * DT);
             }
-            assert!(shaped.cuts.and(Cuts::FAULTS).is_none() && !shaped.cuts.has(Cut::Slew), "the cap sinks gently");
+            assert!(shaped.cuts.and(Cuts::FAULTS).is_none() && !shaped.cuts.has(Cut::Slew), "the cap must fall slowly");
         }
-        let first = first.expect("it stays beyond 1.4 N");
+        let first = first.expect("a force above 1.4 N must be cut by heat");
         assert!(patience.contains(&first), "{held} N for {first} s");
         assert!((shaped.wrench.force.x - 1.4).abs() < 0.05 && chain.heat() <= 1.0);
     }
 }
 
 #[test]
-fn a_fault_takes_everything_at_once_and_leaves_damping() {
+fn fault_removes_force_at_once_and_leaves_damping() {
     let limits = limits();
     for cut in Cut::ALL.into_iter().filter(|cut| cut.is_fault() && *cut != Cut::NonFiniteWrench) {
         let mut chain = engaged(&limits);
@@ -147,18 +147,18 @@ fn a_fault_takes_everything_at_once_and_leaves_damping() {
             chain.shape(&sample(k), &force(DVec3::X * 3.0), Cuts::NONE, DT);
         }
         let state = sample(20);
-        let shaped = chain.shape(&state, &force(DVec3::X * 3.0), told(cut), DT);
+        let shaped = chain.shape(&state, &force(DVec3::X * 3.0), reported(cut), DT);
         let name = cut.name();
         assert_ne!(shaped.phase, Phase::Engaged, "{name}");
         assert!(shaped.wrench.force.length() <= limits.rest_force, "{name}");
         assert!(shaped.wrench.torque.length() <= limits.rest_torque, "{name}");
         assert!(shaped.wrench.power(&state.twist) <= 0.0, "{name}");
-        assert_eq!(shaped.wrench == Wrench::ZERO, told(cut).and(Cuts::BLIND) != Cuts::NONE, "{name}");
+        assert_eq!(shaped.wrench == Wrench::ZERO, reported(cut).and(Cuts::BLIND) != Cuts::NONE, "{name}");
     }
 }
 
 #[test]
-fn a_wrench_that_is_none_is_a_fault_and_so_is_one_of_the_third_stage() {
+fn non_finite_wrench_of_step_or_passivity_is_a_fault() {
     struct Broken;
     impl Passivity for Broken {
         fn limit(&mut self, computed: &Wrench, _: &DeviceState, _: f64) -> Wrench {
@@ -178,7 +178,7 @@ fn a_wrench_that_is_none_is_a_fault_and_so_is_one_of_the_third_stage() {
 }
 
 #[test]
-fn the_third_stage_is_heard_counted_and_told_what_became_of_it() {
+fn passivity_stage_is_applied_and_gets_the_final_wrench() {
     use std::sync::{Arc, Mutex};
     #[derive(Clone, Default)]
     struct Halving(Arc<Mutex<Vec<Wrench>>>);
@@ -188,10 +188,10 @@ fn the_third_stage_is_heard_counted_and_told_what_became_of_it() {
             Wrench { torque: computed.torque * share, force: computed.force * share }
         }
         fn commanded(&mut self, wrench: &Wrench) {
-            self.0.lock().expect("no one panicked").push(*wrench);
+            self.0.lock().expect("no thread has panicked").push(*wrench);
         }
         fn reset(&mut self) {
-            self.0.lock().expect("no one panicked").clear();
+            self.0.lock().expect("no thread has panicked").clear();
         }
     }
     let stage = Halving::default();
@@ -201,13 +201,13 @@ fn the_third_stage_is_heard_counted_and_told_what_became_of_it() {
     let moved = chain.shape(&moving(DVec3::X), &force(DVec3::X * 0.6), Cuts::NONE, DT);
     assert_eq!((still.wrench.force.x, moved.wrench.force.x), (0.6, 0.3));
     assert!(still.cuts.is_none() && moved.cuts.iter().eq([Cut::Passivity]));
-    assert_eq!(*stage.0.lock().expect("no one panicked"), [still.wrench, moved.wrench]);
-    chain.shape(&at_rest(), &Wrench::ZERO, told(Cut::Speed), DT);
-    assert!(stage.0.lock().expect("no one panicked").is_empty());
+    assert_eq!(*stage.0.lock().expect("no thread has panicked"), [still.wrench, moved.wrench]);
+    chain.shape(&at_rest(), &Wrench::ZERO, reported(Cut::Speed), DT);
+    assert!(stage.0.lock().expect("no thread has panicked").is_empty());
 }
 
 #[test]
-fn the_ramp_begins_with_nothing_and_is_counted() {
+fn ramp_starts_at_zero_and_is_counted() {
     let limits = limits();
     let mut chain = chain_of(&limits);
     let large = chain.shape(&at_rest(), &force(DVec3::X * 2.0), Cuts::NONE, DT);
@@ -227,7 +227,7 @@ fn the_ramp_begins_with_nothing_and_is_counted() {
 }
 
 #[test]
-fn released_it_lets_go_within_the_slew_limit() {
+fn released_button_removes_force_within_slew_limit() {
     let options = SafetyOptions { engagement: Some(Engagement::DeadMan(1)), ..Default::default() };
     let limits = SafetyLimits { ramp: 0.0, ..limits() };
     let mut chain = SafetyChain::new(&limits, Engagement::DeadMan(1), &options, DT);
@@ -253,16 +253,16 @@ fn released_it_lets_go_within_the_slew_limit() {
 }
 
 #[test]
-fn forces_are_asked_for_by_holding_any_button() {
+fn holding_any_button_enables_forces() {
     let [premium, ..] = known_devices();
     let options = SafetyOptions::default();
     let of = |buttons| options.engagement(&DeviceSpec { buttons, ..premium.clone() });
     let held = |buttons| Engagement::DeadMan(buttons | HOLD_KEY);
     assert_eq!((of(0), of(1), of(3)), (Engagement::Automatic, held(1), held(7)));
-    assert_eq!((of(32), of(255)), (held(DEVICE_BUTTONS), held(DEVICE_BUTTONS)), "the other key is for rearming");
+    assert_eq!((of(32), of(255)), (held(DEVICE_BUTTONS), held(DEVICE_BUTTONS)), "the rearm key must not enable forces");
 }
 
-/// States of a grip that moves steadily.
+/// States of a grip that moves at constant velocity.
 fn sample(tick: u32) -> DeviceState {
     let velocity = DVec3::X * 0.2;
     let time = f64::from(tick) * DT;
@@ -270,13 +270,14 @@ fn sample(tick: u32) -> DeviceState {
 }
 
 #[test]
-fn the_gate_believes_a_hand() {
+fn gate_accepts_motion_of_a_hand() {
     let mut gate = Gate::new(&limits());
     for tick in 0..1000 {
         let admitted = gate.admit(&sample(tick), DT);
         assert_eq!((admitted.state, admitted.cuts), (Some(sample(tick)), Cuts::NONE));
     }
-    // At rest for ten seconds, to the bit, with new samples; and a tick that came late by three.
+    // The grip then rests for ten seconds with an unchanged pose and new samples. One more tick
+    // comes three ticks late.
     let still = DeviceState { twist: Twist::default(), ..sample(999) };
     for tick in 0..10_000 {
         assert!(gate.admit(&DeviceState { time: sample(1000 + tick).time, ..still }, DT).cuts.is_none());
@@ -287,7 +288,7 @@ fn the_gate_believes_a_hand() {
 }
 
 #[test]
-fn the_gate_finds_what_no_hand_does() {
+fn gate_rejects_impossible_motion() {
     let spoilt = |spoil: fn(&mut DeviceState)| {
         let mut gate = Gate::new(&limits());
         gate.admit(&sample(0), DT);
@@ -296,10 +297,14 @@ fn the_gate_finds_what_no_hand_does() {
         spoil(&mut state);
         (gate.admit(&state, DT), gate.admit(&sample(3), DT))
     };
-    let only = |cuts: Cuts, cut: Cut| cuts == told(cut);
+    let only = |cuts: Cuts, cut: Cut| cuts == reported(cut);
     let (bad, next) = spoilt(|state| state.twist.linear.z = f64::NAN);
     assert!(only(bad.cuts, Cut::NonFiniteState) && next.cuts.is_none());
-    assert_eq!(bad.state, Some(DeviceState { twist: Twist::default(), ..sample(1) }), "held, at rest");
+    assert_eq!(
+        bad.state,
+        Some(DeviceState { twist: Twist::default(), ..sample(1) }),
+        "the last valid state must be held, at rest"
+    );
     assert!(only(spoilt(|state| state.time = f64::INFINITY).0.cuts, Cut::NonFiniteState));
     assert!(only(spoilt(|state| state.pose.rotation *= 2.0).0.cuts, Cut::NonFiniteState));
     let (there, back) = spoilt(|state| state.pose.translation.y += 5e-3);
@@ -311,22 +316,22 @@ fn the_gate_finds_what_no_hand_does() {
     let (there, back) = spoilt(|state| state.time -= 1.0);
     assert!(only(there.cuts, Cut::DeviceClock) && only(back.cuts, Cut::DeviceClock));
     assert!(only(spoilt(|state| state.time += 1.0).0.cuts, Cut::DeviceClock));
-    // No state at all so far: nothing to go on with.
+    // Without a valid state so far, there is no state for the step.
     let mut gate = Gate::new(&limits());
     let bad = DeviceState { time: f64::NAN, ..sample(0) };
     let admitted = gate.admit(&bad, DT);
-    assert_eq!((admitted.state, admitted.cuts), (None, told(Cut::NonFiniteState)));
+    assert_eq!((admitted.state, admitted.cuts), (None, reported(Cut::NonFiniteState)));
 }
 
 #[test]
-fn the_gate_tells_a_frozen_state_from_a_hand_that_rests() {
+fn gate_distinguishes_frozen_state_from_resting_hand() {
     let limits = limits();
     let mut gate = Gate::new(&limits);
-    // The same sample again and again.
+    // The same sample is read repeatedly.
     let found = (0..100).position(|_| gate.admit(&sample(0), DT).cuts.has(Cut::FrozenState));
     assert!(found.is_some_and(|tick| (tick as f64 * DT - limits.stale).abs() <= 2.0 * DT), "{found:?}");
     assert!(gate.admit(&sample(1), DT).cuts.is_none());
-    // New samples that say 0.2 m/s and stay where they are.
+    // New samples report 0.2 m/s while the pose does not change.
     let mut gate = Gate::new(&limits);
     let stuck = |tick: u32| DeviceState { pose: sample(0).pose, ..sample(tick) };
     let found = (0..100).position(|tick| gate.admit(&stuck(tick), DT).cuts.has(Cut::FrozenState));
@@ -334,9 +339,8 @@ fn the_gate_tells_a_frozen_state_from_a_hand_that_rests() {
 }
 
 #[test]
-fn slow_ticks_heat_and_slew_by_the_time_that_passed() {
-    // Ticks of 10 ms in a loop of 1 kHz: what is held for ten times as long heats ten times as
-    // much.
+fn heat_and_slew_use_the_elapsed_time() {
+    // The ticks take 10 ms in a loop of 1 kHz, so each wrench heats the motors ten times as long.
     let limits = limits();
     let mut chain = engaged(&limits);
     let (mut heat, mut last) = (0.0, DVec3::ZERO);
@@ -344,50 +348,54 @@ fn slow_ticks_heat_and_slew_by_the_time_that_passed() {
         let given = chain.shape(&at_rest(), &force(DVec3::X * 8.0), Cuts::NONE, 10.0 * DT).wrench.force;
         heat += (given.length_squared() - heat) * (1.0 - (-10.0 * DT / limits.heating_time).exp());
         assert!(heat.sqrt() <= limits.force_continuous * 1.01, "{} N thermal", heat.sqrt());
-        assert!(given.distance(last) <= limits.force_slew * DT * (1.0 + 1e-9), "no two writes differ by more");
+        assert!(
+            given.distance(last) <= limits.force_slew * DT * (1.0 + 1e-9),
+            "two writes must not differ by more than the slew limit"
+        );
         last = given;
     }
-    // A tick that follows the last one after a tenth of a period may change by a tenth.
+    // A tick after a tenth of a period may change the wrench by a tenth of the limit.
     let mut chain = engaged(&limits);
     let given = chain.shape(&at_rest(), &force(DVec3::X * 8.0), Cuts::NONE, 0.1 * DT).wrench.force;
     assert!((given.x - 0.1 * DT * limits.force_slew).abs() < 1e-9, "{given}");
 }
 
 #[test]
-fn a_velocity_that_the_gate_refuses_damps_nothing() {
-    // A still grip whose device says 5 m/s, for 8.5 s.
+fn refused_velocity_causes_no_damping() {
+    // A grip at rest whose device reports 5 m/s for 8.5 s.
     let limits = limits();
     let (mut gate, mut chain) = (Gate::new(&limits), engaged(&limits));
     for tick in 0..8500 {
         let state = DeviceState { time: sample(tick).time, ..moving(DVec3::X * 5.0) };
         let admitted = gate.admit(&state, DT);
-        let shaped = chain.shape(&admitted.state.expect("it is finite"), &Wrench::ZERO, admitted.cuts, DT);
+        let shaped =
+            chain.shape(&admitted.state.expect("a finite state is admitted"), &Wrench::ZERO, admitted.cuts, DT);
         assert_eq!(shaped.wrench, Wrench::ZERO, "tick {tick}");
     }
 }
 
 #[test]
-fn damping_goes_by_the_velocity_that_the_poses_confirm() {
+fn damping_uses_only_confirmed_velocity() {
     let limits = limits();
     let at_fault = |state: fn(u32) -> DeviceState| {
         let mut chain = engaged(&limits);
         for k in 0..50 {
             chain.shape(&state(k), &Wrench::ZERO, Cuts::NONE, DT);
         }
-        chain.shape(&state(50), &Wrench::ZERO, told(Cut::LateLoop), DT).wrench.force
+        chain.shape(&state(50), &Wrench::ZERO, reported(Cut::LateLoop), DT).wrench.force
     };
     let true_one = at_fault(sample);
     assert!((true_one + DVec3::X * (0.2 * limits.damping)).length() < 0.01, "{true_one}");
-    // One that is within all limits and is no motion, and one the wrong way round.
+    // A velocity without motion of the pose, and a velocity of the opposite sign, must not damp.
     assert_eq!(at_fault(|k| DeviceState { pose: Pose::IDENTITY, ..sample(k) }), DVec3::ZERO);
     assert_eq!(at_fault(|k| DeviceState { twist: moving(DVec3::X * -0.2).twist, ..sample(k) }), DVec3::ZERO);
-    // One that is too large.
+    // A velocity that is too large counts only as far as the poses confirm it.
     let large = at_fault(|k| DeviceState { twist: moving(DVec3::X * 0.39).twist, ..sample(k) });
     assert!(large.length() <= true_one.length() * 1.01, "{large}");
 }
 
 #[test]
-fn other_settings_are_blended_in() {
+fn changed_settings_are_blended_in() {
     let limits = limits();
     let mut chain = engaged(&limits);
     for _ in 0..10 {
@@ -395,19 +403,20 @@ fn other_settings_are_blended_in() {
     }
     let mut last = 2.05;
     for k in 0..260 {
-        let told = if k == 0 { told(Cut::Settings) } else { Cuts::NONE };
-        let shaped = chain.shape(&at_rest(), &force(DVec3::X * 6.3), told, DT);
+        let reported = if k == 0 { reported(Cut::Settings) } else { Cuts::NONE };
+        let shaped = chain.shape(&at_rest(), &force(DVec3::X * 6.3), reported, DT);
         let step = shaped.wrench.force.x - last;
         assert!((0.0..=4.25 * DT / 0.25 * 1.001).contains(&step) && shaped.phase == Phase::Engaged, "{step} N at {k}");
         last = shaped.wrench.force.x;
     }
-    assert_eq!(last, 6.3, "to the bit");
-    // Back again, and out of contact on the way: the difference goes with the contact.
-    chain.shape(&at_rest(), &force(DVec3::X * 2.05), told(Cut::Settings), DT);
+    assert_eq!(last, 6.3, "the blending must end exactly at the new wrench");
+    // The settings change back, and the hand leaves the contact: the difference must fall with the
+    // contact.
+    chain.shape(&at_rest(), &force(DVec3::X * 2.05), reported(Cut::Settings), DT);
     for k in 0..50 {
         let newtons = 2.05 * (1.0 - f64::from(k) / 49.0);
         last = chain.shape(&at_rest(), &force(DVec3::X * newtons), Cuts::NONE, DT).wrench.force.x;
-        assert!(last >= 0.0 && last <= 3.1 * newtons + 1e-9, "{last} N where {newtons} N are computed");
+        assert!(last >= 0.0 && last <= 3.1 * newtons + 1e-9, "got {last} N for a computed {newtons} N");
     }
     assert!(last.abs() < 1e-9);
 }

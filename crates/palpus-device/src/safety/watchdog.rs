@@ -1,10 +1,9 @@
-//! The watchdog: takes the force from the device when the loop does not answer any more.
+//! The watchdog: removes the device's force when the loop stops responding.
 //!
-//! The loop *beats* whenever it has written a wrench, and *rests* after a zero wrench, which may be
-//! held without limit. [`Watch::check`] is called by a thread with no other task; when the last
-//! beat is longer ago than a wrench may be held, it applies the device's [`Brake`]. A
-//! loop that still runs then finds the brake applied, counts a fault and releases it only when it
-//! is engaged again.
+//! The loop *beats* whenever it has written a wrench. It *rests* after a zero wrench, which may be
+//! held without limit. A separate thread calls [`Watch::check`]. If the last beat is older than a
+//! wrench may be held, it applies the device's [`Brake`]. A loop that still runs then finds the
+//! brake applied, counts a fault, and releases the brake only when the device is engaged again.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -12,39 +11,40 @@ use std::time::{Duration, Instant};
 
 use crate::device::Brake;
 
-/// Checks in the time that a wrench may be held.
+/// Number of checks during the longest time for which a wrench may be held.
 const CHECKS: u32 = 4;
 
-/// The beat of a loop that rests: later than any.
+/// Beat of a resting loop: it is never too old.
 const RESTING: u64 = u64::MAX;
 
 /// State that the loop and the watchdog share.
 pub struct Watch {
     brake: Arc<dyn Brake>,
-    /// ns for which a wrench may be held.
+    /// Longest time for which a wrench may be held, ns.
     stall: u64,
-    /// ns of the loop's time at the last beat, or [`RESTING`].
+    /// Time of the last beat by the loop's clock, ns, or [`RESTING`].
     beat: AtomicU64,
     over: AtomicBool,
 }
 
 impl Watch {
-    /// A watch over a loop that rests so far, and beats at least every `stall` while it does not.
+    /// Returns a watch over a loop that rests at first. While it does not rest, it must beat at
+    /// least every `stall`.
     pub fn new(brake: Arc<dyn Brake>, stall: Duration) -> Self {
         Self { brake, stall: nanos(stall), beat: AtomicU64::new(RESTING), over: AtomicBool::new(false) }
     }
 
-    /// A wrench was written at `now`.
+    /// Records that a wrench was written at `now`.
     pub fn beat(&self, now: Duration) {
         self.beat.store(nanos(now), Ordering::Release);
     }
 
-    /// Zero was written: it may be held without limit.
+    /// Records that zero was written, which may be held without limit.
     pub fn rest(&self) {
         self.beat.store(RESTING, Ordering::Release);
     }
 
-    /// Applies the brake if the last beat was too long before `now`.
+    /// Applies the brake if the last beat is too old at `now`.
     pub fn check(&self, now: Duration) {
         let held = nanos(now).saturating_sub(self.beat.load(Ordering::Acquire));
         if held > self.stall && !self.is_over() {
@@ -52,25 +52,26 @@ impl Watch {
         }
     }
 
-    /// There are no more beats to come, and none is missed.
+    /// Ends the watch: no more beats are expected.
     pub fn end(&self) {
         self.over.store(true, Ordering::Release);
     }
 
-    /// True after the end.
+    /// Returns true after [`Self::end`].
     pub fn is_over(&self) -> bool {
         self.over.load(Ordering::Acquire)
     }
 
-    /// How often to check.
+    /// Returns the time between two checks.
     fn interval(&self) -> Duration {
         Duration::from_nanos(self.stall) / CHECKS
     }
 }
 
-/// The watchdog's thread: checks against the wall's time since `origin` until the watch is over.
+/// Runs the watchdog thread: checks the watch by the wall clock since `origin`, until the watch is
+/// over.
 pub(crate) fn watch_until_over(watch: &Watch, origin: Instant) {
-    // The loop reported its rights when it made its claims; this repeats them.
+    // The result is ignored, since `claim` has already reported whether this succeeds.
     let _ = crate::realtime::outrank();
     while !watch.is_over() {
         std::thread::park_timeout(watch.interval());

@@ -1,46 +1,48 @@
-//! Withholding: the device itself withholds the force, whatever the command.
+//! Reaction of the safety chain to a device that withholds its force.
 //!
-//! Causes: the arm is not ready or has no power supply, the person has switched the force off at
-//! the device, an answer came late or was lost ([`DeviceState::withheld`](crate::DeviceState)).
-//! This is no fault. While it lasts the commanded wrench falls to zero within the slew limit.
+//! A device withholds its force, whatever wrench is commanded, in these cases: the arm is not ready
+//! or has no power supply, the user has switched the force off at the device, or an answer came
+//! late or was lost ([`DeviceState::withheld`](crate::DeviceState)). This is no fault. While the
+//! device withholds its force, the commanded wrench falls to zero within the slew limit.
 //! Afterwards:
 //!
-//! 1. The wrench returns from zero: it is limited to a share of the peak that grows to the whole
-//!    peak in [`RETURN_TIME`]. A wrench that becomes smaller is not delayed.
-//! 2. After a long time, that for which a fault is held ([`SafetyLimits::hold`]), the grip may be
-//!    anywhere. The device then engages anew, as after a pause.
+//! 1. The wrench returns from zero. It is limited to a share of the peak that grows to the full
+//!    peak within [`RETURN_TIME`]. A wrench that becomes smaller is not delayed.
+//! 2. If the force was withheld for longer than [`SafetyLimits::hold`], the grip may be anywhere.
+//!    The device must then be engaged again, as after a pause.
 //!
 //! [`SafetyLimits::hold`]: super::SafetyLimits::hold
 
-/// From zero to the peak, s: ten times shorter and it is felt as a blow, ten times longer and a
-/// single late answer is felt as a hole in a wall.
+/// Time in which the force returns from zero to the peak, s. A tenth of it would be felt as a blow.
+/// Ten times as long, a single late answer would be felt as a hole in a wall.
 const RETURN_TIME: f64 = 0.05;
 
-/// How long the device has withheld the force, or how long ago that was.
+/// Time for which the device has withheld its force, or time since it gives force again.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Withholding {
-    /// s: withheld longer than this, the device engages anew.
+    /// Longest time without force, s, after which the device need not be engaged again.
     longest: f64,
     state: State,
 }
 
 #[derive(Clone, Copy, Debug)]
 enum State {
-    /// The force is whole.
+    /// The full force is allowed.
     No,
-    /// For so many s.
+    /// The force has been withheld for this time, s.
     Withheld(f64),
-    /// The force is back for so many s.
+    /// The device has given force again for this time, s.
     Returning(f64),
 }
 
 impl Withholding {
-    /// The device gives the commanded force, and engages anew after more than `longest` s without.
+    /// Starts with a device that gives force. It must be engaged again after more than `longest` s
+    /// without force.
     pub(super) fn new(longest: f64) -> Self {
         Self { longest, state: State::No }
     }
 
-    /// One tick of `dt` s on.
+    /// Advances by a tick of `dt` s.
     pub(super) fn advance(&mut self, withheld: bool, dt: f64) {
         self.state = match self.state {
             State::Withheld(time) if withheld => State::Withheld(time + dt),
@@ -51,12 +53,13 @@ impl Withholding {
         };
     }
 
-    /// True while it lasts so long that the device has to engage anew.
+    /// Returns true if the force is withheld for so long that the device must be engaged again.
     pub(super) fn is_long(&self) -> bool {
         matches!(self.state, State::Withheld(time) if time > self.longest)
     }
 
-    /// The share of the peak that the wrench may have while it returns; `None` if it may be whole.
+    /// Returns the share of the peak that is allowed while the wrench returns; `None` if the full
+    /// peak is allowed.
     pub(super) fn share(&self) -> Option<f64> {
         match self.state {
             State::Returning(time) => Some(time / RETURN_TIME),
@@ -97,13 +100,13 @@ mod tests {
     }
 
     fn tick(chain: &mut SafetyChain, newtons: f64, withheld: bool) -> Shaped {
-        let mut told = Cuts::NONE;
-        told.note(Cut::Withheld, withheld);
-        chain.shape(&moving(withheld), &Wrench { force: DVec3::X * newtons, torque: DVec3::ZERO }, told, DT)
+        let mut reported = Cuts::NONE;
+        reported.note(Cut::Withheld, withheld);
+        chain.shape(&moving(withheld), &Wrench { force: DVec3::X * newtons, torque: DVec3::ZERO }, reported, DT)
     }
 
     #[test]
-    fn a_withheld_force_falls_to_zero_and_returns_gently() {
+    fn withheld_force_falls_to_zero_and_returns_slowly() {
         for lost in [1, 3, 200] {
             let (mut chain, limits) = chain();
             let slew = limits.force_slew * DT;
@@ -130,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn a_returning_force_falls_at_once() {
+    fn returning_force_can_fall_at_once() {
         let (mut chain, _) = chain();
         tick(&mut chain, NEWTONS, true);
         for _ in 0..20 {
@@ -140,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn a_force_withheld_for_long_is_engaged_anew() {
+    fn long_withholding_needs_engaging_again() {
         let (mut chain, limits) = chain();
         for _ in 0..(limits.hold / DT) as usize + 2 {
             tick(&mut chain, NEWTONS, true);
@@ -153,14 +156,14 @@ mod tests {
     }
 
     #[test]
-    fn a_withheld_damping_is_zero_too() {
+    fn damping_is_zero_while_force_is_withheld() {
         let (mut chain, _) = chain();
-        let mut told = Cuts::NONE;
-        told.note(Cut::LateLoop, true);
-        told.note(Cut::Withheld, true);
+        let mut reported = Cuts::NONE;
+        reported.note(Cut::LateLoop, true);
+        reported.note(Cut::Withheld, true);
         for _ in 0..2 {
-            chain.shape(&moving(true), &Wrench::ZERO, told, DT);
+            chain.shape(&moving(true), &Wrench::ZERO, reported, DT);
         }
-        assert_eq!(chain.shape(&moving(true), &Wrench::ZERO, told, DT).wrench, Wrench::ZERO);
+        assert_eq!(chain.shape(&moving(true), &Wrench::ZERO, reported, DT).wrench, Wrench::ZERO);
     }
 }

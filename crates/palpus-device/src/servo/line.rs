@@ -1,4 +1,4 @@
-//! The line from the device and back to it: gate, chain, brake and watchdog of one run.
+//! The gate, safety chain, brake and watchdog between the loop and one device.
 
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -12,11 +12,11 @@ use super::{ServoOptions, ServoTick, Timing};
 use crate::device::{Brake, DeviceError, DeviceState, HapticDevice};
 use crate::safety::{Admitted, Cut, Cuts, Gate, Passivity, SafetyChain, SafetyLimits, Shaped, Watch};
 
-/// A machine that was suspended for less than this was not: the clocks that say so are read one
-/// after the other.
+/// Shorter suspensions are ignored: the two clocks that show a suspension are read one after the
+/// other.
 const SUSPENDED: Duration = Duration::from_millis(1);
 
-/// Everything that stands between the step and the device.
+/// Everything between the step and the device.
 pub(super) struct Line<'a, D: HapticDevice + ?Sized> {
     end: ZeroAtEnd<'a, D>,
     gate: Gate,
@@ -24,13 +24,13 @@ pub(super) struct Line<'a, D: HapticDevice + ?Sized> {
     time: &'a dyn LoopTime,
     real: bool,
     period: f64,
-    /// For which a wrench may be held.
+    /// Longest time for which a wrench may be held.
     stall: Duration,
-    /// When the wrench was written that the device holds; `None` when it is zero.
+    /// Time at which the wrench that the device holds was written; `None` if this wrench is zero.
     held: Option<Duration>,
-    /// The brake has been seen applied.
+    /// True if the brake was seen applied and has not been released.
     braked: bool,
-    /// For which the machine was suspended up to the last tick.
+    /// Total time for which the machine was suspended, up to the last tick.
     suspended: Duration,
 }
 
@@ -43,7 +43,7 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
     ) -> Self {
         let ServoOptions { rate_hz, timing, safety, .. } = options;
         let period = 1.0 / rate_hz;
-        // The device's stated values count once, at the start.
+        // The limits are computed once, from the device's description at the start.
         let limits = safety.limits(device.spec(), *rate_hz);
         let engagement = safety.engagement(device.spec());
         let real = *timing == Timing::RealTime;
@@ -75,19 +75,19 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         Ok(admitted)
     }
 
-    /// Nothing is known of the device: no force.
+    /// Writes zero to a device that has not returned a state yet.
     pub(super) fn hold_still(&mut self) -> Result<(), DeviceError> {
         self.write(&Wrench::ZERO)
     }
 
-    /// Another tool, or objects, gave this device's so much work in this tick: see
-    /// [`SafetyChain::receive`].
+    /// Passes to the chain the work that another tool or a moving body did on this tool, J
+    /// ([`SafetyChain::receive`]).
     pub(super) fn receive(&mut self, work: [f64; 2]) {
         self.chain.receive(work);
     }
 
-    /// Passes a `computed` wrench through the chain, in a tick that began `elapsed` seconds after
-    /// the last one, and writes it to the device.
+    /// Passes a `computed` wrench through the chain and writes the result to the device. The tick
+    /// began `elapsed` seconds after the last one.
     pub(super) fn answer(
         &mut self,
         state: &DeviceState,
@@ -96,14 +96,14 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         panicked: bool,
         elapsed: f64,
     ) -> Result<Shaped, DeviceError> {
-        let mut told = found;
-        told.note(Cut::Panic, panicked);
-        told.note(Cut::LateLoop, self.held.is_some_and(|since| self.time.now().saturating_sub(since) > self.stall));
-        told.note(Cut::Watchdog, self.is_newly_braked());
-        told.note(Cut::Suspended, self.real && self.was_suspended());
-        let shaped = self.chain.shape(state, computed, told, elapsed);
+        let mut reported = found;
+        reported.note(Cut::Panic, panicked);
+        reported.note(Cut::LateLoop, self.held.is_some_and(|since| self.time.now().saturating_sub(since) > self.stall));
+        reported.note(Cut::Watchdog, self.is_newly_braked());
+        reported.note(Cut::Suspended, self.real && self.was_suspended());
+        let shaped = self.chain.shape(state, computed, reported, elapsed);
         if self.braked && shaped.phase.is_on() {
-            // Engaged again, with a wrench that was small.
+            // The device is engaged again, with a small wrench.
             self.braked = false;
             if let Some(brake) = &self.end.brake {
                 brake.release();
@@ -113,7 +113,8 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         Ok(shaped)
     }
 
-    /// Tells that the loop is paused with the device: the held wrench does nothing.
+    /// Drops the held wrench and stops the watchdog. The loop calls this when it pauses and the
+    /// device's time stops too, so that the held wrench has no effect.
     pub(super) fn stand(&mut self) {
         self.held = None;
         if let Some(guard) = &self.end.guard {
@@ -121,8 +122,8 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         }
     }
 
-    /// One tick, number `index`, of damping device number `device` without a step; `None` if there
-    /// is nothing to go by or it fails.
+    /// Runs one tick, number `index`, that damps device number `device` without a step. Returns
+    /// `None` if the device fails or has no valid state.
     pub(super) fn damp(&mut self, start: &Start, index: u64, device: usize) -> Option<ServoTick> {
         let admitted = self.read(start).ok()?;
         let (state, elapsed_s) = (admitted.state?, start.elapsed(self.period));
@@ -147,34 +148,35 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         })
     }
 
-    /// True while the device may be given a wrench that is no damping.
+    /// Returns true while the device may get a wrench other than damping.
     pub(super) fn is_on(&self) -> bool {
         self.chain.phase().is_on()
     }
 
-    /// The time in which the wrench fades out at the end, s.
+    /// Returns the time in which the wrench fades out at the end, s.
     pub(super) fn fading(&self) -> f64 {
         self.chain.limits().ramp
     }
 
-    /// The thresholds of the safety chain.
+    /// Returns the thresholds of the safety chain.
     pub(super) fn limits(&self) -> &SafetyLimits {
         self.chain.limits()
     }
 
-    /// Writes a wrench that is a step of the slew limit nearer to zero; false if zero may follow.
+    /// Writes a wrench that is one step of the slew limit closer to zero. Returns false if zero may
+    /// follow.
     pub(super) fn release(&mut self) -> Result<bool, DeviceError> {
         let Some(wrench) = self.chain.release() else { return Ok(false) };
         self.write(&wrench)?;
         Ok(true)
     }
 
-    /// Counts of the device itself.
+    /// Returns the device's own counters.
     pub(super) fn counts(&self) -> Vec<(&'static str, u64)> {
         self.end.device.counts()
     }
 
-    /// The last wrench, which is zero; a device that has failed also gets its brake.
+    /// Writes the last wrench, which is zero; if the device `failed`, also applies its brake.
     pub(super) fn finish(mut self, failed: bool) -> (Option<Box<dyn Passivity>>, Result<(), DeviceError>) {
         let finished = self.end.finish(failed);
         (self.chain.into_passivity(), finished)
@@ -184,7 +186,7 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         if !self.real {
             return self.end.device.write(wrench);
         }
-        // A write that takes its time is time for which a wrench is held.
+        // The time that the write itself takes counts as time for which the wrench is held.
         let begun = self.time.now();
         self.end.device.write(wrench)?;
         self.held = (*wrench != Wrench::ZERO).then_some(begun);
@@ -211,7 +213,7 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
     }
 }
 
-/// The watchdog of a run; ends with it.
+/// The watchdog of a run. Dropping it ends the watchdog thread.
 struct Guard {
     watch: Arc<Watch>,
     thread: Option<JoinHandle<()>>,
@@ -230,14 +232,13 @@ impl Drop for Guard {
         self.watch.end();
         if let Some(thread) = self.thread.take() {
             thread.thread().unpark();
-            // It does not panic, and if it did there would be nothing to do about it.
+            // This thread does not panic, and a panic would need no reaction.
             let _ = thread.join();
         }
     }
 }
 
-/// Writes zero to the device at the end of the run, and also when something unwinds through the
-/// loop.
+/// Writes zero to the device at the end of the run, and also when a panic unwinds through the loop.
 struct ZeroAtEnd<'a, D: HapticDevice + ?Sized> {
     device: &'a mut D,
     brake: Option<Arc<dyn Brake>>,
@@ -263,7 +264,7 @@ impl<D: HapticDevice + ?Sized> Drop for ZeroAtEnd<'_, D> {
             if let Some(brake) = &self.brake {
                 brake.apply();
             }
-            // There is no one left to tell: the panic that brought us here is on its way.
+            // An error here cannot be reported: a panic is already unwinding.
             let _ = self.device.write(&Wrench::ZERO);
         }
     }

@@ -1,45 +1,48 @@
-//! The servo loop around one device or several.
+//! The servo loop around one or several devices.
 //!
-//! Once a tick, by default at 1 kHz:
+//! In each tick, by default at 1 kHz, the loop does the following:
 //!
-//! 1. wait for the tick's deadline (real time) or don't (simulated time);
-//! 2. read each device's state and let its gate look at it; an invalid one is replaced by the last
-//!    valid one, at rest;
-//! 3. run the step once, which answers a wrench for each device; a panic in it is caught;
-//! 4. each device's safety chain ([`crate::SafetyChain`]) makes of its wrench what the device may
-//!    get;
-//! 5. write that to the device, and tell its watchdog;
-//! 6. account: times, energy, largest values, cuts; let the observer see the ticks.
+//! 1. It waits for the tick's deadline in real time. In simulated time it does not wait.
+//! 2. It reads each device's state and passes it through the device's gate. An invalid state is
+//!    replaced by the last valid one, at rest.
+//! 3. It runs the step once, which returns a wrench for each device. A panic in the step is caught.
+//! 4. It passes each wrench through the safety chain of its device ([`crate::SafetyChain`]).
+//! 5. It writes the resulting wrenches to the devices and notifies their watchdogs.
+//! 6. It records times, energy, largest values and cuts, and passes the ticks to the observer.
 //!
-//! **Several devices.** Each has a line of its own: gate, chain, brake and watchdog know nothing of
-//! the others, so that a fault takes the force from its own device only. A state that the gate
-//! doubts reaches the step as the last one that it did not, at rest: the other hands would feel a
-//! tool where it never was. A device that is lost gets its zero and its brake and is read no more;
-//! the step goes on with its last state, at rest. The run ends when its time is over, when all
-//! devices are lost, when the states of one have been played to their end, or at a fault after
-//! which it must stop. The devices share the loop's time: one that keeps the loop waiting is late
-//! for all.
+//! **Several devices.** Each device has its own gate, safety chain, brake and watchdog. So a fault
+//! removes the force of one device only.
 //!
-//! Deadlines are absolute, so lateness does not add up; a loop that is late by whole periods skips
-//! them, keeps its phase and counts them, rather than firing a burst of ticks. Whatever ends the
-//! loop — its duration, the stop flag, the device, a panic in the step, the observer or the device
-//! — the last wrench written is zero. After a panic in the step, or a fault after which it is to
-//! stop, it first damps the grip for a moment; else the wrench goes to zero within the slew limit.
-//! The loop does not allocate once the first tick has begun. The message of a panic in the step is
-//! printed after the wrench is zero.
+//! - If a gate does not accept a state, the step gets the device's last accepted state, at rest.
+//!   Otherwise the other operators would feel a tool in a place where it never was.
+//! - A lost device gets a zero wrench and its brake, and is not read again. The step continues with
+//!   its last state, at rest.
+//! - The run ends when its duration is over, when all devices are lost, when a recording of one
+//!   device ends, or at a fault that must stop the run.
+//! - The devices share one clock: a device that blocks the loop delays all devices.
 //!
-//! A loop that is late in more than a tenth of its ticks, and a machine that was suspended, are
-//! faults.
+//! **Deadlines.** Deadlines are absolute, so lateness does not accumulate. A loop that is late by
+//! whole periods skips and counts them, and keeps its phase; it does not run a burst of ticks.
 //!
-//! The holder of the run's [`RunControl`] may stop it for a while. With a device whose time stands
-//! still between reads, the loop pauses as well, goes on by single ticks if asked to, and later as
-//! if nothing had been. Any other device is in a person's hand: the loop goes round, and the chain
-//! keeps the force away until engaged anew. The run control also brings the program's keys, which
-//! count as buttons of the device.
+//! **The end.** However the loop ends (duration, stop flag, device, or a panic in the step, the
+//! observer or the device), the last wrench written is zero. After a panic in the step, or a
+//! fault that must stop the run, the loop first damps the grip for a moment. Otherwise the wrench
+//! goes to zero within the slew limit. The message of a panic in the step is printed after the
+//! wrench is zero.
 //!
-//! The step always gets the nominal period. The result of a run then depends on its inputs, not on
-//! the scheduler, and can be replayed bit for bit. The chain's result can be, too, from the
-//! recorded states, the step's wrenches and the cuts of each tick.
+//! The loop does not allocate after the first tick has begun.
+//!
+//! It is a fault if more than a tenth of the ticks are late, or if the machine was suspended.
+//!
+//! **Pauses.** The holder of the run's [`RunControl`] can pause the run. If the device's time
+//! advances only when it is read, the loop stops as well. It can then run single ticks, and later
+//! continues as if there had been no pause. Any other device is held by a person: the loop keeps
+//! running, and the chain removes the force until the user engages again. The run control also
+//! provides the program's keys, which count as buttons of the device.
+//!
+//! **Replay.** The step always gets the nominal period, so the result of a run depends on its
+//! inputs and not on the scheduler, and can be replayed bit for bit. The result of the safety chain
+//! can also be replayed, from the recorded states, the step's wrenches and the cuts of each tick.
 
 mod line;
 mod options;
@@ -70,47 +73,48 @@ pub use run_control::RunControl;
 pub use statistics::{Energy, LATE, Percentiles, RunEnd, RunStatistics};
 pub use time::{LoopTime, VirtualTime, WallTime};
 
-/// Answer of a step.
+/// Result of a step for one device.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepOutcome<T = ()> {
-    /// For the device: about the grip's origin, in the device's frame.
+    /// Wrench for the device, about the grip's origin, in the device's frame.
     pub wrench: Wrench,
-    /// The wrench was cut to the device's limits.
+    /// True if the wrench was reduced to the device's limits.
     pub saturated: bool,
-    /// It is the first one of other settings, to be blended in.
+    /// True if the wrench is the first one with changed settings; it is then blended in.
     pub changed: bool,
-    /// J: what bodies that move by themselves gave the tool in this tick, by moving it and by
-    /// turning it: a conveyor, a part that falls. It is energy that the hand may get without having
-    /// given any ([`crate::Passivity::received`]).
+    /// Work that moving bodies, such as a conveyor or a falling part, did on the tool in this tick,
+    /// J, by translation and by rotation. The hand may receive this energy without having put it in
+    /// ([`crate::Passivity::received`]).
     pub received: [f64; 2],
-    /// J: what contact with the tools of other devices gave the tool in this tick, likewise. They
-    /// may hand over what they took, and no more ([`crate::ContactAccount`]).
+    /// Work that contact with the tools of other devices did on the tool in this tick, J, by
+    /// translation and by rotation. Other tools can give no more energy than they have taken
+    /// ([`crate::ContactAccount`]).
     pub from_others: [f64; 2],
-    /// For the observer: whatever else the step found out.
+    /// Other results of the step, for the observer.
     pub detail: T,
 }
 
 impl StepOutcome {
-    /// A wrench and nothing else.
+    /// Returns an outcome with `wrench` and default values for everything else.
     pub fn of(wrench: Wrench) -> Self {
         Self { wrench, saturated: false, changed: false, received: [0.0; 2], from_others: [0.0; 2], detail: () }
     }
 }
 
-/// Record of one device in one turn of the loop.
+/// Record of one device in one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ServoTick {
-    /// Which of the loop's devices: 0, 1, 2, …
+    /// Number of the device in the loop, from 0.
     pub device: usize,
-    /// 0, 1, 2, …
+    /// Number of the tick, from 0.
     pub index: u64,
-    /// Index times the nominal period, s.
+    /// `index` times the nominal period, s.
     pub time: f64,
-    /// Input of the step: the state as read, or the last valid one, at rest.
+    /// Input of the step: the state that was read, or the last valid one, at rest.
     pub state: DeviceState,
-    /// The state as the device gave it, accepted or not.
+    /// The state as the device returned it, whether the gate accepted it or not.
     pub read: DeviceState,
-    /// Wrench of the step; zero if it panicked or was not called.
+    /// Wrench of the step; zero if the step panicked or was not called.
     pub computed: Wrench,
     /// Wrench that was written.
     pub wrench: Wrench,
@@ -118,30 +122,30 @@ pub struct ServoTick {
     pub cuts: Cuts,
     /// Phase of the engagement.
     pub phase: Phase,
-    /// Limits of the motors in the next tick: [`crate::Shaped::available`].
+    /// Force and torque limits of the motors in the next tick ([`crate::Shaped::available`]).
     pub available: Limits,
-    /// The step said that it cut the wrench.
+    /// The step reported that it reduced the wrench to the device's limits.
     pub saturated: bool,
-    /// Since the last tick began, s: the time that energy, heat and slew limit go by. The nominal
-    /// period in simulated time and after a pause.
+    /// Time since the last tick began, s, used for energy, heat and slew limit. In simulated time
+    /// and after a pause it is the nominal period.
     pub elapsed_s: f64,
-    /// Wall time of the step, s.
+    /// Wall-clock time of the step, s.
     pub step_s: f64,
-    /// How long after its deadline the tick began, s; 0 in simulated time.
+    /// Time from the tick's deadline to its start, s; 0 in simulated time.
     pub lateness_s: f64,
-    /// The wrench was written more than a period after the tick was due.
+    /// True if the wrench was written more than a period after the tick was due.
     pub overrun: bool,
 }
 
-/// Sees every tick of every device, on the servo thread, after all wrenches were written: must be
-/// quick and must not allocate.
+/// Receives every tick of every device. It is called on the servo thread after all wrenches of a
+/// tick were written, so it must be fast and must not allocate.
 pub trait TickObserver<T = ()> {
-    /// `detail`: the step's result besides the wrench.
+    /// Receives a tick in which the step returned a result; `detail` is [`StepOutcome::detail`].
     fn observe(&mut self, tick: &ServoTick, detail: &T);
 
-    /// A tick in which the step answered nothing: it panicked ([`crate::Cut::Panic`] is among the
-    /// cuts), or the loop damps the grip for a moment after that or after a last fault, and did not
-    /// ask it.
+    /// Receives a tick without a result of the step. Either the step panicked
+    /// ([`crate::Cut::Panic`] is among the cuts), or the loop damps the grip at the end of a run
+    /// and does not call the step.
     fn unanswered(&mut self, _: &ServoTick) {}
 }
 
@@ -151,24 +155,24 @@ impl<T, F: FnMut(&ServoTick, &T)> TickObserver<T> for F {
     }
 }
 
-/// No observer.
+/// Observes nothing.
 impl<T> TickObserver<T> for () {
     fn observe(&mut self, _: &ServoTick, _: &T) {}
 }
 
-/// The loop and all the memory it needs.
+/// The servo loop, with all the memory that it needs.
 pub struct Servo {
     options: ServoOptions,
     control: Arc<RunControl>,
-    /// One for each device.
+    /// State of each device that is kept from run to run.
     kept: Vec<Kept>,
 }
 
 impl Servo {
-    /// A loop around one device that will run as `options` say.
+    /// Returns a loop for one device.
     ///
     /// # Errors
-    /// When an option is out of range.
+    /// Fails if an option is out of range.
     pub fn new(options: ServoOptions) -> Result<Self, ServoError> {
         if !(1.0..=100_000.0).contains(&options.rate_hz) {
             return Err(ServoError::Rate(options.rate_hz));
@@ -179,11 +183,11 @@ impl Servo {
         Self { options, control: Arc::default(), kept: Vec::new() }.with_device(options.safety)
     }
 
-    /// Adds one more device to the loop, with a safety chain of its own. Rate, duration and control
-    /// are those of the loop.
+    /// Adds a device to the loop, with its own safety chain. The loop's rate, duration and run
+    /// control apply to it.
     ///
     /// # Errors
-    /// When a threshold is negative or not a number.
+    /// Fails if a threshold is negative or not a number.
     pub fn with_device(mut self, safety: SafetyOptions) -> Result<Self, ServoError> {
         if safety.limits.is_some_and(|limits| !limits.is_valid()) {
             return Err(ServoError::Safety);
@@ -206,8 +210,8 @@ impl Servo {
         Arc::clone(&self.control)
     }
 
-    /// Runs the first device on the calling thread until the duration is over, `stop` is set, the
-    /// control ends the run, the device ends or something fails. The last wrench written to
+    /// Runs the first device on the calling thread, until the duration is over, `stop` is set, the
+    /// run control ends the run, the device ends or something fails. The last wrench written to
     /// `device` is zero.
     pub fn run<D, T, S, O>(&mut self, device: &mut D, step: S, observer: &mut O, stop: &AtomicBool) -> RunStatistics
     where
@@ -238,10 +242,10 @@ impl Servo {
         self.turn(time, &mut [device], step, observer, stop).remove(0)
     }
 
-    /// Runs all devices of the loop, by the clock on the wall: see [`Self::run_all_in`].
+    /// Runs all devices of the loop in real time, like [`Self::run_all_in`].
     ///
     /// # Errors
-    /// When there are not as many devices as the loop was made for.
+    /// Fails if the number of devices differs from the number that the loop was made for.
     pub fn run_all<D, T, S, O>(
         &mut self,
         devices: &mut [&mut D],
@@ -257,14 +261,15 @@ impl Servo {
         self.run_all_in(&WallTime::new(), devices, step, observer, stop)
     }
 
-    /// Runs all devices of the loop, each on a line of its own, and returns the statistics of each.
+    /// Runs all devices of the loop with the clock `time`, and returns the statistics of each
+    /// device.
     ///
-    /// `step` gets the state of each device and the period, and answers each in its place; a device
-    /// without an answer gets no force. The pose of a device that has not had a state yet is not a
-    /// number.
+    /// `step` gets the state of each device and the period (s), and stores its result for each
+    /// device at the device's index. A device without a result gets no force. The pose of a
+    /// device that has not returned a state yet is NaN.
     ///
     /// # Errors
-    /// When there are not as many devices as the loop was made for.
+    /// Fails if the number of devices differs from the number that the loop was made for.
     pub fn run_all_in<D, T, S, O>(
         &mut self,
         time: &dyn LoopTime,
@@ -284,7 +289,7 @@ impl Servo {
         Ok(self.turn(time, devices, step, observer, stop))
     }
 
-    /// At least one device, and no more than the loop was made for.
+    /// Runs the loop with at least one device, and at most as many as the loop was made for.
     fn turn<D, T, S, O>(
         &mut self,
         time: &dyn LoopTime,

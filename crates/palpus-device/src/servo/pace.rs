@@ -1,4 +1,4 @@
-//! Waiting for the next tick.
+//! Waits for the next tick.
 
 use std::time::Duration;
 
@@ -6,24 +6,26 @@ use super::Timing;
 use super::punctuality::Punctuality;
 use super::time::LoopTime;
 
-/// How a tick began.
+/// Timing of the start of a tick.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Start {
-    /// Behind the deadline.
+    /// Time from the deadline to the start.
     pub(super) lateness: Duration,
-    /// Since the last tick began; `None` for the first one and in simulated time.
+    /// Time since the last tick began; `None` for the first tick and in simulated time.
     pub(super) period: Option<Duration>,
-    /// Whole periods that went by without a tick before this one.
+    /// Number of whole periods without a tick before this one.
     pub(super) skipped: u64,
 }
 
 impl Start {
-    /// Seconds since the last tick began: `nominal` for the first one and in simulated time.
+    /// Returns the time since the last tick began, s; `nominal` for the first tick and in simulated
+    /// time.
     pub(super) fn elapsed(&self, nominal: f64) -> f64 {
         self.period.map_or(nominal, |period| period.as_secs_f64())
     }
 }
 
+/// Deadlines of the ticks.
 #[derive(Debug)]
 pub(super) struct Pace {
     timing: Timing,
@@ -41,24 +43,24 @@ impl Pace {
         let begin = time.now();
         let punctuality = Punctuality::new(period);
         let period = Duration::from_secs_f64(period);
-        // A fast loop that only spun would never release its core; kernels take it away from such
-        // threads now and then.
+        // A thread that only spins never releases its core, and the kernel may then suspend it for
+        // a while. So the loop always sleeps for at least half a period.
         let spin = spin.min(period / 2);
         Self { timing, begin, period, spin, deadline: begin, last: None, punctuality }
     }
 
-    /// Returns when the next tick is due.
+    /// Waits until the next tick is due.
     pub(super) fn wait(&mut self, time: &dyn LoopTime) -> Start {
         if self.timing == Timing::Simulated {
             return Start { lateness: Duration::ZERO, period: None, skipped: 0 };
         }
-        // A deadline is never more than a period ahead, unless the clock ran backwards: the force
-        // must not be held for so long.
+        // If the clock ran backwards, the deadline could be far ahead and the force would be held
+        // for too long. So the deadline is at most one period ahead.
         self.deadline = self.deadline.min(time.now() + self.period);
         time.wait_until(self.deadline, self.spin);
         let now = time.now();
         let lateness = now.saturating_sub(self.deadline);
-        // Whole periods that are already over are skipped, keeping the phase.
+        // Skips the whole periods that are already over, and keeps the phase.
         let skipped = (lateness.as_nanos() / self.period.as_nanos()) as u64;
         let behind = Duration::from_nanos((self.period.as_nanos() as u64).saturating_mul(skipped + 1));
         self.deadline += behind;
@@ -71,16 +73,18 @@ impl Pace {
         Start { lateness, period, skipped }
     }
 
-    /// Goes on after a pause since `since`: the next tick is due now, and the pause does not count.
+    /// Continues after a pause that began at `since`. The next tick is due now, and the pause is
+    /// not counted.
     pub(super) fn resume(&mut self, since: Duration, time: &dyn LoopTime) {
         let now = time.now();
         self.begin += now.saturating_sub(since);
         self.deadline = now;
         self.last = None;
-        self.punctuality.forget();
+        self.punctuality.clear();
     }
 
-    /// True when the next tick's deadline has passed already, which makes this one late.
+    /// Returns true if the deadline of the next tick has passed already; this tick then counts as
+    /// late.
     pub(super) fn is_overrun(&mut self, time: &dyn LoopTime) -> bool {
         let overrun = self.timing == Timing::RealTime && time.now() > self.deadline;
         if overrun {
@@ -89,7 +93,7 @@ impl Pace {
         overrun
     }
 
-    /// True while too many ticks are late, up to this one and this moment.
+    /// Returns true while too many ticks are late, including the current one if it is late now.
     pub(super) fn is_lost(&mut self, time: &dyn LoopTime) -> bool {
         self.is_overrun(time);
         self.punctuality.is_lost()

@@ -1,47 +1,48 @@
-//! Persistent overrun: a loop that is late again and again.
+//! Detects persistent overrun: a loop that is late in many of its ticks.
 //!
-//! A single late tick is held by the slew limit, and a stall by the watchdog. A loop that is late
-//! in more than [`SHARE`] of its ticks is neither: it renders with old states, and contacts swing.
-//! The judgement covers the last [`WINDOW`]; before that much time has passed there is no
-//! judgement.
+//! The slew limit handles a single late tick, and the watchdog handles a stall. Neither covers a
+//! loop that is late in more than [`SHARE`] of its ticks: it renders from old states, so contacts
+//! oscillate. The share is taken over the last [`WINDOW`]; nothing is detected before that much
+//! time has passed.
 
-/// s.
+/// Length of the window, s.
 const WINDOW: f64 = 0.25;
-/// Share of the ticks in the window.
+/// Largest share of late ticks in the window.
 const SHARE: f64 = 0.1;
-/// Number of ticks: one stall delays its own tick and the next.
+/// Smallest number of late ticks that counts as persistent. One stall delays two ticks: its own and
+/// the next.
 const LEAST: usize = 3;
 
-/// A tick that was made.
+/// A tick in the window.
 #[derive(Clone, Copy, Debug, Default)]
 struct Made {
-    /// s of the ticks' own time.
+    /// Time of the tick's start, s.
     at: f64,
     late: bool,
 }
 
-/// The ticks of the last quarter of a second; see the module's description.
+/// The ticks in the window.
 #[derive(Debug)]
 pub(super) struct Punctuality {
-    /// As a ring.
+    /// Ring buffer.
     ticks: Vec<Made>,
     oldest: usize,
     count: usize,
     late: usize,
-    /// s since the first tick.
+    /// Time since the first tick, s.
     now: f64,
 }
 
 impl Punctuality {
-    /// For a loop whose ticks are `period` seconds apart when it keeps its time.
+    /// Takes the nominal `period` of the loop, s.
     pub(super) fn new(period: f64) -> Self {
-        // A loop that skips missed ticks makes no more ticks than there are periods, except at the
-        // ends.
+        // A loop that skips missed ticks makes at most one tick per period, plus one at each end of
+        // the window.
         let room = (WINDOW / period).ceil() as usize + 2;
         Self { ticks: vec![Made::default(); room], oldest: 0, count: 0, late: 0, now: 0.0 }
     }
 
-    /// A tick begins, `elapsed` seconds after the last one.
+    /// Records the start of a tick, `elapsed` seconds after the last one.
     pub(super) fn begin(&mut self, elapsed: f64) {
         self.now += elapsed;
         while self.count > 0 && (self.count == self.ticks.len() || self.ticks[self.oldest].at < self.now - WINDOW) {
@@ -54,7 +55,7 @@ impl Punctuality {
         self.count += 1;
     }
 
-    /// The tick under way is late.
+    /// Marks the current tick as late.
     pub(super) fn is_late(&mut self) {
         if self.count > 0 {
             let newest = (self.oldest + self.count - 1) % self.ticks.len();
@@ -63,13 +64,13 @@ impl Punctuality {
         }
     }
 
-    /// True while too many ticks are late.
+    /// Returns true while too many ticks are late.
     pub(super) fn is_lost(&self) -> bool {
         self.now >= WINDOW && self.late >= LEAST && self.late as f64 > SHARE * self.count as f64
     }
 
-    /// The loop stood still: what was before does not count.
-    pub(super) fn forget(&mut self) {
+    /// Empties the window after a pause.
+    pub(super) fn clear(&mut self) {
         (self.oldest, self.count, self.late, self.now) = (0, 0, 0, 0.0);
     }
 }

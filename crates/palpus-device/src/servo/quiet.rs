@@ -1,9 +1,9 @@
-//! Holds back the messages of panics in a step while a force is on.
+//! Delays the message of a panic in a step until the wrench is zero.
 //!
-//! A panic hook runs before the loop can catch the panic, and the usual one writes to the terminal,
-//! which may take any time or wait for a reader. So the first loop of a program puts a hook before
-//! the one that is there: it keeps quiet on a thread that is in a step, and leaves where the panic
-//! was. The loop writes the wrench first; what the panic said stands in
+//! A panic hook runs before the loop can catch the panic. The default hook writes to the terminal,
+//! which may block for any time. So the first loop of a program installs a hook in front of the
+//! existing one. On a thread that is in a step, this hook prints nothing and stores the place of
+//! the panic. The loop writes the wrench first; the message is in
 //! [`RunStatistics::panic`](super::RunStatistics).
 
 use std::any::Any;
@@ -14,17 +14,17 @@ use std::thread::Result;
 
 thread_local! {
     static IN_STEP: Cell<bool> = const { Cell::new(false) };
-    /// Place of the last panic in a step.
+    /// Source location of the last panic in a step.
     static PLACE: RefCell<String> = const { RefCell::new(String::new()) };
 }
 
-/// Puts the hook in place, once in a program.
+/// Installs the hook, once per program.
 pub(super) fn prepare() {
     static PREPARED: Once = Once::new();
     PREPARED.call_once(put_in_place);
 }
 
-/// Puts it before a hook that came later.
+/// Installs the hook again, in front of a hook that was installed later.
 #[cfg(test)]
 pub(super) fn prepare_anew() {
     put_in_place();
@@ -41,7 +41,7 @@ fn put_in_place() {
     }));
 }
 
-/// Returns the answer of `step`, or its panic.
+/// Runs `step` and returns its result, or its panic.
 pub(super) fn caught<T>(step: impl FnOnce() -> T) -> Result<T> {
     IN_STEP.set(true);
     let outcome = catch_unwind(AssertUnwindSafe(step));
@@ -49,11 +49,11 @@ pub(super) fn caught<T>(step: impl FnOnce() -> T) -> Result<T> {
     outcome
 }
 
-/// Message and place of a panic that was just caught.
+/// Returns the message and the source location of a panic that was just caught.
 pub(super) fn message(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().copied().or_else(|| panic.downcast_ref::<String>().map(String::as_str));
     let text = text.unwrap_or("a panic without a message");
-    // A payload that was thrown without a panic has no place.
+    // `resume_unwind` runs no hook, so its payload has no location.
     let place = PLACE.take();
     if place.is_empty() { text.to_owned() } else { format!("{text} (at {place})") }
 }

@@ -1,57 +1,57 @@
-//! The control: control of a run from outside.
+//! Pauses, steps and ends a run from another thread.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 
 use crate::safety::{HOLD_KEY, REARM_KEY};
 
-/// Pauses a run, takes it on by single ticks, ends it; from any thread, without waiting. See
-/// [`super::Servo`].
+/// Pauses a run, advances it by single ticks, or ends it, from any thread and without waiting.
+/// [`super::Servo::control`] returns it.
 #[derive(Debug, Default)]
 pub struct RunControl {
     paused: AtomicBool,
-    /// Ticks that a paused run may still make.
+    /// Number of ticks that a paused run may still make.
     ticks: AtomicU64,
     ended: AtomicBool,
-    /// Ticks for which [`HOLD_KEY`] is still held.
+    /// Number of ticks for which [`HOLD_KEY`] is still held.
     held: AtomicU64,
-    /// [`REARM_KEY`] since it was pressed, until a tick has seen it.
+    /// [`REARM_KEY`] if it was pressed and no tick has seen it yet; else 0.
     pressed: AtomicU32,
 }
 
 impl RunControl {
-    /// Stops the run before its next tick, or lets it go on.
+    /// Pauses the run before its next tick, or continues it.
     pub fn pause(&self, paused: bool) {
         self.ticks.store(0, Ordering::Relaxed);
         self.paused.store(paused, Ordering::Relaxed);
     }
 
-    /// True from [`Self::pause`] on until it goes on.
+    /// Returns true while the run is paused.
     pub fn is_paused(&self) -> bool {
         self.paused.load(Ordering::Relaxed)
     }
 
-    /// Lets a paused run make so many ticks more and stand still again. A device in somebody's hand
-    /// does not stand still.
+    /// Lets a paused run make `ticks` more ticks and pause again. This has no effect on a device
+    /// held by a person, since its loop keeps running.
     pub fn step(&self, ticks: u64) {
         if self.is_paused() {
             self.ticks.fetch_add(ticks, Ordering::Relaxed);
         }
     }
 
-    /// The program's own key for force is held: it counts as a button of the device ([`HOLD_KEY`])
-    /// for so many ticks, unless this is called again. So a window that hangs lets go. 0: the key
-    /// was released.
+    /// Holds the program's own key for force for `ticks` ticks. The key counts as a button of the
+    /// device ([`HOLD_KEY`]). Call this again in time to keep holding, so that a window that hangs
+    /// releases the key. 0 releases it at once.
     pub fn hold(&self, ticks: u64) {
         self.held.store(ticks, Ordering::Relaxed);
     }
 
-    /// Gives a device that is latched after three faults its force back, once it is engaged; it
-    /// counts as a button that is pressed for a tick ([`REARM_KEY`]).
+    /// Presses the rearm key, which counts as a button that is pressed for one tick
+    /// ([`REARM_KEY`]). A device that is latched after three faults can then be engaged again.
     pub fn rearm(&self) {
         self.pressed.store(REARM_KEY, Ordering::Relaxed);
     }
 
-    /// The keys as bits of buttons, for one tick.
+    /// Returns the pressed keys as button bits, for one tick.
     pub(super) fn take_keys(&self) -> u32 {
         let pressed = self.pressed.load(Ordering::Relaxed);
         if pressed != 0 {
@@ -62,8 +62,8 @@ impl RunControl {
         pressed | if held { HOLD_KEY } else { 0 }
     }
 
-    /// Ends the run and all others of the same loop, as soon as the wrench has faded out (a
-    /// quarter of a second), or before the next tick without a wrench.
+    /// Ends this run as soon as its wrenches have faded out (a quarter of a second), or before the
+    /// next tick if there is no wrench. Later runs of the same loop end at once.
     pub fn end(&self) {
         self.ended.store(true, Ordering::Relaxed);
     }
@@ -72,7 +72,7 @@ impl RunControl {
         self.ended.load(Ordering::Relaxed)
     }
 
-    /// Returns true if a tick may run; a paused run uses up one single step.
+    /// Returns true if a tick may run. In a paused run this uses up one single step.
     pub(super) fn take_step(&self) -> bool {
         let fewer = |ticks: u64| ticks.checked_sub(1);
         !self.is_paused() || self.ticks.fetch_update(Ordering::Relaxed, Ordering::Relaxed, fewer).is_ok()
@@ -98,8 +98,8 @@ mod tests {
 
     const RATE_HZ: f64 = 1000.0;
 
-    /// Virtual time in which an operator uses the run control after a paused run has looked a
-    /// number of times.
+    /// Virtual time in which a simulated user acts on the run control. `acts` gets the number of
+    /// times that the paused run has checked the control.
     struct Somebody<'a> {
         time: VirtualTime,
         control: Arc<RunControl>,
@@ -130,7 +130,7 @@ mod tests {
         SimulatedDevice::new(SimulationSettings { rate_hz: RATE_HZ, ..Default::default() }, path).unwrap()
     }
 
-    /// The same hand in a device that goes on by itself.
+    /// A device with the same simulated operator. It moves even when the loop does not read it.
     struct Real<D>(D);
 
     impl<D: HapticDevice> HapticDevice for Real<D> {
@@ -147,12 +147,13 @@ mod tests {
         }
     }
 
-    /// A wall below z = 0.
+    /// Force of a wall below z = 0.
     fn wall(state: &DeviceState) -> Wrench {
         Wrench { torque: DVec3::ZERO, force: DVec3::Z * (-200.0 * state.pose.translation.z).max(0.0) }
     }
 
-    /// A second and a half at a wall, paused at tick `pause_at` until somebody lets go.
+    /// Runs one and a half seconds of contact with a wall, paused from tick `pause_at` until `acts`
+    /// ends the pause.
     fn run(
         device: &mut dyn HapticDevice,
         pause_at: u64,
@@ -176,10 +177,10 @@ mod tests {
     const NEVER: u64 = u64::MAX;
 
     #[test]
-    fn a_simulated_hand_goes_on_after_a_pause_as_if_there_had_been_none() {
+    fn pause_does_not_change_a_simulated_run() {
         let (_, unpaused) = run(&mut simulated(), NEVER, &|_, _| ());
         let pressed = unpaused.iter().position(|tick| tick.wrench.force.z > 1.0).unwrap() as u64;
-        // Two seconds in the midst of contact: longer than any watchdog waits.
+        // A pause of two seconds during contact is longer than any watchdog waits.
         let (statistics, paused) = run(&mut simulated(), pressed, &|looks, control| control.pause(looks < 500));
         assert!(paused == unpaused);
         assert_eq!((statistics.late_ticks, statistics.overruns, statistics.skipped), (0, 0, 0));
@@ -189,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn a_paused_run_makes_the_ticks_that_it_is_told_to() {
+    fn paused_run_makes_requested_ticks() {
         let made = Cell::new(0);
         let mut device = simulated();
         let mut servo = Servo::new(ServoOptions::default()).unwrap();
@@ -225,14 +226,14 @@ mod tests {
     }
 
     #[test]
-    fn a_key_is_held_for_force_and_another_one_rearms() {
+    fn hold_key_enables_force_and_rearm_key_rearms() {
         let safety = SafetyOptions { engagement: Some(Engagement::DeadMan(HOLD_KEY)), ..Default::default() };
         let mut servo = Servo::new(ServoOptions { duration: Some(3.0), safety, ..Default::default() }).unwrap();
         let (control, mut phases) = (servo.control(), Vec::new());
         let mut observe = |tick: &ServoTick, (): &()| {
             phases.push(tick.phase);
             match tick.index {
-                // Held for half a second, and renewed for another half.
+                // The key is held for half a second, and renewed for another half.
                 100 | 600 => control.hold(500),
                 2000 => control.hold(600),
                 2300 => control.hold(0),
@@ -268,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn ending_fades_the_wrench_out() {
+    fn end_of_run_fades_the_wrench_out() {
         let mut servo = Servo::new(ServoOptions { duration: Some(3.0), ..Default::default() }).unwrap();
         let (control, mut ticks) = (servo.control(), Vec::new());
         let mut observe = |tick: &ServoTick, (): &()| {
@@ -289,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn a_device_in_a_hand_loses_its_force_for_the_pause_and_gets_it_back_by_engaging() {
+    fn pause_removes_force_until_device_is_engaged_again() {
         let (_, unpaused) = run(&mut simulated(), NEVER, &|_, _| ());
         let pressed = unpaused.iter().position(|tick| tick.wrench.force.z > 1.0).unwrap();
         let (statistics, ticks) =
@@ -302,16 +303,17 @@ mod tests {
         let pause = &ticks[pressed + 1..pressed + 100];
         assert!(pause.iter().all(|tick| tick.phase == Phase::Idle && tick.cuts.has(Cut::Paused)));
         assert!(pause[10..].iter().all(|tick| tick.wrench == Wrench::ZERO));
-        // Pressed as it is, it waits; then it ramps.
+        // After the pause the chain waits, since the probe still presses on the wall. Then the
+        // force ramps up.
         assert_eq!(ticks[pressed + 101].phase, Phase::Waiting);
         assert!(ticks[pressed + 101..].iter().any(|tick| tick.phase == Phase::Ramping));
         assert_eq!(ticks.last().unwrap().phase, Phase::Engaged);
-        // The recorded inputs suffice to compute it again.
+        // The recorded inputs suffice to compute the wrenches again.
         let mut chain = SafetyChain::new(&limits, Engagement::Automatic, &SafetyOptions::default(), 1.0 / RATE_HZ);
         for tick in &ticks {
-            let told = Cuts::from_bits(tick.cuts.bits()).and(Cuts::INPUTS);
+            let reported = Cuts::from_bits(tick.cuts.bits()).and(Cuts::INPUTS);
             assert_eq!(
-                chain.shape(&tick.state, &tick.computed, told, tick.elapsed_s).wrench,
+                chain.shape(&tick.state, &tick.computed, reported, tick.elapsed_s).wrench,
                 tick.wrench,
                 "tick {}",
                 tick.index

@@ -1,4 +1,4 @@
-//! One device of a loop: its line, what is counted of it, and why it ended.
+//! One device of a loop: its line, its statistics, and the reason for its end.
 
 use std::time::Duration;
 
@@ -13,57 +13,58 @@ use super::{ServoOptions, ServoTick, StepOutcome};
 use crate::device::{DeviceError, DeviceState, HapticDevice};
 use crate::safety::{AfterFault, Cut, Cuts, Passivity, Phase, SafetyLimits, SafetyOptions, Shaped};
 
-/// State of a device that is kept from run to run.
+/// Options and memory of a device that are kept from run to run.
 pub(super) struct Kept {
     pub(super) safety: SafetyOptions,
-    /// In place of the usual stage, which is made anew for each run's device.
+    /// A passivity stage of the caller, which replaces the default one. The default stage is made
+    /// for each run.
     pub(super) passivity: Option<Box<dyn Passivity>>,
     pub(super) tally: Tally,
 }
 
-/// See the module's description.
+/// One device of a run.
 pub(super) struct Seat<'a, D: HapticDevice + ?Sized> {
     which: usize,
-    /// `None` from when a lost device has its zero.
+    /// `None` after a lost device got its zero wrench.
     line: Option<Line<'a, D>>,
     tally: &'a mut Tally,
-    /// Destination of a passivity stage that was lent.
+    /// Place to which the caller's passivity stage is returned after the run.
     passivity: Option<&'a mut Option<Box<dyn Passivity>>>,
-    /// A loss of the device ends the run, as any fault does.
+    /// True if a loss of the device ends the run, as any fault does.
     fragile: bool,
-    /// The tools of other devices feel this one's.
+    /// True if the loop has several devices, whose tools feel each other.
     shared: bool,
-    /// As the device gave it last.
+    /// The last state that the device returned.
     read: DeviceState,
-    /// It has had a state.
+    /// True if the device has returned a state.
     seen: bool,
-    /// This tick needs an answer.
+    /// True if this tick has a state that needs a wrench.
     due: bool,
-    /// Faults of this tick's state.
+    /// Faults of the state in this tick.
     cuts: Cuts,
-    /// Record of this turn, for the observer.
+    /// Record of this tick, for the observer.
     tick: Option<ServoTick>,
-    /// The device is there no more.
+    /// True if the device was lost.
     lost: bool,
-    /// Why it ended, if it did.
+    /// The reason why the device ended; `None` while it runs.
     end: Option<RunEnd>,
-    /// Counts of the device itself.
+    /// The device's own counters.
     counts: Vec<(&'static str, u64)>,
 }
 
-/// Facts of a turn before its devices are answered.
+/// Facts of a tick that are common to all devices.
 pub(super) struct Turn {
     pub(super) start: Start,
     pub(super) index: u64,
     pub(super) period: f64,
     pub(super) step_s: f64,
-    /// Faults of the whole loop in this turn.
+    /// Faults of the whole loop in this tick.
     pub(super) found: Cuts,
     pub(super) panicked: bool,
 }
 
 impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
-    /// Device number `which`, alone in its loop or not.
+    /// Makes the seat of device number `which`. `shared` is true if the loop has several devices.
     pub(super) fn new(
         which: usize,
         device: &'a mut D,
@@ -84,43 +85,43 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
         Self { which, line, tally, passivity, fragile, shared, read, seen, due, cuts, tick, lost, end, counts }
     }
 
-    /// The thresholds of its safety chain.
+    /// Returns the thresholds of the device's safety chain.
     pub(super) fn limits(&self) -> Option<&SafetyLimits> {
         self.line.as_ref().map(Line::limits)
     }
 
-    /// The line, unless the device is lost.
+    /// Returns the line; `None` if the device is lost.
     pub(super) fn line(&mut self) -> Option<&mut Line<'a, D>> {
         self.line.as_mut().filter(|_| !self.lost)
     }
 
-    /// True while the device may be given a wrench that is no damping and has not had `ending`
-    /// seconds to fade out.
+    /// Returns true while the device may get a wrench other than damping and its fade-out is not
+    /// over. `ending`: time since the run was ended, s.
     pub(super) fn lasts(&mut self, ending: f64) -> bool {
         self.line().is_some_and(|line| line.is_on() && ending < line.fading())
     }
 
-    /// True when it has had a state.
+    /// Returns true if the device has returned a state.
     pub(super) fn is_seen(&self) -> bool {
         self.seen
     }
 
-    /// True if this turn has a state that needs an answer.
+    /// Returns true if this tick has a state that needs a wrench.
     pub(super) fn is_due(&self) -> bool {
         self.due
     }
 
-    /// Why it ended, if it did.
+    /// Returns the reason why the device ended; `None` while it runs.
     pub(super) fn end(&self) -> Option<&RunEnd> {
         self.end.as_ref()
     }
 
-    /// The reason for which the whole run is to end with this device.
+    /// Returns the end of this device if it must end the whole run.
     pub(super) fn last_word(&self) -> Option<&RunEnd> {
         self.end.as_ref().filter(|end| self.fragile || **end == RunEnd::DeviceEnded)
     }
 
-    /// Reads the device; the step's input goes to `state`.
+    /// Reads the device and stores the step's input in `state`.
     pub(super) fn read(&mut self, start: &Start, state: &mut DeviceState) {
         (self.due, self.tick) = (false, None);
         let Some(line) = self.line.as_mut().filter(|_| !self.lost) else { return };
@@ -130,27 +131,29 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
             Err(error) => return self.lose(error, state),
         };
         (self.cuts, self.read) = (admitted.cuts, admitted.read);
-        if let Some(believed) = admitted.state {
+        if let Some(accepted) = admitted.state {
             let doubtful = self.shared && self.seen && admitted.cuts.is_fault();
-            *state = if doubtful { DeviceState { twist: Twist::default(), ..*state } } else { believed };
+            *state = if doubtful { DeviceState { twist: Twist::default(), ..*state } } else { accepted };
             (self.seen, self.due) = (true, true);
             return;
         }
-        // There has been no state yet, and so there has been no wrench.
+        // There has been no valid state yet, so no wrench was written either.
         self.tally.without_state(admitted.cuts);
         if let Err(error) = line.hold_still() {
             self.lose(error, state);
         }
     }
 
-    /// Energy that other tools and objects gave this one's tool by translation and rotation, J.
+    /// Passes on the work that other tools (`from_others`) and moving bodies (`own`) did on this
+    /// tool, J, each by translation and rotation.
     pub(super) fn receive(&mut self, from_others: [f64; 2], own: [f64; 2]) {
         if let Some(line) = self.line() {
             line.receive([from_others[0] + own[0], from_others[1] + own[1]]);
         }
     }
 
-    /// Passes the answer through the chain and writes it; `is_late` is asked afterwards.
+    /// Passes the step's result through the chain and writes the wrench. Calls `is_late` after the
+    /// write.
     pub(super) fn answer<T>(
         &mut self,
         turn: &Turn,
@@ -171,9 +174,9 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
                 if !self.shared {
                     return;
                 }
-                // Other tools felt the state in this step, so that there is a tick to tell of.
+                // The other tools felt this state in the step, so the tick is recorded.
                 found.note(Cut::Device, true);
-                // A replay knows no more of it either.
+                // A replay does not know the limits in this tick either.
                 let available = Limits::UNLIMITED;
                 Shaped { wrench: Wrench::ZERO, cuts: found, phase: Phase::Faulted, available }
             }
@@ -200,17 +203,17 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
         self.tick = Some(tick);
     }
 
-    /// The tick of this turn, if there was one.
+    /// Returns the record of this tick, if there is one.
     pub(super) fn tick(&self) -> Option<&ServoTick> {
         self.tick.as_ref()
     }
 
-    /// A panic in the step said this.
+    /// Stores the `message` of a panic in the step.
     pub(super) fn panicked(&mut self, message: String) {
         self.tally.panicked(message);
     }
 
-    /// The chain has stopped in this turn, after a panic in the step or another fault: why.
+    /// If the chain stopped in this tick, returns the reason: a panic in the step or another fault.
     pub(super) fn stopped(&mut self, panicked: bool) -> Option<RunEnd> {
         let tick = self.tick.as_ref().filter(|tick| tick.phase == Phase::Stopped)?;
         let end = if panicked { RunEnd::Panicked(self.tally.last_panic()) } else { RunEnd::Faulted(tick.cuts) };
@@ -218,34 +221,35 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
         Some(end)
     }
 
-    /// One tick, number `index`, of damping without a step; `None` where that does not go.
+    /// Runs one tick, number `index`, of damping without a step; `None` if the device cannot be
+    /// damped.
     pub(super) fn damp(&mut self, start: &Start, index: u64) -> Option<ServoTick> {
         let which = self.which;
         self.line()?.damp(start, index, which)
     }
 
-    /// The device is there no more; its tool stays where it was.
+    /// Marks the device as lost. Its tool stays at its last pose, at rest.
     fn lose(&mut self, error: DeviceError, state: &mut DeviceState) {
         state.twist = Twist::default();
         self.end = Some(RunEnd::of(error));
         (self.lost, self.due) = (true, false);
     }
 
-    /// Takes the wrench of a lost device a step of the slew limit nearer to zero, and lets it go
-    /// when zero may follow.
+    /// Reduces the wrench of a lost device by one step of the slew limit, and closes the line when
+    /// zero may follow.
     pub(super) fn leave(&mut self) {
         if self.lost && !self.release() {
             self.close();
         }
     }
 
-    /// Takes the wrench a step of the slew limit nearer to zero; false if zero may follow.
+    /// Reduces the wrench by one step of the slew limit. Returns false if zero may follow.
     pub(super) fn release(&mut self) -> bool {
-        // A write that does not arrive is followed by the last zero.
+        // If this write fails, the final zero is written next.
         self.line.as_mut().is_some_and(|line| line.release().unwrap_or(false))
     }
 
-    /// Writes the last wrench, which is zero; a device that has failed also gets its brake.
+    /// Writes the last wrench, which is zero; if the device failed, also applies its brake.
     fn close(&mut self) {
         let Some(line) = self.line.take() else { return };
         self.counts = line.counts();
@@ -253,7 +257,7 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
         if let Some(home) = &mut self.passivity {
             **home = stage;
         }
-        // The first end is the reason.
+        // If the device had failed before, the first failure remains the reason.
         if let Err(error) = finished
             && matches!(self.end, None | Some(RunEnd::Duration | RunEnd::Stopped | RunEnd::DeviceEnded))
         {
@@ -261,7 +265,8 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
         }
     }
 
-    /// Returns the statistics of the run, which ended like this unless this device ended before.
+    /// Returns the statistics of the run. `end` is the reason, unless this device ended before the
+    /// run.
     pub(super) fn finish(mut self, end: &RunEnd, options: &ServoOptions, elapsed: Duration) -> RunStatistics {
         let of_all = matches!(end, RunEnd::Duration | RunEnd::Stopped | RunEnd::DeviceEnded);
         self.end.get_or_insert(if of_all { end.clone() } else { RunEnd::Stopped });

@@ -1,4 +1,4 @@
-//! Statistics of a run, in memory obtained at the start.
+//! Statistics of a run. All memory is allocated before the run.
 
 use std::time::Duration;
 
@@ -11,85 +11,85 @@ use crate::device::{DeviceError, DeviceSpec};
 use crate::safety::{Cut, Cuts, SafetyCounters};
 use crate::sensed_work::SensedWork;
 
-/// Durations from 1 ns to 10 s are stored to three digits; a longer one counts as 10 s.
+/// Durations from 1 ns to 10 s are stored to three digits. A longer duration counts as 10 s.
 const LONGEST_NS: u64 = 10_000_000_000;
 const DIGITS: u8 = 3;
 
-/// How durations were distributed, µs.
+/// Distribution of durations, µs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Percentiles {
-    /// Half were not longer than this.
+    /// Median.
     pub p50: f64,
-    /// 99 % were not longer.
+    /// 99th percentile.
     pub p99: f64,
-    /// 99.9 % were not longer.
+    /// 99.9th percentile.
     pub p999: f64,
-    /// The longest.
+    /// Largest value.
     pub max: f64,
-    /// The mean.
+    /// Mean.
     pub mean: f64,
 }
 
-/// Net work that the written wrenches have done on the grip, J, over the sensed motion while each
-/// was acting. Positive: the loop has put energy into the hand.
+/// Net work of the written wrenches on the grip, J: each wrench times the motion sensed while it
+/// acted. Positive if the loop has put energy into the hand.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Energy {
-    /// By forces.
+    /// Work of forces.
     pub translation: f64,
-    /// By torques.
+    /// Work of torques.
     pub rotation: f64,
-    /// The largest sum of both at any time of the run.
+    /// Largest value of the sum of both during the run.
     pub highest: f64,
 }
 
-/// Why a run ended.
+/// The reason why a run ended.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RunEnd {
-    /// It had run as long as it was meant to.
+    /// The duration of the run is over.
     Duration,
-    /// The stop flag was set.
+    /// The stop flag was set, or the run control ended the run.
     Stopped,
-    /// The device has no more states: a recording's end.
+    /// The device has no more states, as at the end of a recording.
     DeviceEnded,
     /// The device failed.
     DeviceFailed(DeviceError),
     /// The step panicked, with this message.
     Panicked(String),
-    /// A fault of these kinds, after which the loop was to stop.
+    /// A fault with these cuts, after which the loop had to stop.
     Faulted(Cuts),
 }
 
 impl RunEnd {
-    /// When the device did not give a state.
+    /// Returns the end of a run after the device returned `error`.
     pub(super) fn of(error: DeviceError) -> Self {
         if error == DeviceError::Ended { Self::DeviceEnded } else { Self::DeviceFailed(error) }
     }
 }
 
-/// The summary of a run, as far as the loop can know it.
+/// Summary of a run, with the values that the loop itself measures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunStatistics {
-    /// Turns of the loop whose wrench was written.
+    /// Number of ticks whose wrench was written.
     pub ticks: u64,
-    /// Seconds of the run's own time: the wall's in real time, ticks times the period in simulated
+    /// Duration of the run, s: wall-clock time in real time, ticks times the period in simulated
     /// time.
     pub duration_s: f64,
-    /// Seconds on the wall.
+    /// Duration of the run by the wall clock, s.
     pub wall_s: f64,
-    /// Ticks per second on the wall.
+    /// Ticks per second of wall-clock time, Hz.
     pub rate_hz: f64,
-    /// Ticks that wrote their wrench more than a period after they were due, because they began
-    /// late or took long.
+    /// Number of ticks whose wrench was written more than a period after the tick was due, because
+    /// the tick began late or took long.
     pub overruns: u64,
-    /// Ticks that began more than [`LATE`] after they were due.
+    /// Number of ticks that began more than [`LATE`] after they were due.
     pub late_ticks: u64,
-    /// Whole periods that went by without a tick.
+    /// Number of whole periods without a tick.
     pub skipped: u64,
-    /// The step alone.
+    /// Time of the step alone.
     pub step_us: Percentiles,
-    /// From tick to tick; `None` in simulated time.
+    /// Time from tick to tick; `None` in simulated time.
     pub period_us: Option<Percentiles>,
-    /// Lateness of the tick after its deadline; `None` in simulated time.
+    /// Time from the deadline of a tick to its start; `None` in simulated time.
     pub lateness_us: Option<Percentiles>,
     /// Work done on the grip.
     pub energy: Energy,
@@ -97,26 +97,27 @@ pub struct RunStatistics {
     pub force_max: f64,
     /// Largest torque written, N·m.
     pub torque_max: f64,
-    /// Largest change of the force from one tick to the next, N; before the first tick it is zero.
+    /// Largest change of the force from one tick to the next, N. The force before the first tick is
+    /// zero.
     pub force_step_max: f64,
     /// Largest change of the torque from one tick to the next, N·m.
     pub torque_step_max: f64,
-    /// Ticks whose step said that it cut the wrench.
+    /// Number of ticks whose step reported that it reduced the wrench to the device's limits.
     pub saturated_ticks: u64,
-    /// Interventions of the safety chain.
+    /// Number of interventions of the safety chain, by kind.
     pub safety: SafetyCounters,
-    /// Counts of the device itself, by name ([`crate::HapticDevice::counts`]).
+    /// The device's own counters, by name ([`crate::HapticDevice::counts`]).
     pub device: Vec<(&'static str, u64)>,
-    /// Message of the last panic in a step.
+    /// Message of the last panic in a step; `None` if no step panicked.
     pub panic: Option<String>,
-    /// Why it ended.
+    /// The reason why the run ended.
     pub end: RunEnd,
 }
 
-/// A tick that begins later than this is counted as late.
+/// A tick counts as late if it begins later than this after its deadline.
 pub const LATE: Duration = Duration::from_micros(500);
 
-/// The account of a run under way.
+/// Statistics of a run in progress.
 #[derive(Debug)]
 pub(super) struct Tally {
     step: Histogram<u64>,
@@ -145,7 +146,7 @@ struct Counts {
 
 impl Tally {
     pub(super) fn new() -> Self {
-        // The bounds are constants within the histogram's range.
+        // The arguments are constants within the histogram's range.
         let histogram =
             || Histogram::new_with_max(LONGEST_NS, DIGITS).expect("10 s at three digits is a valid histogram");
         Self {
@@ -158,7 +159,7 @@ impl Tally {
         }
     }
 
-    /// A run begins on a device of this description.
+    /// Starts the statistics of a run with a device of description `spec`.
     pub(super) fn restart(&mut self, spec: &DeviceSpec, period: f64) {
         self.work = SensedWork::of(spec, period);
         self.step.reset();
@@ -177,13 +178,13 @@ impl Tally {
         self.counts.late += u64::from(start.lateness > LATE);
     }
 
-    /// A tick without a step, since there has been no state yet.
+    /// Counts a tick without a step, before the device has returned a state.
     pub(super) fn without_state(&mut self, cuts: Cuts) {
         self.counts.ticks += 1;
         self.counts.safety.add(cuts);
     }
 
-    /// The step panicked and said this.
+    /// Stores the message of a panic in the step.
     pub(super) fn panicked(&mut self, message: String) {
         self.panic = Some(message);
     }
@@ -214,7 +215,7 @@ impl Tally {
     pub(super) fn finish(&mut self, end: RunEnd, timing: Timing, period: f64, wall: Duration) -> RunStatistics {
         let Counts { ticks, overruns, late, skipped, saturated, mut safety, energy, .. } = self.counts;
         let mut cuts = Cuts::NONE;
-        // A device that was lost while it was written to has had a tick that says so.
+        // If the device was lost during a write, its last tick has counted the cut already.
         let told = safety.ticks(Cut::Device) > 0;
         cuts.note(Cut::Device, matches!(end, RunEnd::DeviceFailed(_)) && !told);
         safety.add(cuts);

@@ -1,4 +1,4 @@
-//! Tests of the loop with a device that stays in place and keeps its commands.
+//! Tests of the loop with a device that records the written wrenches.
 
 mod faults;
 mod lateness;
@@ -12,7 +12,7 @@ use crate::device::{Brake, BrakeFlag, DeviceError};
 use crate::safety::SafetyLimits;
 use crate::{DeviceSpec, known_devices};
 
-/// A device that stays in place and keeps its commands.
+/// A device that moves along x by 1 mm per read and records the written wrenches.
 struct Scribe {
     spec: DeviceSpec,
     written: Vec<Wrench>,
@@ -65,7 +65,7 @@ fn pull(newtons: f64) -> Wrench {
     Wrench { force: DVec3::X * newtons, torque: DVec3::ZERO }
 }
 
-/// A chain that lets every valid wrench through at once; the loop is under test here.
+/// Returns a chain that passes every valid wrench unchanged, since these tests are about the loop.
 fn open() -> SafetyOptions {
     let [spec, ..] = known_devices();
     let limits = SafetyLimits {
@@ -88,7 +88,7 @@ fn fast(duration: f64) -> Servo {
     Servo::new(options).unwrap()
 }
 
-/// In virtual time, with the thresholds of the device.
+/// Returns a loop in virtual time with the default thresholds of the device.
 fn guarded(duration: f64, safety: SafetyOptions) -> Servo {
     Servo::new(ServoOptions { duration: Some(duration), safety, ..Default::default() }).unwrap()
 }

@@ -1,4 +1,4 @@
-//! Whose clock the loop goes by.
+//! Clocks of the loop.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -7,34 +7,34 @@ use std::time::{Duration, Instant};
 
 use crate::safety::{Watch, watch_until_over};
 
-/// A clock that the loop waits by.
+/// A clock by which the loop waits.
 pub trait LoopTime {
-    /// Since some beginning. Meant never to run backwards; the loop survives it when it does.
+    /// Returns the time since a fixed origin. It should never run backwards; the loop stays safe if
+    /// it does.
     fn now(&self) -> Duration;
 
-    /// Returns not before `deadline`: sleeps until `spin` before it, then spins.
+    /// Waits until `deadline`: sleeps until `spin` before it, then spins.
     fn wait_until(&self, deadline: Duration, spin: Duration);
 
-    /// For how long the machine has been suspended since some beginning, which [`Self::now`] does
-    /// not count. Never too long; zero where the system does not say.
+    /// Returns how long the machine was suspended since a fixed origin; [`Self::now`] does not
+    /// count this time. The result is never too long; it is zero if the system does not report it.
     fn suspended(&self) -> Duration {
         Duration::ZERO
     }
 
-    /// Has `watch` checked by this clock until it is over, by a thread that is answered or by other
-    /// means.
+    /// Checks `watch` by this clock until the watch is over. A real clock does this in a thread,
+    /// and returns the thread's handle.
     fn guard(&self, watch: Arc<Watch>) -> Option<JoinHandle<()>>;
 }
 
-/// The clock on the wall: monotonic, and what the system's own hands do to the date does not reach
-/// it.
+/// The monotonic wall clock. Changes of the system's date do not affect it.
 #[derive(Clone, Copy, Debug)]
 pub struct WallTime {
     origin: Instant,
 }
 
 impl WallTime {
-    /// Begins now.
+    /// Returns a clock that starts now.
     pub fn new() -> Self {
         Self { origin: Instant::now() }
     }
@@ -65,7 +65,8 @@ impl LoopTime for WallTime {
     fn suspended(&self) -> Duration {
         use rustix::time::{ClockId, clock_gettime};
         let read = |clock| Duration::try_from(clock_gettime(clock)).unwrap_or_default();
-        // In this order, so that a pause between the two makes the answer smaller and not larger.
+        // Read in this order: if the thread is interrupted between the two reads, the result is too
+        // small rather than too large.
         let boot = read(ClockId::Boottime);
         boot.saturating_sub(read(ClockId::Monotonic))
     }
@@ -73,12 +74,13 @@ impl LoopTime for WallTime {
     fn guard(&self, watch: Arc<Watch>) -> Option<JoinHandle<()>> {
         let origin = self.origin;
         let thread = std::thread::Builder::new().name("watchdog".to_owned());
-        // Without a thread to spare the loop still notices by itself that it was late.
+        // If no thread can be started, the loop itself still notices after a stall that it was
+        // late.
         thread.spawn(move || watch_until_over(&watch, origin)).ok()
     }
 }
 
-/// A clock for tests of real time that take none: it stands still until someone waits or
+/// A clock for fast tests of real time. It stands still until [`LoopTime::wait_until`] or
 /// [`VirtualTime::pass`] is called.
 #[derive(Clone, Debug, Default)]
 pub struct VirtualTime(Arc<Virtual>);
@@ -88,7 +90,7 @@ struct Virtual {
     now: AtomicU64,
     /// ns.
     suspended: AtomicU64,
-    /// One for each device of a loop.
+    /// The watchdog of each device of a loop.
     watches: Mutex<Vec<Arc<Watch>>>,
 }
 
@@ -98,11 +100,11 @@ impl std::fmt::Debug for Virtual {
     }
 }
 
-/// The watchdog of virtual time looks this often.
+/// Interval between two checks of the watchdogs in virtual time.
 const VIRTUAL_CHECK: Duration = Duration::from_millis(1);
 
 impl VirtualTime {
-    /// Time goes by, and the watchdog looks at it as it does.
+    /// Advances the clock by `duration`, and checks the watchdogs on the way.
     pub fn pass(&self, duration: Duration) {
         let mut left = duration;
         while left > Duration::ZERO {
@@ -116,12 +118,13 @@ impl VirtualTime {
         }
     }
 
-    /// Suspends the machine for this long; only the clock that counts suspension notices.
+    /// Suspends the machine for `duration`. Only [`LoopTime::suspended`] shows this.
     pub fn suspend(&self, duration: Duration) {
         self.0.suspended.fetch_add(duration.as_nanos() as u64, Ordering::Relaxed);
     }
 
-    /// Lets the clock jump by so many ns, forwards or backwards, between reads.
+    /// Makes the clock jump by `nanos` nanoseconds, forwards or backwards. The watchdogs are not
+    /// checked.
     pub fn leap(&self, nanos: i64) {
         let now = self.0.now.load(Ordering::Relaxed);
         self.0.now.store(now.saturating_add_signed(nanos), Ordering::Relaxed);
@@ -143,7 +146,7 @@ impl LoopTime for VirtualTime {
 
     fn guard(&self, watch: Arc<Watch>) -> Option<JoinHandle<()>> {
         let mut watches = self.0.watches.lock().unwrap_or_else(PoisonError::into_inner);
-        // Watches without another owner belong to a run that is over.
+        // A watch without another owner belongs to a run that is over.
         watches.retain(|watch| Arc::strong_count(watch) > 1);
         watches.push(watch);
         None

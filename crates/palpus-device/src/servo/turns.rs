@@ -1,4 +1,4 @@
-//! A run under way: the turns of the loop around all its devices.
+//! A run of the loop: its ticks, for all its devices.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,31 +10,34 @@ use super::{LoopTime, RunControl, RunEnd, RunStatistics, ServoOptions, StepOutco
 use crate::device::{DeviceState, HapticDevice};
 use crate::safety::{ContactAccount, Cut, Cuts};
 
-/// A loop that stands still looks this often whether it is to go on.
+/// Interval at which a paused loop checks whether to continue.
 const LOOK: Duration = Duration::from_millis(4);
 
-/// Damping after a panic or a last fault, s, before the run ends with zero.
+/// Time for which the grip is damped after a panic or a fault that stops the run, s. Then zero is
+/// written.
 const COAST: f64 = 0.1;
 
-/// See the module's description. All memory is there before the first turn.
+/// A run of the loop. All memory is allocated before the first tick.
 pub(super) struct Turns<'a, D: HapticDevice + ?Sized, T> {
     options: &'a ServoOptions,
     seats: Vec<Seat<'a, D>>,
-    /// As the step gets them, one for each seat; so are the next two.
+    /// Inputs of the step: the state of each device.
     states: Vec<DeviceState>,
+    /// Results of the step for each device.
     answers: Vec<Option<StepOutcome<T>>>,
-    /// J: what contact between the tools gave each, by moving and by turning it.
+    /// Work that contact between the tools did on each tool in this tick, J, by translation and
+    /// rotation.
     works: Vec<[f64; 2]>,
     contact: ContactAccount,
     pace: Pace,
     time: &'a dyn LoopTime,
     period: f64,
     control: &'a RunControl,
-    /// All devices stand still while they are not read.
+    /// True if the time of all devices advances only when they are read.
     stands: bool,
     /// Number of the next tick.
     index: u64,
-    /// s since the run control ended the run.
+    /// Time since the run control ended the run, s.
     ending: f64,
 }
 
@@ -71,7 +74,7 @@ impl<'a, D: HapticDevice + ?Sized, T> Turns<'a, D, T> {
         }
     }
 
-    /// Returns when the next tick may come: at once, unless the run is paused and can stand still.
+    /// Waits while the run is paused, if a pause also stops the time of all devices.
     pub(super) fn stand(&mut self, stop: &AtomicBool) {
         if !self.stands || !self.control.is_paused() {
             return;
@@ -84,8 +87,8 @@ impl<'a, D: HapticDevice + ?Sized, T> Turns<'a, D, T> {
         self.pace.resume(since, self.time);
     }
 
-    /// True if the run control has ended the run and all wrenches have faded out. A paused loop
-    /// ends at once.
+    /// Returns true if the run control has ended the run and all wrenches have faded out. A
+    /// loop that stands still in a pause ends at once.
     pub(super) fn is_over(&mut self) -> bool {
         if !self.control.is_ended() {
             return false;
@@ -98,7 +101,7 @@ impl<'a, D: HapticDevice + ?Sized, T> Turns<'a, D, T> {
         !lasts
     }
 
-    /// One turn of the loop; breaks with the reason for which it was the last.
+    /// Runs one tick; breaks with the reason if it was the last one.
     pub(super) fn turn<S, O>(&mut self, step: &mut S, observer: &mut O) -> ControlFlow<RunEnd>
     where
         S: FnMut(&[DeviceState], f64, &mut [Option<StepOutcome<T>>]),
@@ -144,7 +147,7 @@ impl<'a, D: HapticDevice + ?Sized, T> Turns<'a, D, T> {
         stopped.map_or(ControlFlow::Continue(()), ControlFlow::Break)
     }
 
-    /// Runs the step: with what it panicked, if it did, and how long it took, s.
+    /// Runs the step. Returns its panic, if it panicked, and the time that it took, s.
     fn step<S>(&mut self, step: &mut S) -> (Option<Box<dyn std::any::Any + Send>>, f64)
     where
         S: FnMut(&[DeviceState], f64, &mut [Option<StepOutcome<T>>]),
@@ -154,13 +157,13 @@ impl<'a, D: HapticDevice + ?Sized, T> Turns<'a, D, T> {
         let panic = quiet::caught(|| step(&self.states, self.period, &mut self.answers)).err();
         let step_s = self.time.now().saturating_sub(before).as_secs_f64();
         if panic.is_some() {
-            // Some may have been answered before it.
+            // The step may have stored some results before it panicked.
             self.answers.fill_with(|| None);
         }
         (panic, step_s)
     }
 
-    /// Tells the chains what other tools and objects gave theirs.
+    /// Passes to each chain the work that other tools and moving bodies did on its tool.
     fn pass_on(&mut self) {
         for (work, answer) in self.works.iter_mut().zip(&self.answers) {
             *work = answer.as_ref().map_or([0.0; 2], |answer| answer.from_others);
@@ -171,21 +174,21 @@ impl<'a, D: HapticDevice + ?Sized, T> Turns<'a, D, T> {
         }
     }
 
-    /// Breaks when there is nothing left to turn, or one device's end is that of the run.
+    /// Breaks if all devices have ended, or if one device's end must end the run.
     fn check_ends(&self) -> ControlFlow<RunEnd> {
         let of_run = self.seats.iter().find_map(Seat::last_word);
         let all = || self.seats.iter().try_fold(None, |_, seat| seat.end().map(Some)).flatten();
         of_run.or_else(all).map_or(ControlFlow::Continue(()), |end| ControlFlow::Break(end.clone()))
     }
 
-    /// Takes all wrenches so near to zero, within the slew limit, that zero may follow.
+    /// Reduces all wrenches within the slew limit, until zero may follow.
     pub(super) fn let_go(&mut self) {
         while self.seats.iter_mut().map(Seat::release).filter(|held| *held).count() > 0 {
             self.pace.wait(self.time);
         }
     }
 
-    /// Damps all grips for a moment, whatever their devices say of them.
+    /// Damps all grips for a moment after a panic or a fault that stops the run.
     pub(super) fn coast<O>(&mut self, stop: &AtomicBool, observer: &mut O)
     where
         O: TickObserver<T> + ?Sized,

@@ -1,13 +1,14 @@
 //! Device and hand as one rigid body on a spring–damper, integrated in small steps.
 //!
-//! The scheme is leapfrog (drift, kick, drift: half a step of position, a step of velocity from the
-//! forces at the middle, half a step of position) with the dampers by the trapezoidal rule. It has
-//! second order and is exact under a steady force. This matters here: a scheme of first order
-//! shifts the phase of a held wrench by half a step, and with it the stiffness at which a sampled
-//! wall begins to hum. The scheme is stable for all dampers, and for all springs whose period is
-//! longer than π steps; [`Dynamics::new`] picks steps far shorter than that. Dry friction takes
-//! speed away
-//! after each kick, at most all of it, so that it holds still instead of chattering.
+//! The scheme is leapfrog: half a step of position, a step of velocity with the forces at the
+//! middle, half a step of position. The dampers use the trapezoidal rule. The scheme has second
+//! order and is exact under a steady force.
+//!
+//! The order matters here: a first-order scheme shifts the phase of a held wrench by half a step.
+//! This changes the stiffness at which a sampled wall begins to oscillate. The scheme is stable for
+//! all dampers, and for all springs whose period is longer than π steps; [`Dynamics::new`] picks
+//! steps far shorter than that. Dry friction reduces the speed after each velocity step, at most to
+//! zero, so that the body stays at rest instead of chattering.
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Twist, Wrench};
@@ -16,47 +17,47 @@ use super::SimulationError;
 use super::hand::HandImpedance;
 use palpus::algebra::rotation_between;
 
-/// Longest step, s: between ticks device and hand are integrated at 10 kHz at least.
+/// Longest step, s: between ticks, device and hand are integrated at 10 kHz or more.
 const LONGEST_STEP: f64 = 1e-4;
-/// A spring's angular frequency, and a damper's rate of decay, times the step is at most this: 60
-/// steps a period, 20 times inside the stable range.
+/// Upper bound of a spring's angular frequency, and of a damper's decay rate, times the step. It
+/// gives 60 steps per period, 20 times inside the stable range.
 const RESOLUTION: f64 = 0.1;
-/// More steps than this in a tick take longer than the tick.
+/// Largest number of steps in a tick. More steps would take longer than the tick.
 const MOST_STEPS: f64 = 1e4;
 
-/// The device's own mechanics, as felt at the grip.
+/// Mechanics of the device, as felt at the grip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Apparatus {
-    /// kg.
+    /// Mass, kg.
     pub mass: f64,
-    /// Viscous, N·s/m.
+    /// Viscous damping, N·s/m.
     pub damping: f64,
-    /// Dry, N.
+    /// Dry friction, N.
     pub friction: f64,
-    /// kg·m², the same about every axis.
+    /// Inertia, kg·m², the same about every axis.
     pub inertia: f64,
-    /// Viscous, N·m·s/rad.
+    /// Viscous angular damping, N·m·s/rad.
     pub angular_damping: f64,
-    /// Dry, N·m.
+    /// Dry friction torque, N·m.
     pub angular_friction: f64,
 }
 
 impl Apparatus {
-    /// A light 6-DOF arm: 0.1 kg at the grip, 0.1 N·s/m, 0.04 N to move it at all.
+    /// A light 6-DOF arm: 0.1 kg at the grip, 0.1 N·s/m, and 0.04 N of dry friction.
     pub const LIGHT_ARM: Self =
         Self { mass: 0.10, damping: 0.1, friction: 0.04, inertia: 5e-5, angular_damping: 5e-4, angular_friction: 1e-3 };
 }
 
-/// The body that device and hand are together.
+/// Device and hand as one body.
 #[derive(Clone, Debug)]
 pub(super) struct Dynamics {
     linear: Channel,
     angular: Channel,
-    /// s.
+    /// Longest step, s.
     longest: f64,
 }
 
-/// Translation or rotation: the same equation of motion.
+/// Translation or rotation, which have the same equation of motion.
 #[derive(Clone, Copy, Debug)]
 struct Channel {
     inertia: f64,
@@ -67,8 +68,8 @@ struct Channel {
 }
 
 impl Channel {
-    /// The velocity a step of `h` seconds later, under a steady `load`, with the hand's goal
-    /// `stretch` away and moving at `goal_rate`.
+    /// Returns the velocity after a step of `h` seconds under a steady `load`. The hand's goal is
+    /// at distance `stretch` and moves with `goal_rate`.
     fn kick(&self, rate: DVec3, load: DVec3, stretch: DVec3, goal_rate: DVec3, h: f64) -> DVec3 {
         let drive = load + stretch * self.stiffness + goal_rate * self.hand_damping;
         let half_damping = 0.5 * h * (self.hand_damping + self.damping);
@@ -79,7 +80,7 @@ impl Channel {
         if speed > lost { free * (1.0 - lost / speed) } else { DVec3::ZERO }
     }
 
-    /// The fastest rate in it, 1/s.
+    /// Returns the fastest rate of this channel, 1/s.
     fn rate(&self) -> f64 {
         (self.stiffness / self.inertia).sqrt().max((self.hand_damping + self.damping) / self.inertia)
     }
@@ -91,7 +92,8 @@ impl Channel {
 }
 
 impl Dynamics {
-    /// Device and hand together, advanced by about `period` seconds at a time.
+    /// Makes the body of device and hand, which will be advanced by about `period` seconds at a
+    /// time.
     pub(super) fn new(apparatus: &Apparatus, hand: &HandImpedance, period: f64) -> Result<Self, SimulationError> {
         let linear = Channel {
             inertia: apparatus.mass + hand.mass,
@@ -117,7 +119,8 @@ impl Dynamics {
         Ok(Self { linear, angular, longest })
     }
 
-    /// Moves `pose` and `twist` on from `time` by `period`, under a steady `wrench` about the grip.
+    /// Moves `pose` and `twist` on from `time` by `period` (s), under a steady `wrench` about the
+    /// grip.
     pub(super) fn advance(
         &self,
         pose: &mut Pose,
@@ -145,12 +148,12 @@ impl Dynamics {
     }
 }
 
-/// Even steps that a period is cut into.
+/// Returns the number of equal steps in a period.
 fn steps(period: f64, longest: f64) -> f64 {
     (period / longest).ceil().max(1.0)
 }
 
-/// Returns `pose` after `seconds` at a steady velocity.
+/// Returns `pose` after `seconds` at a constant velocity.
 fn drift(pose: &Pose, linear: DVec3, angular: DVec3, seconds: f64) -> Pose {
     Pose {
         rotation: (DQuat::from_scaled_axis(angular * seconds) * pose.rotation).normalize(),

@@ -1,19 +1,19 @@
-//! A hand that follows its script until a person takes it by the window.
+//! A simulated operator that follows a script until a person takes the grip in the window.
 //!
-//! 1. While it is *held*, it goes where the person holds it: critically damped, and no faster than
-//!    hands go. The script's time stands still.
-//! 2. *Released*, it holds nothing: it intends what the grip does, so that no force stays and
+//! 1. While a person *holds* the grip, the intended pose moves to the held pose: critically damped,
+//!    and no faster than a hand moves. The script's time stands still.
+//! 2. After *release*, the operator exerts no force: the intended pose is the grip's pose, so
 //!    contacts push the grip out freely.
-//! 3. *Given back*, it goes back in the same way to where it left the script, which then starts
-//!    again, faster and faster until its time runs as time does.
-//! 4. Asked to yield, it is as released until the grip has passed a plane.
-//! 5. Else it is the script, to the bit.
+//! 3. When the grip is *given back*, the intended pose returns in the same way to the point where
+//!    it left the script. Then the script starts again, and its time accelerates to normal speed.
+//! 4. An operator that yields exerts no force until the grip has passed a given plane.
+//! 5. Otherwise the intended pose is exactly the script's.
 //!
-//! So the intended pose has no step, whatever a mouse does, but for that by which a hand lets go.
-//! Once a tick the newest [`Guide`] is looked at; between ticks the motion is a closed form: the
-//! offset from a goal, e(t) = (e₀ + (v₀ + ω e₀) t) exp(−ω t), for translation, and for rotation as
-//! a rotation vector. A goal that is farther than 2 v/ω is taken to be that near, on the way to it:
-//! no faster than v is then how it is approached.
+//! So the intended pose has no jump for any motion of the mouse, except at a release. The newest
+//! [`Guide`] is read once per tick. Between ticks the motion is a closed form: the offset from a
+//! goal is e(t) = (e₀ + (v₀ + ω e₀) t) exp(−ω t), for translation and for rotation (as a rotation
+//! vector). A goal farther away than 2 v/ω is replaced by a point at that distance on the way to
+//! it, so the approach is no faster than v.
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist, rotation_between};
@@ -21,69 +21,73 @@ use palpus::algebra::{Pose, Twist, rotation_between};
 use super::hand::Intent;
 use crate::latest::Newest;
 
-/// Actions of a person at the window on a simulated hand.
+/// Command of a person in the window to the simulated operator.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Guide {
-    /// Nothing: the hand follows its script.
+    /// The operator follows the script.
     #[default]
     Script,
-    /// Holds it: the hand intends this pose of the grip, in the device's frame.
+    /// The person holds the grip: the operator intends this pose of the grip, in the device's
+    /// frame.
     Held(Pose),
-    /// Lets go of it: the hand goes where the grip goes.
+    /// The person has released the grip: the operator exerts no force.
     Released,
 }
 
-/// ω, 1/s: it is within a tenth of its way after 0.16 s.
+/// ω, 1/s: a tenth of the way is left after 0.16 s.
 const FOLLOW: f64 = 25.0;
-/// m/s and rad/s: brisk for a hand with a tool; a tenth of what the safety chain believes of one.
+/// Largest speeds, m/s and rad/s. They are brisk for a hand with a tool, and about a tenth of the
+/// speeds that the safety chain accepts.
 const FASTEST: f64 = 0.4;
 const FASTEST_TURN: f64 = 5.0;
-/// m and rad from the script: it starts again.
+/// Distance from the script, m and rad, below which the script starts again.
 const NEAR: f64 = 0.5e-3;
 const NEAR_TURN: f64 = 0.02;
-/// s in which the script's time comes up to speed.
+/// Time in which the script's time accelerates to normal speed, s.
 const START: f64 = 0.5;
-/// m, rad, and both in a time of 1/ω: a smaller offset counts as zero.
+/// Smallest offset, m or rad (velocities are divided by ω). A smaller one counts as zero.
 const NOTHING: f64 = 1e-10;
-/// s: over which the script's velocity is a difference.
+/// Time step for the numeric derivative of the script, s.
 const INSTANT: f64 = 1e-5;
 
-/// A script, and what a person makes of it; see the module's outline.
+/// A script and a person's commands; the module describes how they combine.
 pub struct Guided<I> {
     script: I,
     guide: Newest<Guide>,
-    /// The newest guide that could be meant.
+    /// The newest valid guide.
     guided: Guide,
-    /// s: when the present goal and offset were set.
+    /// Time at which the present goal and offset were set, s.
     from: f64,
     goal: Goal,
     offset: Option<Offset>,
-    /// It holds nothing before this plane: a point (m) and the normal, device's frame.
+    /// The operator exerts no force before this plane: a point (m) and the normal, in the device's
+    /// frame.
     yields_before: Option<[DVec3; 2]>,
 }
 
-/// Reference of the offset.
+/// The goal from which the offset is measured.
 #[derive(Clone, Copy, Debug)]
 enum Goal {
-    /// The script, this much behind time, s.
+    /// The script, delayed by `lag`, s.
     Playing { lag: f64 },
-    /// The script from time `at` (s) on, `pace` of time's pace at first and faster from there on.
+    /// The script from time `at` (s) on. Its time starts at `pace` times normal speed and
+    /// accelerates.
     Starting { at: f64, pace: f64 },
-    /// A pose, while the script stands at time `at`, s.
+    /// A fixed pose, while the script stands at time `at`, s.
     Still { pose: Pose, at: f64 },
 }
 
-/// How far the intended pose is from its goal at first, and how that changes.
+/// Offset of the intended pose from its goal, and the rate of this offset.
 #[derive(Clone, Copy, Debug)]
 struct Offset {
-    /// m, and m/s.
+    /// Translation, m, and its rate, m/s.
     place: [DVec3; 2],
-    /// Rotation vector, rad, from the goal to the hand; and rad/s.
+    /// Rotation vector from the goal to the intended pose, rad, and its rate, rad/s.
     turn: [DVec3; 2],
 }
 
 impl<I: Intent> Guided<I> {
-    /// A hand that follows `script` unless `guide` says otherwise.
+    /// Returns an operator that follows `script` unless `guide` commands something else.
     pub fn new(script: I, guide: Newest<Guide>) -> Self {
         Self {
             script,
@@ -96,14 +100,14 @@ impl<I: Intent> Guided<I> {
         }
     }
 
-    /// With `before`, the hand exerts no force until the grip has passed that plane, so that a
-    /// device can lead the grip: a point (m) and the normal, in the device's frame. It exerts force
-    /// at once if a person takes the grip.
+    /// With `before`, the operator exerts no force until the grip has passed that plane, so that a
+    /// device can lead the grip. The plane is a point (m) and the normal, in the device's frame. If
+    /// a person takes the grip, the operator exerts force at once.
     pub fn yielding(self, before: Option<[DVec3; 2]>) -> Self {
         Self { yields_before: before, ..self }
     }
 
-    /// Time of the script at `time`, s, and how fast it runs.
+    /// Returns the script's time at `time` (s), and the script's speed relative to normal time.
     fn script_time(&self, time: f64) -> (f64, f64) {
         let passed = time - self.from;
         match self.goal {
@@ -133,7 +137,7 @@ impl<I: Intent> Guided<I> {
         }
     }
 
-    /// How the intended pose moves at `time`.
+    /// Returns the velocity of the intended pose at `time`.
     fn twist(&self, time: f64) -> Twist {
         let mut twist = self.goal_twist(time);
         if let Some(offset) = &self.offset {
@@ -144,7 +148,7 @@ impl<I: Intent> Guided<I> {
         twist
     }
 
-    /// Goes on from `time` towards `pose`, the script standing.
+    /// From `time` on, moves towards `pose` while the script stands still.
     fn approach(&mut self, pose: &Pose, time: f64) {
         let (now, twist, at) = (self.pose(time), self.twist(time), self.script_time(time).0);
         let mut offset = Offset::of(&now, &twist, pose, &Twist::default());
@@ -155,14 +159,14 @@ impl<I: Intent> Guided<I> {
         self.from = time;
     }
 
-    /// Intends at `time` what the grip does.
+    /// From `time` on, intends the grip's pose.
     fn release(&mut self, grip: &Pose, time: f64) {
         self.goal = Goal::Still { pose: *grip, at: self.script_time(time).0 };
         self.offset = None;
         self.from = time;
     }
 
-    /// Goes on from `time` along the script, at the pace that it has or from a stand.
+    /// From `time` on, follows the script, at its present speed or from a standstill.
     fn resume(&mut self, time: f64) {
         let (now, twist) = (self.pose(time), self.twist(time));
         let (at, pace) = self.script_time(time);
@@ -216,7 +220,7 @@ impl<I: Intent> Intent for Guided<I> {
 }
 
 impl Offset {
-    /// Offset of a hand at `pose` with `twist` from a `goal` that moves as well.
+    /// Returns the offset of an operator at `pose` with `twist` from a moving `goal`.
     fn of(pose: &Pose, twist: &Twist, goal: &Pose, goal_twist: &Twist) -> Self {
         Self {
             place: [pose.translation - goal.translation, twist.linear - goal_twist.linear],
@@ -224,7 +228,7 @@ impl Offset {
         }
     }
 
-    /// Returns the offset `seconds` later.
+    /// Returns the offset after `seconds`.
     fn after(&self, seconds: f64) -> Self {
         let fading = (-FOLLOW * seconds).exp();
         let later = |[offset, rate]: [DVec3; 2]| {
@@ -234,7 +238,7 @@ impl Offset {
         Self { place: later(self.place), turn: later(self.turn) }
     }
 
-    /// The pose that is off `goal` by this.
+    /// Returns `goal` moved by this offset.
     fn done(&self, goal: &Pose) -> Pose {
         Pose {
             rotation: (glam::DQuat::from_scaled_axis(self.turn[0]) * goal.rotation).normalize(),
@@ -242,7 +246,7 @@ impl Offset {
         }
     }
 
-    /// The goal that `pose` is off by this.
+    /// Returns the goal from which `pose` has this offset.
     fn undone(&self, pose: &Pose) -> Pose {
         Pose {
             rotation: (glam::DQuat::from_scaled_axis(-self.turn[0]) * pose.rotation).normalize(),
@@ -264,7 +268,7 @@ mod tests {
     use crate::latest::{Publisher, latest};
 
     const DT: f64 = 1e-3;
-    /// Steps between two ticks, as the dynamics take them.
+    /// Number of integration steps per tick, as in the dynamics.
     const BETWEEN: u32 = 10;
 
     fn script(time: f64) -> Pose {
@@ -281,7 +285,7 @@ mod tests {
         Guide::Held(Pose::new(DQuat::from_rotation_y(1.2 * x.signum()), DVec3::new(x, 0.05, -0.04)))
     }
 
-    /// Every pose of `ticks` ticks from tick `from` on.
+    /// Returns the poses of `ticks` ticks, from tick `from` on.
     fn poses(hand: &mut Guided<impl Intent>, from: u32, ticks: u32) -> Vec<Pose> {
         let mut all = Vec::new();
         for tick in from..from + ticks {
@@ -292,8 +296,8 @@ mod tests {
         all
     }
 
-    /// Messages at ticks: a grip that is taken, thrown about, released and taken again.
-    const TOLD: [(u32, Option<f64>); 8] = [
+    /// Guides by tick: the grip is taken, moved fast, given back and taken again.
+    const GUIDES: [(u32, Option<f64>); 8] = [
         (200, Some(0.0)),
         (400, Some(0.5)),
         (420, Some(-0.5)),
@@ -304,10 +308,10 @@ mod tests {
         (2900, None),
     ];
 
-    fn told() -> Vec<Pose> {
+    fn guided() -> Vec<Pose> {
         let (mut hand, mut publisher) = hand();
         let (mut all, mut from) = (Vec::new(), 0);
-        for (tick, guide) in TOLD {
+        for (tick, guide) in GUIDES {
             all.extend(poses(&mut hand, from, tick - from));
             publisher.publish(guide.map_or(Guide::Script, held));
             from = tick;
@@ -317,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hand_that_is_left_alone_is_its_script_to_the_bit() {
+    fn unguided_operator_follows_script_exactly() {
         let (mut hand, mut publisher) = hand();
         publisher.publish(Guide::Script);
         for (k, pose) in poses(&mut hand, 0, 500).iter().enumerate() {
@@ -327,7 +331,7 @@ mod tests {
     }
 
     #[test]
-    fn a_held_hand_goes_where_it_is_held_and_stays() {
+    fn held_operator_goes_to_held_pose_and_stays() {
         let (mut hand, mut publisher) = hand();
         poses(&mut hand, 0, 100);
         publisher.publish(held(0.07));
@@ -340,9 +344,9 @@ mod tests {
     }
 
     #[test]
-    fn nothing_that_it_is_told_makes_a_step_or_is_too_fast() {
-        let all = told();
-        // The script's own speed counts while an offset from it fades.
+    fn no_guide_causes_a_jump_or_excessive_speed() {
+        let all = guided();
+        // While an offset from the script fades, the script's own speed adds to the speed.
         let (fastest, fastest_turn) = (FASTEST + 0.12, FASTEST_TURN + 2.5);
         let step = DT / f64::from(BETWEEN);
         for (k, pair) in all.windows(2).enumerate() {
@@ -350,7 +354,7 @@ mod tests {
             let turn = rotation_between(pair[0].rotation, pair[1].rotation).length() / step;
             assert!(speed < fastest && turn < fastest_turn, "{speed} m/s, {turn} rad/s at {k}");
         }
-        // Nor does its velocity.
+        // The velocity must not jump either.
         for (k, three) in all.windows(3).enumerate() {
             let [a, b, c] = [three[0], three[1], three[2]].map(|pose| pose.translation);
             let jump = (c - b - (b - a)).length() / step;
@@ -359,21 +363,21 @@ mod tests {
     }
 
     #[test]
-    fn let_go_of_it_comes_back_and_the_script_goes_on_where_it_stood() {
+    fn script_continues_after_grip_is_given_back() {
         let (mut hand, mut publisher) = hand();
         poses(&mut hand, 0, 500);
         publisher.publish(held(-0.1));
         poses(&mut hand, 500, 1000);
         publisher.publish(Guide::Script);
         poses(&mut hand, 1500, 4000);
-        // It stood for a second, and came back and up to speed in less than two.
-        let Goal::Playing { lag } = hand.goal else { unreachable!("it plays again") };
+        // The script stood for a second, and returned to normal speed within two more.
+        let Goal::Playing { lag } = hand.goal else { unreachable!("the script must run again") };
         assert!(hand.offset.is_none() && (1.0..3.0).contains(&lag), "{lag} s");
         assert_eq!(hand.pose(9.0), script(9.0 - lag));
     }
 
     #[test]
-    fn released_it_goes_where_the_grip_goes() {
+    fn released_operator_follows_the_grip() {
         let (mut hand, mut publisher) = hand();
         poses(&mut hand, 0, 100);
         publisher.publish(held(0.07));
@@ -384,7 +388,8 @@ mod tests {
             hand.begin(time, &grip);
             assert_eq!(hand.pose(time + 0.5 * DT), grip);
         }
-        // Taken again, it starts from there; given back, it finds its script.
+        // When the grip is taken again, the operator starts from its pose. When it is given back,
+        // the operator returns to the script.
         publisher.publish(held(-0.05));
         let taken = poses(&mut hand, 400, 1);
         assert!(taken[0].translation.distance(DVec3::Y * 0.0399) < 1e-9);
@@ -394,7 +399,7 @@ mod tests {
     }
 
     #[test]
-    fn the_same_guides_at_the_same_ticks_move_it_the_same_bit_for_bit() {
-        assert!(told() == told());
+    fn same_guides_give_identical_motion() {
+        assert!(guided() == guided());
     }
 }

@@ -1,14 +1,15 @@
-//! Hands by their impedance, and what they intend.
+//! Impedances of hands, and the intended pose of a simulated operator.
 
 use palpus::algebra::Pose;
 
-/// Pose of the grip that a hand intends.
+/// Intended pose of a simulated operator.
 pub trait Intent {
-    /// The intended pose at `time` (s) in the device's frame: a pure function of time, until the
-    /// next tick begins.
+    /// Returns the intended pose of the grip at `time` (s), in the device's frame. Within a tick
+    /// this must be a pure function of time.
     fn pose(&self, time: f64) -> Pose;
 
-    /// A tick begins at `time`, with the grip at this pose: what the hand intends may change now.
+    /// Updates the intent at the beginning of a tick, at `time` (s) with the grip at `_grip`. The
+    /// intent may change only here.
     fn begin(&mut self, _time: f64, _grip: &Pose) {}
 }
 
@@ -18,20 +19,20 @@ impl<F: Fn(f64) -> Pose> Intent for F {
     }
 }
 
-/// A hand that holds the device: its mass, and a spring–damper to its intended pose.
+/// Impedance of a hand that holds the device: its mass, and a spring–damper to the intended pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HandImpedance {
-    /// kg, moving with the device.
+    /// Mass that moves with the device, kg.
     pub mass: f64,
-    /// N·s/m, against motion relative to the intended one.
+    /// Damping relative to the motion of the intended pose, N·s/m.
     pub damping: f64,
-    /// N/m, towards the intended position.
+    /// Stiffness towards the intended position, N/m.
     pub stiffness: f64,
-    /// kg·m², the same about every axis.
+    /// Inertia, kg·m², the same about every axis.
     pub inertia: f64,
-    /// N·m·s/rad.
+    /// Angular damping relative to the motion of the intended pose, N·m·s/rad.
     pub angular_damping: f64,
-    /// N·m/rad.
+    /// Angular stiffness towards the intended orientation, N·m/rad.
     pub angular_stiffness: f64,
 }
 
@@ -63,7 +64,7 @@ impl HandImpedance {
         angular_damping: 0.030,
         angular_stiffness: 2.0,
     };
-    /// As tight as a person holds.
+    /// The tightest grip of a person.
     pub const TIGHT: Self = Self {
         mass: 1.2,
         damping: 30.0,
@@ -73,12 +74,13 @@ impl HandImpedance {
         angular_stiffness: 5.0,
     };
     /// No hand holds the device. This is the worst case for stability: only the device's own
-    /// inertia and friction remain. The intended pose is where it is released.
+    /// inertia and friction remain. The intended pose is only the start pose.
     pub const NONE: Self =
         Self { mass: 0.0, damping: 0.0, stiffness: 0.0, inertia: 0.0, angular_damping: 0.0, angular_stiffness: 0.0 };
 }
 
-/// The presets by name: engineering choices that span published measurements of human hands.
+/// Hand impedances by name. They are engineering choices that span published measurements of human
+/// hands.
 pub const HAND_PRESETS: [(&str, HandImpedance); 5] = [
     ("relaxed", HandImpedance::RELAXED),
     ("normal", HandImpedance::NORMAL),
@@ -87,7 +89,7 @@ pub const HAND_PRESETS: [(&str, HandImpedance); 5] = [
     ("none", HandImpedance::NONE),
 ];
 
-/// The preset of that name.
+/// Returns the preset called `name`; `None` if the name is unknown.
 pub fn hand_preset(name: &str) -> Option<HandImpedance> {
     HAND_PRESETS.iter().find(|(known, _)| *known == name).map(|&(_, hand)| hand)
 }

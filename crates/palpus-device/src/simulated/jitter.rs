@@ -1,55 +1,56 @@
-//! How unevenly a servo loop comes round.
+//! Timing jitter of a servo loop.
 //!
-//! 1. The rate wanders: each second has a mean rate and a scatter of its own, and the mean goes
-//!    evenly from one second's to the next's.
-//! 2. Around it each period is off by a little, as a triangle is distributed.
-//! 3. Now and then a tick is late, and the next one comes the earlier for it.
+//! 1. The rate drifts: each second has a mean rate and a scatter, and the mean changes linearly
+//!    from one second to the next.
+//! 2. Each period differs from the mean by a random amount with a triangular distribution.
+//! 3. Sometimes a tick is late, and the next one comes earlier to catch up.
 //!
-//! Only what is drawn from the seed decides: the same seed, the same periods.
+//! The same seed gives the same periods.
 
 use palpus::algebra::Random;
 
-/// The unevenness of a servo loop, in parts of its nominal period.
+/// Timing jitter of a servo loop, relative to its nominal period.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Jitter {
-    /// The mean rate of a second is at most this far off, in parts of the nominal rate.
+    /// Largest deviation of the mean rate of a second, relative to the nominal rate.
     pub wander: f64,
-    /// Standard deviation of the periods of a second: from the first to the second, drawn anew each
-    /// second.
+    /// Smallest and largest standard deviation of the periods in a second, relative to the nominal
+    /// period. Each second has its own value.
     pub scatter: [f64; 2],
-    /// The share of seconds that hold a late tick.
+    /// Share of seconds with a late tick.
     pub late_share: f64,
-    /// A late tick takes from the first to the second, in nominal periods.
+    /// Shortest and longest late period, in nominal periods.
     pub late: [f64; 2],
     /// Seed of the periods.
     pub seed: u64,
 }
 
 impl Jitter {
-    /// As logged on a Touch at 1 kHz: 978 to 1012 Hz in the means of seconds, deviations of 21 to
-    /// 41 Hz, single ticks of up to 2.4 ms.
+    /// Returns the jitter that was logged on a Touch at 1 kHz: means of a second from 978 to 1012
+    /// Hz, standard deviations of 21 to 41 Hz, single ticks of up to 2.4 ms.
     pub fn logged(seed: u64) -> Self {
         Self { wander: 0.01, scatter: [0.021, 0.031], late_share: 0.5, late: [1.4, 2.4], seed }
     }
 }
 
-/// The shortest period that is drawn, in nominal ones: a loop that was late catches up no faster.
+/// Shortest period, in nominal periods: a late loop does not catch up faster.
 const SHORTEST: f64 = 0.75;
 
-/// The periods of a loop, one after the other.
+/// Generator of the periods of a loop.
 #[derive(Clone, Debug)]
 pub(super) struct Periods {
     jitter: Jitter,
     nominal: f64,
     random: Random,
-    /// s since the present second began.
+    /// Time since the current second began, s.
     into_second: f64,
-    /// Mean off the nominal at the beginning and at the end of the present second, and its scatter.
+    /// Relative deviation of the mean period at the start and at the end of the current second, and
+    /// the relative standard deviation of its periods.
     means: [f64; 2],
     scatter: f64,
-    /// When in the present second a tick is late, if one is.
+    /// Time of the late tick in the current second, s; infinite without a late tick.
     late_at: f64,
-    /// By how much the next tick comes early, after a late one, in nominal periods.
+    /// Reduction of the next period after a late tick, in nominal periods.
     owed: f64,
 }
 
@@ -62,7 +63,7 @@ impl Periods {
         periods
     }
 
-    /// The next period, s.
+    /// Returns the next period, s.
     pub(super) fn next(&mut self) -> f64 {
         if self.into_second >= 1.0 {
             self.into_second -= 1.0;
@@ -75,7 +76,7 @@ impl Periods {
             let [least, most] = self.jitter.late;
             least + (most - least) * self.random.unit()
         } else {
-            // A triangle from −1 to 1 has the deviation 1/√6.
+            // A triangular distribution from −1 to 1 has the standard deviation 1/√6.
             let triangle = self.random.unit() - self.random.unit();
             mean + triangle * self.scatter * 6f64.sqrt() - self.owed
         };
@@ -96,7 +97,7 @@ impl Periods {
     }
 }
 
-/// A tick that is longer than the nominal one by this part of it is caught up.
+/// A tick is caught up if it is longer than the nominal period by this fraction.
 const LATE: f64 = 0.2;
 
 #[cfg(test)]
@@ -104,7 +105,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_logged_loop_is_as_uneven_as_the_log_says() {
+    fn logged_jitter_matches_the_log() {
         const SEED: u64 = 1;
         let mut periods = Periods::new(Jitter::logged(SEED), 1e-3);
         let mut longest = 0.0f64;

@@ -1,20 +1,21 @@
-//! A device in a simulated hand: the default, and every test's hand.
+//! A simulated device held by a simulated operator: the default device, also used in tests.
 //!
-//! intended pose → hand's spring–damper → inertia and friction of device and hand → encoders, once
-//! a tick → the loop → the written wrench, clipped to what the device can do, held for a tick and
-//! applied one tick late → device and hand.
+//! The chain of the simulation is: intended pose → spring–damper of the hand → inertia and
+//! friction of device and hand → encoders, once per tick → the loop → the written wrench → device
+//! and hand. The written wrench is clipped to the device's limits, delayed by one tick by default,
+//! and held for one tick.
 //!
-//! Simulated time is counted in reads: every [`HapticDevice::read`] after the first moves it on by
-//! one period, the nominal one or as uneven as a servo's ([`Jitter`]), whatever the clock on the
-//! wall says. So a run is the same, bit for bit, at full speed and in real time.
+//! Simulated time is counted in reads. Every [`HapticDevice::read`] after the first one advances it
+//! by one period: the nominal period, or an uneven one ([`Jitter`]). The wall clock has no
+//! influence. So a run is the same, bit for bit, at full speed and in real time.
 //!
 //! 1. The wrench written at tick k acts from tick k + `delay_ticks` on, for one period (zero-order
 //!    hold).
-//! 2. Device and hand are one body of summed mass; rotation has one inertia about all axes, so no
-//!    gyroscopic term.
-//! 3. While its brake is applied it damps its motion and nothing else, whatever is written.
-//! 4. The grip's pose is rounded to the encoders' steps; velocity is differenced from that and
-//!    low-pass filtered, as in a device's driver.
+//! 2. Device and hand are one body with the sum of the masses. The inertia is the same about all
+//!    axes, so there is no gyroscopic term.
+//! 3. While the brake is applied, the device only damps its motion, whatever wrench is written.
+//! 4. The grip's pose is rounded to the encoders' steps. The velocity is the low-pass filtered
+//!    difference of these poses, as in a device's driver.
 
 mod dynamics;
 mod encoder;
@@ -42,25 +43,25 @@ use jitter::Periods;
 /// Settings of a simulated device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimulationSettings {
-    /// The device's description. Written forces and torques are each clipped to its limits.
+    /// Description of the device. Written forces and torques are each clipped to its limits.
     pub spec: DeviceSpec,
-    /// Reads per simulated second, Hz.
+    /// Number of reads per simulated second, Hz.
     pub rate_hz: f64,
-    /// The hand that holds it.
+    /// Impedance of the hand that holds the device.
     pub hand: HandImpedance,
-    /// Its own mechanics.
+    /// Mechanics of the device.
     pub apparatus: Apparatus,
-    /// Its sensors.
+    /// Sensors of the device.
     pub encoder: Encoder,
-    /// Ticks from a write to its effect, beyond the hold; at most 8.
+    /// Delay from a write to its effect, in ticks, not counting the hold; at most 8.
     pub delay_ticks: usize,
-    /// How unevenly it is read; `None`: exactly at the rate.
+    /// Timing jitter of the reads; `None` for reads exactly at the rate.
     pub jitter: Option<Jitter>,
 }
 
 impl Default for SimulationSettings {
-    /// A light arm with the limits of the paper's device (8.5 N, continuously 1.4 N; 0.188 N·m), in
-    /// an ordinary hand, at 1 kHz, one tick late.
+    /// Returns a light arm with the limits of the paper's device (8.5 N, continuously 1.4 N; 0.188
+    /// N·m), held with an ordinary grip, at 1 kHz, with a delay of one tick.
     fn default() -> Self {
         Self {
             spec: DeviceSpec {
@@ -87,36 +88,40 @@ impl Default for SimulationSettings {
     }
 }
 
-/// Why a simulated device cannot be made.
+/// The reason why a simulated device cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SimulationError {
-    /// Not a positive finite number.
-    #[error("the rate must be positive, and is {0} Hz")]
+    /// The rate is not a positive finite number.
+    #[error("the rate must be positive, but is {0} Hz")]
     Rate(f64),
-    /// A mass or an inertia sums to nothing, or a number is negative or not finite.
-    #[error("device and hand need positive mass and inertia, and no negative stiffness, damping or friction")]
+    /// The total mass or inertia is zero, or a parameter is negative or not finite.
+    #[error("device and hand need positive mass and inertia; stiffness, damping and friction must not be negative")]
     Mechanics,
-    /// So stiff or so strongly damped for its mass that a tick would take more than 10 000 steps.
-    #[error("device and hand move too fast to simulate: too little mass or inertia for the stiffness and damping")]
+    /// The stiffness or damping is so large for the mass that a tick would need more than 10 000
+    /// steps.
+    #[error(
+        "device and hand move too fast to simulate: the mass or inertia is too small for the stiffness and damping"
+    )]
     TooFast,
-    /// A quantum or the filter is negative or not finite.
+    /// An encoder step or the filter frequency is negative or not finite.
     #[error("the encoders' steps must not be negative, and the velocity filter must be positive")]
     Encoder,
-    /// More than a simulated device can hold back.
-    #[error("at most {DELAY_MAX} ticks of delay, not {0}")]
+    /// The delay is too long.
+    #[error("the delay must be at most {DELAY_MAX} ticks, but is {0}")]
     Delay(usize),
-    /// A limit is negative or not a number.
+    /// A force or torque limit is negative or NaN.
     #[error("force and torque limits must not be negative")]
     Limits,
-    /// The intended pose at time 0 is not a pose.
+    /// The intended pose at time 0 is not finite.
     #[error("the intended pose at the start is not finite")]
     Start,
-    /// A number of the jitter is negative or not finite, or periods would be.
-    #[error("jitter: wander and scatter must be from 0 to a tenth, late ticks from 1 to 10 periods")]
+    /// A jitter parameter is out of range.
+    #[error("jitter: wander and scatter must be from 0 to 0.1, late ticks from 1 to 10 periods")]
     Jitter,
 }
 
-/// A haptic device and the hand that holds it; see the module's outline.
+/// A simulated haptic device, held by a simulated operator; the module describes the
+/// model.
 #[derive(Clone, Debug)]
 pub struct SimulatedDevice<I> {
     settings: SimulationSettings,
@@ -125,18 +130,18 @@ pub struct SimulatedDevice<I> {
     period: f64,
     uneven: Option<Periods>,
     tick: Option<u64>,
-    /// s: of the last read, when periods are uneven.
+    /// Simulated time of the last read if periods are uneven, s.
     elapsed: f64,
     pose: Pose,
     twist: Twist,
     sensed: Pose,
     sensed_twist: Twist,
-    /// The newest written wrench first.
+    /// Written wrenches, newest first.
     written: [Wrench; DELAY_MAX + 1],
     brake: OwnBrake,
 }
 
-/// A brake that is not shared with a copy of the device.
+/// A brake that is not shared with a clone of the device.
 #[derive(Debug, Default)]
 struct OwnBrake(Arc<BrakeFlag>);
 
@@ -147,10 +152,10 @@ impl Clone for OwnBrake {
 }
 
 impl<I: Intent> SimulatedDevice<I> {
-    /// A device at rest at the pose that `intent` has at time 0.
+    /// Returns a device at rest at the pose that `intent` has at time 0.
     ///
     /// # Errors
-    /// When a setting is out of range.
+    /// Fails if a setting is out of range.
     pub fn new(settings: SimulationSettings, intent: I) -> Result<Self, SimulationError> {
         check(&settings)?;
         let period = 1.0 / settings.rate_hz;
@@ -181,12 +186,12 @@ impl<I: Intent> SimulatedDevice<I> {
         })
     }
 
-    /// Gives the device a velocity, as a push would.
+    /// Sets the velocity of the grip, as after a push.
     pub fn push(&mut self, twist: Twist) {
         self.twist = twist;
     }
 
-    /// Simulated seconds at the last read.
+    /// Returns the simulated time at the last read, s.
     pub fn time(&self) -> f64 {
         match self.uneven {
             Some(_) => self.elapsed,
@@ -194,18 +199,18 @@ impl<I: Intent> SimulatedDevice<I> {
         }
     }
 
-    /// True pose of the grip, before the encoders.
+    /// Returns the true pose of the grip, without encoders.
     pub fn true_pose(&self) -> Pose {
         self.pose
     }
 
-    /// How the grip truly moves.
+    /// Returns the true velocity of the grip (m/s at its origin, and rad/s), in the device's frame.
     pub fn true_twist(&self) -> Twist {
         self.twist
     }
 
-    /// The wrench that the device will push with until the next read: what was written as many
-    /// ticks ago as it is late.
+    /// Returns the wrench that acts until the next read: the wrench that was written `delay_ticks`
+    /// ticks before the last one.
     pub fn applied(&self) -> Wrench {
         self.written[self.settings.delay_ticks]
     }
@@ -221,14 +226,14 @@ impl<I: Intent> SimulatedDevice<I> {
         let intent = &self.intent;
         self.dynamics.advance(&mut self.pose, &mut self.twist, &applied, (time, period), |t| intent.pose(t));
         self.elapsed += period;
-        // A wrench that is not written anew is held.
+        // Without a new write, the last wrench is held.
         self.written.copy_within(0..DELAY_MAX, 1);
         let before = self.sensed;
         self.sensed = self.settings.encoder.sense(&self.pose);
         self.sensed_twist = self.settings.encoder.estimate(&self.sensed_twist, &before, &self.sensed, period);
     }
 
-    /// Damping of the device while its brake is applied: the same as at a fault.
+    /// Returns the damping of the device while its brake is applied: the same as after a fault.
     fn braking(&self) -> Wrench {
         let limits = SafetyLimits::of(&self.settings.spec, self.settings.rate_hz);
         Wrench {

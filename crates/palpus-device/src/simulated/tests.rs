@@ -7,7 +7,7 @@ fn unlimited() -> DeviceSpec {
     DeviceSpec { force_max: f64::INFINITY, torque_max: f64::INFINITY, ..SimulationSettings::default().spec }
 }
 
-/// Frictionless, unlimited and exactly sensed, so that closed forms hold.
+/// Settings without friction, limits and encoder steps, for which closed forms hold.
 fn ideal(hand: HandImpedance) -> SimulationSettings {
     SimulationSettings {
         spec: unlimited(),
@@ -30,7 +30,7 @@ fn run<I: Intent>(device: &mut SimulatedDevice<I>, ticks: usize, wrench: Wrench)
     device.read().unwrap()
 }
 
-/// Kinetic energy, J.
+/// Returns the kinetic energy of device and hand, J.
 fn energy<I: Intent>(device: &SimulatedDevice<I>) -> f64 {
     let SimulationSettings { hand, apparatus, .. } = &device.settings;
     let twist = device.true_twist();
@@ -39,10 +39,10 @@ fn energy<I: Intent>(device: &SimulatedDevice<I>) -> f64 {
 }
 
 #[test]
-fn every_hand_settles_where_it_intends() {
+fn every_hand_settles_at_its_intended_pose() {
     let goal = Pose::new(DQuat::from_rotation_x(0.5) * DQuat::from_rotation_z(-0.4), DVec3::new(0.02, -0.01, 0.03));
     for (name, hand) in HAND_PRESETS.into_iter().filter(|(name, _)| *name != "none") {
-        // At rest first, then the intent jumps: worse than any path.
+        // The intent jumps after a rest, which is worse than any path.
         let intent = move |t: f64| if t < 0.01 { Pose::IDENTITY } else { goal };
         let mut device = SimulatedDevice::new(ideal(hand), intent).unwrap();
         let state = run(&mut device, 5000, Wrench::ZERO);
@@ -58,7 +58,7 @@ fn every_hand_settles_where_it_intends() {
 }
 
 #[test]
-fn a_step_of_the_intent_follows_the_damped_oscillator() {
+fn step_of_intent_follows_damped_oscillator() {
     for (name, hand) in HAND_PRESETS.into_iter().filter(|(name, _)| *name != "none") {
         let start = 0.05;
         let height = 0.01;
@@ -70,8 +70,8 @@ fn a_step_of_the_intent_follows_the_damped_oscillator() {
         let damping = hand.damping + FRICTIONLESS.damping;
         let rate = damping / (2.0 * mass);
         let frequency = (hand.stiffness / mass - rate * rate).sqrt();
-        assert!(frequency > 0.0, "{name} is underdamped");
-        // The jump of the intent passes through the hand's damper as an impulse.
+        assert!(frequency > 0.0, "{name} must be underdamped");
+        // The jump of the intent acts through the hand's damper as an impulse.
         let kick = hand.damping * height / mass;
         for tick in 0..600 {
             let state = device.read().unwrap();
@@ -86,7 +86,7 @@ fn a_step_of_the_intent_follows_the_damped_oscillator() {
 }
 
 #[test]
-fn a_steady_wrench_deflects_a_hand_by_its_compliance() {
+fn steady_wrench_deflects_hand_by_its_compliance() {
     let wrench = Wrench { torque: DVec3::new(0.02, 0.0, -0.04), force: DVec3::new(1.0, -2.0, 0.5) };
     for (name, hand) in HAND_PRESETS.into_iter().filter(|(name, _)| *name != "none") {
         let mut device = SimulatedDevice::new(ideal(hand), still).unwrap();
@@ -98,7 +98,7 @@ fn a_steady_wrench_deflects_a_hand_by_its_compliance() {
 }
 
 #[test]
-fn what_nobody_holds_comes_to_rest() {
+fn released_device_comes_to_rest() {
     for apparatus in [Apparatus::LIGHT_ARM, FRICTIONLESS] {
         let settings = SimulationSettings { apparatus, ..ideal(HandImpedance::NONE) };
         let mut device = SimulatedDevice::new(settings, still).unwrap();
@@ -110,9 +110,9 @@ fn what_nobody_holds_comes_to_rest() {
             before = energy(&device);
         }
         if apparatus.friction > 0.0 {
-            assert_eq!(before, 0.0, "dry friction stops it altogether");
+            assert_eq!(before, 0.0, "dry friction must stop the device");
         } else {
-            // 4001 ms of e^(−b t / m), squared.
+            // Without dry friction the velocity decays with e^(−b t / m), here over 4001 ms.
             let expected = (-4.0f64 * 2.0).exp() * 0.5 * 0.1 * 0.14;
             assert!(before < 1.1 * expected, "{before:e}");
         }
@@ -120,7 +120,7 @@ fn what_nobody_holds_comes_to_rest() {
 }
 
 #[test]
-fn dry_friction_holds_against_less_than_itself() {
+fn dry_friction_holds_against_smaller_force() {
     let settings = SimulationSettings { apparatus: Apparatus::LIGHT_ARM, ..ideal(HandImpedance::NONE) };
     let mut device = SimulatedDevice::new(settings, still).unwrap();
     let held = run(&mut device, 500, Wrench { force: DVec3::X * 0.039, torque: DVec3::Z * 0.9e-3 });
@@ -130,7 +130,7 @@ fn dry_friction_holds_against_less_than_itself() {
 }
 
 #[test]
-fn the_encoders_round_to_their_steps() {
+fn encoders_round_to_their_steps() {
     let encoder = Encoder::TYPICAL;
     let settings = SimulationSettings { encoder, ..ideal(HandImpedance::FIRM) };
     let path = |t: f64| {
@@ -145,13 +145,13 @@ fn the_encoders_round_to_their_steps() {
         assert!(off <= 0.5 * encoder.position_quantum * (1.0 + 1e-9));
         let turn = palpus::algebra::rotation_between(state.pose.rotation, device.true_pose().rotation);
         assert!(turn.length() < encoder.angle_quantum);
-        // The filtered velocity follows the true one within its lag and a step of the encoder.
+        // The filtered velocity follows the true velocity within its lag and one encoder step.
         assert!(state.twist.linear.distance(device.true_twist().linear) < 0.03);
     }
 }
 
 #[test]
-fn a_written_wrench_acts_after_the_delay_and_is_held_for_a_tick() {
+fn written_wrench_acts_after_delay_for_one_tick() {
     for delay_ticks in [0, 1, 3] {
         let settings = SimulationSettings { delay_ticks, ..ideal(HandImpedance::NONE) };
         let mut device = SimulatedDevice::new(settings, still).unwrap();
@@ -165,7 +165,7 @@ fn a_written_wrench_acts_after_the_delay_and_is_held_for_a_tick() {
 }
 
 #[test]
-fn a_wrench_is_clipped_to_what_the_device_can_do_keeping_its_direction() {
+fn wrench_is_clipped_keeping_its_direction() {
     let settings = SimulationSettings { spec: SimulationSettings::default().spec, ..ideal(HandImpedance::FIRM) };
     let mut device = SimulatedDevice::new(settings, still).unwrap();
     let wrench = Wrench { force: DVec3::new(30.0, 0.0, 40.0), torque: DVec3::Y * 7.0 };
@@ -175,8 +175,8 @@ fn a_wrench_is_clipped_to_what_the_device_can_do_keeping_its_direction() {
     assert!(device.write(&Wrench { force: DVec3::NAN, torque: DVec3::ZERO }).is_err());
 }
 
-/// Amplitude of a device without a hand, on a two-sided spring, after a second, relative to the
-/// start.
+/// Returns the amplitude after a second, relative to the start, of a device without a hand on a
+/// two-sided spring.
 fn amplitude_on_spring(stiffness: f64, delay_ticks: usize) -> f64 {
     let settings = SimulationSettings { delay_ticks, ..ideal(HandImpedance::NONE) };
     let start = 0.001;
@@ -193,9 +193,9 @@ fn amplitude_on_spring(stiffness: f64, delay_ticks: usize) -> f64 {
 }
 
 #[test]
-fn a_sampled_spring_is_stable_up_to_twice_the_damping_over_the_period() {
-    // Holding a sample for T makes the spring T/2 late on average, and a delay of n ticks n T
-    // later: the device's own damper b must make up for K (n + ½) T.
+fn sampled_spring_is_stable_up_to_the_known_limit() {
+    // Holding a sample for T delays the spring by T/2 on average, and n ticks of delay add n T. The
+    // spring K is stable while the device's damper b is larger than K (n + ½) T.
     for delay_ticks in [0, 1, 2] {
         let limit = FRICTIONLESS.damping / (1e-3 * (delay_ticks as f64 + 0.5));
         let (below, above) =
@@ -206,7 +206,7 @@ fn a_sampled_spring_is_stable_up_to_twice_the_damping_over_the_period() {
 }
 
 #[test]
-fn the_same_hand_moves_the_same_bit_for_bit() {
+fn same_operator_gives_identical_motion() {
     let path = |t: f64| Pose::new(DQuat::from_rotation_z(t), DVec3::new(t.sin(), 0.0, t.cos()) * 0.02);
     let record = || {
         let mut device = SimulatedDevice::new(SimulationSettings::default(), path).unwrap();
@@ -218,8 +218,8 @@ fn the_same_hand_moves_the_same_bit_for_bit() {
 }
 
 #[test]
-fn an_unevenly_read_device_is_where_the_time_says() {
-    // There is no force, so that the motion is the closed form's at any read.
+fn uneven_reads_do_not_change_the_motion() {
+    // Without a force, the closed form of the motion holds at every read.
     let settings = SimulationSettings { jitter: Some(Jitter::logged(3)), ..ideal(HandImpedance::NONE) };
     let mut device = SimulatedDevice::new(settings, still).unwrap();
     device.push(Twist { angular: DVec3::ZERO, linear: DVec3::X * 0.1 });
@@ -236,7 +236,7 @@ fn an_unevenly_read_device_is_where_the_time_says() {
 }
 
 #[test]
-fn settings_out_of_range_are_refused() {
+fn out_of_range_settings_are_refused() {
     let refuse = |change: fn(&mut SimulationSettings)| {
         let mut settings = SimulationSettings::default();
         change(&mut settings);
@@ -271,7 +271,7 @@ fn presets_are_found_by_name() {
 }
 
 #[test]
-fn a_braked_device_damps_whatever_it_is_told() {
+fn braked_device_damps_for_every_command() {
     let settings = SimulationSettings { hand: HandImpedance::NONE, apparatus: FRICTIONLESS, ..Default::default() };
     let mut device = SimulatedDevice::new(settings, still).unwrap();
     device.push(Twist { angular: DVec3::new(0.0, 2.0, 0.0), linear: DVec3::new(0.1, 0.0, 0.1) });
@@ -283,18 +283,18 @@ fn a_braked_device_damps_whatever_it_is_told() {
         device.read().unwrap();
         device.write(&pushed).unwrap();
         let now = energy(&device);
-        assert!(now <= before, "the brake takes energy only");
+        assert!(now <= before, "the brake must only take energy");
         before = now;
     }
     assert!(before < 1e-9, "{before} J are left");
-    assert!(!device.clone().brake().unwrap().is_applied(), "a copy has a brake of its own");
+    assert!(!device.clone().brake().unwrap().is_applied(), "a clone must have its own brake");
     brake.release();
     run(&mut device, 10, pushed);
     assert!(device.true_twist().linear.x > 0.1);
 }
 
 #[test]
-fn letting_go_of_a_pressed_grip_leaves_no_force() {
+fn releasing_a_pressed_grip_leaves_no_force() {
     let (mut publisher, guide) = crate::latest(Guide::Script);
     let script = |_: f64| Pose::from_translation(DVec3::X * 0.01);
     let mut device = SimulatedDevice::new(SimulationSettings::default(), Guided::new(script, guide)).unwrap();
@@ -312,6 +312,6 @@ fn letting_go_of_a_pressed_grip_leaves_no_force() {
     let pressed = force(Guide::Held(Pose::from_translation(DVec3::X * -0.03)), 1000);
     assert!(pressed > 2.0, "{pressed}");
     let released = force(Guide::Released, 1000);
-    // The load that dry friction bears.
+    // Dry friction can hold this much force.
     assert!(released <= Apparatus::LIGHT_ARM.friction, "{released} N");
 }

@@ -1,8 +1,8 @@
 //! SpaceMouse devices in Linux's list of HID devices.
 //!
-//! Every user can read vendor, product and name in `/sys/class/hidraw/hidrawN/device/uevent`, and
-//! the device's kind in `report_descriptor` beside it; only `/dev/hidrawN` itself needs a
-//! permission.
+//! The kernel lists vendor, product and name in `/sys/class/hidraw/hidrawN/device/uevent`, and the
+//! kind of device in the file `report_descriptor` beside it. Every user can read these files. Only
+//! `/dev/hidrawN` itself needs a permission.
 
 use std::fs::{self, File, OpenOptions};
 use std::io;
@@ -11,28 +11,29 @@ use std::path::{Path, PathBuf};
 
 use super::SpaceMouseError;
 
-/// The vendor's own number, and Logitech's, under which it sold before, with the products that are
-/// SpaceMouse devices.
+/// USB vendor number of 3Dconnexion. Older devices have the vendor number of Logitech, which other
+/// products share. So these devices are listed by product number.
 const VENDOR: u16 = 0x256f;
 const EARLIER_VENDOR: u16 = 0x046d;
 const EARLIER_PRODUCTS: [u16; 11] =
     [0xc603, 0xc605, 0xc606, 0xc621, 0xc623, 0xc625, 0xc626, 0xc627, 0xc628, 0xc629, 0xc62b];
-/// Begins the descriptor of a device for several axes: usage page 1 (desktop), usage 8.
+/// Start of the report descriptor of a multi-axis controller: usage page 1 (desktop), usage 8.
 const SEVERAL_AXES: [u8; 4] = [0x05, 0x01, 0x09, 0x08];
 
 /// Folder in which the kernel lists HID devices.
 pub(super) const LIST: &str = "/sys/class/hidraw";
 
-/// A device that is plugged in.
+/// A connected SpaceMouse.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Plugged {
-    /// Its file.
+    /// Device file, such as `/dev/hidraw3`.
     pub(super) path: PathBuf,
     pub(super) name: String,
     pub(super) vendor: u16,
 }
 
-/// All that are plugged in, by their files' names.
+/// Returns the connected devices, sorted by device file. `list` is the kernel's list, `files` the
+/// folder of the device files.
 pub(super) fn plugged(list: &Path, files: &Path) -> Vec<Plugged> {
     let Ok(entries) = fs::read_dir(list) else { return Vec::new() };
     let mut found: Vec<Plugged> = entries
@@ -41,8 +42,8 @@ pub(super) fn plugged(list: &Path, files: &Path) -> Vec<Plugged> {
             let device = entry.path().join("device");
             let (vendor, product, name) = identity(&fs::read_to_string(device.join("uevent")).ok()?)?;
             let is_one = vendor == VENDOR || (vendor == EARLIER_VENDOR && EARLIER_PRODUCTS.contains(&product));
-            // A receiver has other interfaces beside; where the kernel does not say, reports
-            // decide.
+            // A receiver also has other interfaces. Without a descriptor, the reports show whether
+            // this is the cap.
             let descriptor = fs::read(device.join("report_descriptor")).unwrap_or_default();
             let is_cap = descriptor.is_empty() || descriptor.starts_with(&SEVERAL_AXES);
             (is_one && is_cap).then(|| Plugged { path: files.join(entry.file_name()), name, vendor })
@@ -52,7 +53,7 @@ pub(super) fn plugged(list: &Path, files: &Path) -> Vec<Plugged> {
     found
 }
 
-/// Vendor, product and name out of a `uevent`.
+/// Parses vendor, product and name from a `uevent` file.
 fn identity(uevent: &str) -> Option<(u16, u16, String)> {
     let line = |key: &str| uevent.lines().find_map(|line| line.strip_prefix(key));
     let mut id = line("HID_ID=")?.split(':').skip(1);
@@ -62,7 +63,8 @@ fn identity(uevent: &str) -> Option<(u16, u16, String)> {
     Some((vendor, product, name))
 }
 
-/// Opens the one at `path`, or the first that is plugged in, so that reading does not wait.
+/// Opens the device at `path`, or the first connected one, for reads that do not wait. Also returns
+/// its name.
 pub(super) fn open(path: Option<&str>) -> Result<(File, String), SpaceMouseError> {
     let plugged = plugged(Path::new(LIST), Path::new("/dev"));
     let (path, known) = match path {
@@ -90,7 +92,7 @@ fn open_file(path: &Path) -> io::Result<File> {
     OpenOptions::new().read(true).custom_flags(rustix::fs::OFlags::NONBLOCK.bits().cast_signed()).open(path)
 }
 
-/// Returns the udev rule that lets the user at the machine read it.
+/// Returns the shell command that adds a udev rule, so that the local user can read the device.
 fn rule(vendor: u16) -> String {
     format!(
         "echo 'KERNEL==\"hidraw*\", ATTRS{{idVendor}}==\"{vendor:04x}\", TAG+=\"uaccess\"' | sudo tee /etc/udev/rules.d/70-spacemouse.rules && sudo udevadm control --reload && sudo udevadm trigger"
@@ -101,7 +103,7 @@ fn rule(vendor: u16) -> String {
 mod tests {
     use super::*;
 
-    /// A list of HID devices in a folder of its own, which is gone with it.
+    /// A list of HID devices in a temporary folder, which is deleted on drop.
     struct List(PathBuf);
 
     impl List {
@@ -127,8 +129,8 @@ mod tests {
     }
 
     #[test]
-    fn caps_are_told_from_mice() {
-        let list = List::new("told");
+    fn caps_are_distinguished_from_mice() {
+        let list = List::new("mice");
         let cap = [0x05, 0x01, 0x09, 0x08, 0xa1, 0x01];
         list.add("hidraw0", "0003:0000046D:0000C077", "Logitech USB Optical Mouse", &[0x05, 0x01, 0x09, 0x02]);
         list.add("hidraw1", "0003:0000046D:0000C626", "3Dconnexion SpaceNavigator", &cap);
@@ -143,17 +145,17 @@ mod tests {
     }
 
     #[test]
-    fn no_list_is_no_device() {
+    fn missing_list_means_no_device() {
         assert!(plugged(Path::new("/nowhere/at/all"), Path::new("/dev")).is_empty());
     }
 
     #[test]
-    fn the_rule_names_the_vendor() {
+    fn udev_rule_names_the_vendor() {
         assert!(rule(EARLIER_VENDOR).contains("ATTRS{idVendor}==\"046d\""));
     }
 
     #[test]
-    fn a_file_that_is_not_there_is_said() {
+    fn missing_device_file_is_an_error() {
         let error = open(Some("/nowhere/hidraw0")).err().unwrap();
         assert!(matches!(error, SpaceMouseError::Unusable { .. }), "{error}");
     }

@@ -5,11 +5,11 @@ use crate::device::HapticDevice;
 use crate::found::Finding;
 
 const BACKEND: &str = "spacemouse";
-/// Hz: it says something new some hundred times a second; the loop goes at its own rate.
+/// Recommended rate of the loop, Hz. The device sends some hundred reports per second.
 const RATE_HZ: f64 = 1000.0;
 const LOOKED_FOR: &str = "HID devices of 3Dconnexion (256f, and 046d before) in /sys/class/hidraw";
 
-/// Every SpaceMouse that is plugged in, readable or not.
+/// Returns a finding for each connected SpaceMouse, readable or not.
 pub(crate) fn look() -> Vec<Finding> {
     #[cfg(target_os = "linux")]
     {
@@ -39,10 +39,12 @@ fn finding(path: Option<&str>) -> Finding {
 
 fn why(error: &SpaceMouseError) -> String {
     match error {
-        // The mend has a line of its own.
-        SpaceMouseError::Denied { path, why, .. } => format!("{path} is one, but may not be read ({why})"),
+        // The remedy is a separate field of the finding.
+        SpaceMouseError::Denied { path, why, .. } => {
+            format!("{path} is a SpaceMouse, but this user may not read it ({why})")
+        }
         SpaceMouseError::None if !lists_devices() => {
-            "this system lists no HID devices at all (a container?)".to_owned()
+            "this system lists no HID devices (perhaps it is a container)".to_owned()
         }
         other => other.to_string(),
     }
@@ -62,7 +64,7 @@ fn mend(error: &SpaceMouseError) -> String {
     match error {
         SpaceMouseError::None => "plug one in; no driver is needed".to_owned(),
         SpaceMouseError::Denied { mend, .. } => mend.clone(),
-        SpaceMouseError::Unusable { .. } => "unplug it and plug it in again".to_owned(),
-        SpaceMouseError::NotHere => "use it on Linux".to_owned(),
+        SpaceMouseError::Unusable { .. } => "unplug the device and plug it in again".to_owned(),
+        SpaceMouseError::NotHere => "use the device on Linux".to_owned(),
     }
 }

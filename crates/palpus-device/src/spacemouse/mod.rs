@@ -1,20 +1,20 @@
-//! A SpaceMouse as a hand: six axes of input, no force.
+//! A SpaceMouse as an input device: six axes, no force.
 //!
-//! The cap hardly moves; a push on it is a speed. So the device's pose moves on by that speed in
-//! every read, for as long as the cap is pushed.
+//! The cap hardly moves; its deflection sets a velocity. In every read the pose moves on with this
+//! velocity, as long as the cap is pushed.
 //!
 //! 1. Devices are found in the kernel's list of HID devices by vendor, product and kind (`hidraw`),
-//!    and read through `/dev/hidraw*`. No driver and no library is needed, but the permission to
+//!    and read through `/dev/hidraw*`. This needs no driver and no library, only the permission to
 //!    read that file.
-//! 2. Each read of the loop takes in the reports that have come (`report`), without waiting.
-//! 3. Small deflections count as none; from there on the speed rises to its largest at full
+//! 2. Each read of the loop takes the reports that have arrived (`report`), without waiting.
+//! 3. Small deflections count as zero. Beyond them the speed rises linearly to its maximum at full
 //!    deflection.
-//! 4. A cap that is pushed says so many times a second. One that has not for a quarter of a second
-//!    counts as let go.
+//! 4. A pushed cap sends reports many times a second. Without a report for a quarter of a second it
+//!    counts as released.
 //!
-//! Axes are palpus's for hands: +X right, +Y away from the user, +Z up. The reports are tested
-//! against bytes as documented; no device was at hand. In a window it moves the simulated hand, as
-//! the keyboard does; that is the window's.
+//! The axes follow the convention of palpus: +X right, +Y away from the user, +Z up. The reports
+//! are tested against documented byte sequences; no device was available. In a window the
+//! SpaceMouse moves the simulated operator, as the keyboard does; the window implements this.
 
 #[cfg(target_os = "linux")]
 mod hidraw;
@@ -33,86 +33,89 @@ use report::Cap;
 
 pub(crate) use look::look;
 
-/// m/s at full deflection: a hand's span in a second and a half.
+/// Largest speed, m/s, at full deflection: the reach of a hand in a second and a half.
 const FASTEST: f64 = 0.12;
-/// rad/s at full deflection: a quarter turn in a second.
+/// Largest rotation speed, rad/s, at full deflection: about a quarter turn per second.
 const FASTEST_TURN: f64 = 1.6;
-/// Share of the full deflection that counts as none: caps rest within a twentieth, and a push along
-/// one axis leaks into others.
+/// Share of the full deflection that counts as zero. A cap at rest reports up to a twentieth, and a
+/// push along one axis also shows on others.
 const DEAD_ZONE: f64 = 0.08;
-/// Without a report for this long, the cap counts as let go.
+/// Without a report for this time, the cap counts as released.
 const SILENCE: Duration = Duration::from_millis(250);
-/// s: the most that the pose goes on by in one read.
+/// Longest time by which one read moves the pose, s.
 const LONGEST_STEP: f64 = 0.05;
-/// Reports that are taken in by one read; they come at most some hundreds of times a second.
+/// Largest number of reports that one read takes. Some hundreds arrive per second.
 const MOST_REPORTS: usize = 64;
 
-/// Why there is no SpaceMouse.
+/// The reason why there is no SpaceMouse.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SpaceMouseError {
-    /// None is plugged in.
+    /// No SpaceMouse is connected.
     #[error("no SpaceMouse is plugged in")]
     None,
-    /// There is one that may not be read.
-    #[error("{path} may not be read ({why}); mend: {mend}")]
+    /// A SpaceMouse is connected, but this user may not read it.
+    #[error("this user may not read {path} ({why}); mend: {mend}")]
     Denied {
-        /// Its file.
+        /// Device file.
         path: String,
         /// Error of the system.
         why: String,
-        /// One line for a shell.
+        /// Shell command that gives the permission.
         mend: String,
     },
-    /// Something else is in the way.
+    /// The device file cannot be opened.
     #[error("{path} cannot be opened: {why}")]
     Unusable {
-        /// Its file.
+        /// Device file.
         path: String,
         /// Error of the system.
         why: String,
     },
-    /// Not on this system.
-    #[error("SpaceMouse devices are read through Linux's hidraw, which this system has not")]
+    /// This system is not supported.
+    #[error("a SpaceMouse is read through Linux's hidraw, which this system does not have")]
     NotHere,
 }
 
-/// A SpaceMouse; see the module's outline.
+/// A SpaceMouse; the module describes how its reports set the pose.
 pub struct SpaceMouse {
     source: Box<dyn Read + Send>,
     spec: DeviceSpec,
     cap: Cap,
     pose: Pose,
     opened: Instant,
-    /// When it was read, and when a report came, last.
+    /// Time of the last read, and time of the last report.
     read: Instant,
     heard: Instant,
 }
 
 impl SpaceMouse {
-    /// The device at `path`, such as `/dev/hidraw3`; `None`: the first that is found.
+    /// Opens the device at `path`, such as `/dev/hidraw3`; with `None`, the first device that is
+    /// found.
     ///
     /// # Errors
-    /// Fails without a device, or if it cannot be read; the error has the line that mends it.
+    /// Fails if there is no device, or if it cannot be read. The error contains the command that
+    /// fixes it.
     #[cfg(target_os = "linux")]
     pub fn open(path: Option<&str>) -> Result<Self, SpaceMouseError> {
         let (file, name) = hidraw::open(path)?;
         Ok(Self::of(Box::new(file), name, Instant::now()))
     }
 
-    /// The device at `path`, such as `/dev/hidraw3`; `None`: the first that is found.
+    /// Opens the device at `path`, such as `/dev/hidraw3`; with `None`, the first device that is
+    /// found.
     ///
     /// # Errors
-    /// Always: there is no way to read it here.
+    /// Always fails: this system has no hidraw.
     #[cfg(not(target_os = "linux"))]
     pub fn open(_: Option<&str>) -> Result<Self, SpaceMouseError> {
         Err(SpaceMouseError::NotHere)
     }
 
-    /// A device whose reports come out of `source`, one a read: for systems and ways other than
-    /// Linux's hidraw.
+    /// Returns a device that reads its reports from `source`, one report per read. This is for
+    /// other systems and sources than Linux's hidraw.
     ///
-    /// A read must not wait: without a report it fails as [`ErrorKind::WouldBlock`]. Any other
-    /// failure, and an end, is a device that is lost.
+    /// A read must not wait: without a report it must fail with [`ErrorKind::WouldBlock`]. Any
+    /// other error, and an end of the source, means that the device is lost.
     pub fn of_reports(source: impl Read + Send + 'static, name: impl Into<String>) -> Self {
         Self::of(Box::new(source), name.into(), Instant::now())
     }
@@ -122,7 +125,7 @@ impl SpaceMouse {
         Self { source, spec, cap: Cap::default(), pose: Pose::IDENTITY, opened: now, read: now, heard: now }
     }
 
-    /// The state at `now`.
+    /// Returns the state at `now`.
     fn read_at(&mut self, now: Instant) -> Result<DeviceState, DeviceError> {
         self.take_reports(now)?;
         if now.duration_since(self.heard) > SILENCE {
@@ -141,16 +144,16 @@ impl SpaceMouse {
         let mut report = [0; report::LONGEST];
         for _ in 0..MOST_REPORTS {
             match self.source.read(&mut report) {
-                Ok(0) => return Err(lost("its file has ended")),
+                Ok(0) => return Err(lost("its device file has ended")),
                 Ok(length) => {
-                    // Reports of other parts (a battery, a screen) are passed over.
+                    // Reports of other parts, such as a battery or a screen, are ignored.
                     if self.cap.take(&report[..length]) {
                         self.heard = now;
                     }
                 }
                 Err(error) if error.kind() == ErrorKind::WouldBlock => break,
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                Err(_) => return Err(lost("it is not plugged in any more")),
+                Err(_) => return Err(lost("it was unplugged")),
             }
         }
         Ok(())
@@ -166,7 +169,7 @@ impl HapticDevice for SpaceMouse {
         self.read_at(Instant::now())
     }
 
-    /// Nothing: it has no motors.
+    /// Does nothing, since the device has no motors.
     fn write(&mut self, _: &Wrench) -> Result<(), DeviceError> {
         Ok(())
     }
@@ -185,7 +188,7 @@ fn spec_of(name: String) -> DeviceSpec {
         torque_continuous: None,
         actuated: Axes { translation: 0, rotation: 0, gripper: 0 },
         sensed: Axes::FULL,
-        // It has some, but there is no force to ask for by pressing them.
+        // The device has buttons, but there is no force that they could enable.
         buttons: 0,
         workspace: None,
         delay: 0.0,
@@ -194,7 +197,7 @@ fn spec_of(name: String) -> DeviceSpec {
     }
 }
 
-/// Speed that a deflection asks for.
+/// Returns the velocity for a deflection.
 fn speed(cap: &Cap) -> Twist {
     let shaped = |axes: DVec3| {
         let beyond = |share: f64| share.signum() * ((share.abs() - DEAD_ZONE) / (1.0 - DEAD_ZONE)).clamp(0.0, 1.0);
@@ -211,7 +214,7 @@ mod tests {
 
     use super::*;
 
-    /// Reports that come when they are put in.
+    /// A source of reports that the test puts in.
     #[derive(Clone, Default)]
     struct Bytes(Arc<Mutex<VecDeque<io::Result<Vec<u8>>>>>);
 
@@ -234,7 +237,8 @@ mod tests {
         (SpaceMouse::of(Box::new(bytes.clone()), "SpaceMouse".to_owned(), now), bytes, now)
     }
 
-    /// Reads every millisecond from `from` for `ticks`, with `report` coming before each hundredth.
+    /// Reads once per millisecond from `from` on, `ticks` times. A `report` arrives before every
+    /// hundredth read.
     fn push(mouse: &mut SpaceMouse, bytes: &Bytes, from: Instant, ticks: u64, report: &[u8]) -> DeviceState {
         let mut last = None;
         for tick in 1..=ticks {
@@ -246,14 +250,14 @@ mod tests {
         last.unwrap()
     }
 
-    /// Full deflection along the device's first axis, -350 along its second, none along its third.
+    /// Full deflection along the device's first axis, -350 along the second, 0 along the third.
     const PUSHED: [u8; 7] = [1, 0x5e, 0x01, 0xa2, 0xfe, 0, 0];
 
     #[test]
-    fn a_push_is_a_speed() {
+    fn push_sets_a_speed() {
         let (mut mouse, bytes, now) = mouse();
         let state = push(&mut mouse, &bytes, now, 1000, &PUSHED);
-        // Towards the user is the device's second axis and palpus's -Y.
+        // The device's second axis points towards the user, which is -Y in palpus.
         assert!(state.twist.linear.distance(DVec3::new(FASTEST, FASTEST, 0.0)) < 1e-12, "{:?}", state.twist);
         assert!(state.pose.translation.distance(DVec3::new(FASTEST, FASTEST, 0.0)) < 1e-9, "{:?}", state.pose);
         assert_eq!((state.pose.rotation, state.twist.angular), (DQuat::IDENTITY, DVec3::ZERO));
@@ -261,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn a_turn_is_a_rate_of_turn_and_stays_a_rotation() {
+    fn twist_of_cap_sets_a_rotation_speed() {
         let (mut mouse, bytes, now) = mouse();
         let state = push(&mut mouse, &bytes, now, 5000, &[2, 0, 0, 0, 0, 0xa2, 0xfe]);
         assert!(state.twist.angular.distance(DVec3::new(0.0, 0.0, FASTEST_TURN)) < 1e-12);
@@ -270,23 +274,23 @@ mod tests {
     }
 
     #[test]
-    fn a_cap_at_rest_does_not_creep() {
+    fn cap_at_rest_does_not_drift() {
         let (mut mouse, bytes, now) = mouse();
         let state = push(&mut mouse, &bytes, now, 1000, &[1, 20, 0, 0xec, 0xff, 9, 0, 27, 0, 0, 0, 0xe5, 0xff]);
         assert_eq!((state.pose, state.twist), (Pose::IDENTITY, Twist::default()));
     }
 
     #[test]
-    fn a_cap_that_says_nothing_is_let_go() {
+    fn silent_cap_counts_as_released() {
         let (mut mouse, bytes, now) = mouse();
         push(&mut mouse, &bytes, now, 100, &PUSHED);
         let later = mouse.read_at(now + Duration::from_millis(400)).unwrap();
         assert_eq!(later.twist, Twist::default());
-        assert!(later.pose.translation.x < 0.1 * FASTEST + 1e-6, "it must not run on: {:?}", later.pose);
+        assert!(later.pose.translation.x < 0.1 * FASTEST + 1e-6, "the pose must stop: {:?}", later.pose);
     }
 
     #[test]
-    fn buttons_are_seen_and_strange_reports_are_not() {
+    fn buttons_are_read_and_unknown_reports_ignored() {
         let (mut mouse, bytes, now) = mouse();
         for report in [&[3, 0b10, 0][..], &[23, 99], &[1], &[1, 2, 3], &[]] {
             if !report.is_empty() {
@@ -298,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mouse_that_is_unplugged_is_lost() {
+    fn unplugged_mouse_is_lost() {
         let (mut mouse, bytes, now) = mouse();
         bytes.0.lock().unwrap().push_back(Err(ErrorKind::NotFound.into()));
         assert!(matches!(mouse.read_at(now), Err(DeviceError::Lost(_))));

@@ -1,4 +1,4 @@
-//! palpus' side, as the tests use it.
+//! The client side of a bridge, for tests.
 
 use std::time::{Duration, Instant};
 
@@ -9,14 +9,14 @@ use palpus_device::{BridgeAddress, BridgeDevice, BridgeError, BridgeOptions};
 use super::StandIn;
 
 pub(crate) fn open(driver: &StandIn) -> BridgeDevice {
-    try_open(&driver.address).expect("a session")
+    try_open(&driver.address).expect("the session opens")
 }
 
 pub(crate) fn try_open(address: &BridgeAddress) -> Result<BridgeDevice, BridgeError> {
     BridgeDevice::open(&BridgeOptions { address: address.clone(), priority: None })
 }
 
-/// Waits until `what` is so; false if it is not after two seconds.
+/// Waits until `what` returns true; returns false after two seconds.
 pub(crate) fn comes_to(mut what: impl FnMut() -> bool) -> bool {
     let begun = Instant::now();
     while begun.elapsed() < Duration::from_secs(2) {

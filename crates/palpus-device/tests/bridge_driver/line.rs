@@ -1,4 +1,4 @@
-//! The driver's end of the connection.
+//! The driver's end of a connection.
 
 use std::net::{SocketAddr, UdpSocket};
 #[cfg(target_os = "linux")]
@@ -18,9 +18,9 @@ pub(super) enum Line {
 impl Line {
     pub(super) fn listen(way: Way, path: PathBuf) -> (Self, BridgeAddress) {
         if way == Way::Udp {
-            let socket = UdpSocket::bind("127.0.0.1:0").expect("a port");
-            socket.set_nonblocking(true).expect("a socket");
-            let address = BridgeAddress::Udp(socket.local_addr().expect("an address"));
+            let socket = UdpSocket::bind("127.0.0.1:0").expect("there is a free port");
+            socket.set_nonblocking(true).expect("the socket works");
+            let address = BridgeAddress::Udp(socket.local_addr().expect("the address is valid"));
             return (Self::Udp(socket, None), address);
         }
         Self::listen_at(path)
@@ -30,24 +30,26 @@ impl Line {
     fn listen_at(path: PathBuf) -> (Self, BridgeAddress) {
         use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType, bind, listen, socket_with};
         let flags = SocketFlags::CLOEXEC | SocketFlags::NONBLOCK;
-        let socket = socket_with(AddressFamily::UNIX, SocketType::SEQPACKET, flags, None).expect("a socket");
+        let socket = socket_with(AddressFamily::UNIX, SocketType::SEQPACKET, flags, None).expect("the socket works");
         let _ = std::fs::remove_file(&path);
-        bind(&socket, &SocketAddrUnix::new(path.as_path()).expect("a short path")).expect("a socket");
-        listen(&socket, 1).expect("a socket");
+        bind(&socket, &SocketAddrUnix::new(path.as_path()).expect("the path is short enough"))
+            .expect("the socket works");
+        listen(&socket, 1).expect("the socket works");
         (Self::Packets(socket, None), BridgeAddress::Path(path))
     }
 
     #[cfg(not(target_os = "linux"))]
     fn listen_at(_: PathBuf) -> (Self, BridgeAddress) {
-        panic!("this system has no sockets of packets")
+        panic!("this system has no Unix sockets of packets")
     }
 
-    /// Returns the length of the next frame, 0 if the other end is gone; `None` without a frame.
-    pub(super) fn receive(&mut self, bytes: &mut [u8], anybody: bool) -> Option<usize> {
+    /// Returns the length of the next frame, or 0 if the other end is closed; `None` if there is no
+    /// frame.
+    pub(super) fn receive(&mut self, bytes: &mut [u8], any_peer: bool) -> Option<usize> {
         match self {
             Self::Udp(socket, peer) => loop {
                 let (length, from) = socket.recv_from(bytes).ok()?;
-                if anybody {
+                if any_peer {
                     *peer = Some(from);
                 }
                 if *peer == Some(from) {
@@ -60,8 +62,8 @@ impl Line {
                 if connection.is_none() {
                     *connection = accept_with(&*listener, SocketFlags::CLOEXEC).ok();
                     if let Some(connection) = connection {
-                        // Room for states while the other process is held up, as docs/bridge.md
-                        // advises.
+                        // Makes room for states while the other process is delayed, as
+                        // docs/bridge.md recommends.
                         let _ = rustix::net::sockopt::set_socket_send_buffer_size(&*connection, 1 << 20);
                     }
                 }
@@ -78,7 +80,7 @@ impl Line {
         self.try_send(frame, false);
     }
 
-    /// Waits where there is no room.
+    /// Sends a frame, and waits while the queue is full.
     pub(super) fn send_patiently(&mut self, frame: &[u8]) {
         self.try_send(frame, true);
     }

@@ -1,5 +1,5 @@
-//! A driver for the bridge as a test needs it: well behaved, or with one defect.
-#![allow(dead_code, reason = "each test file uses a part of it")]
+//! A bridge driver for tests: correct, or with one defect.
+#![allow(dead_code, reason = "each test file uses only a part")]
 
 pub(crate) mod client;
 mod line;
@@ -18,7 +18,7 @@ use palpus_device::{Axes, BridgeAddress, DeviceSpec};
 
 use line::Line;
 
-/// Faults of a driver.
+/// Defects of a driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Defect {
     NeverExpires,
@@ -60,25 +60,25 @@ pub(crate) const DEFECTS: [Defect; 17] = [
     Defect::PushesUnasked,
 ];
 
-/// How it is reached.
+/// Kind of connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Way {
     Path,
     Udp,
 }
 
-/// Ways to connect on this system.
+/// Kinds of connections on this system.
 pub(crate) const WAYS: &[Way] = if cfg!(target_os = "linux") { &[Way::Path, Way::Udp] } else { &[Way::Udp] };
 
-/// How it is to behave.
+/// Behaviour of a driver.
 #[derive(Clone, Debug)]
 pub(crate) struct Behaviour {
     pub(crate) way: Way,
     pub(crate) rate_hz: f64,
-    /// N, as it states.
+    /// Stated peak force, N.
     pub(crate) force_max: f64,
     pub(crate) defect: Option<Defect>,
-    /// Ends the session with a close frame after so many states.
+    /// Number of states after which the driver ends the session with a close frame.
     pub(crate) closes_after: Option<u64>,
 }
 
@@ -88,16 +88,16 @@ impl Behaviour {
     }
 }
 
-/// State that a test sees and sets while the driver runs.
+/// Data that a test reads and sets while the driver runs.
 #[derive(Default)]
 pub(crate) struct Seen {
-    /// The wrench in each state that was sent.
+    /// The applied wrench of each sent state.
     pub(crate) applied: Vec<Wrench>,
-    /// All commands that were accepted.
+    /// All accepted commands.
     pub(crate) commands: Vec<Command>,
-    /// Commands that did not arrive, by the gaps in their numbers.
+    /// Number of commands that did not arrive, from gaps in the sequence numbers.
     pub(crate) lost_commands: u64,
-    /// Sent before each state, as they are.
+    /// Frames that are sent unchanged before each state.
     pub(crate) hostile: Vec<Vec<u8>>,
     pub(crate) sent: u64,
     pub(crate) session: u64,
@@ -134,7 +134,7 @@ pub(crate) fn spec() -> DeviceSpec {
     }
 }
 
-/// The pose in the state of number `sequence`: up and down by a centimetre.
+/// Returns the pose in state number `sequence`: up and down by 1 cm.
 pub(crate) fn pose(sequence: u64, rate_hz: f64) -> Pose {
     let phase = 10.0 * sequence as f64 / rate_hz;
     Pose { rotation: DQuat::IDENTITY, translation: DVec3::Z * 0.01 * phase.sin() }
@@ -154,10 +154,10 @@ impl StandIn {
     }
 
     pub(crate) fn seen(&self) -> MutexGuard<'_, Seen> {
-        self.shared.seen.lock().expect("no panic")
+        self.shared.seen.lock().expect("no thread has panicked")
     }
 
-    /// Sends no states from now on.
+    /// Stops sending states.
     pub(crate) fn fall_silent(&self) {
         self.shared.silent.store(true, Ordering::Relaxed);
     }
@@ -166,7 +166,7 @@ impl StandIn {
         self.shared.withheld.store(withheld, Ordering::Relaxed);
     }
 
-    /// Ends the process, as far as its peer can see.
+    /// Ends the driver. For its peer this looks like the end of the process.
     pub(crate) fn end(mut self) -> Seen {
         self.stop();
         std::mem::take(&mut *self.seen())
@@ -192,7 +192,7 @@ impl Drop for StandIn {
     }
 }
 
-/// Short: the path of a socket has at most 107 bytes.
+/// Returns a short path, since the path of a socket has at most 107 bytes.
 pub(crate) fn new_path() -> PathBuf {
     static COUNT: AtomicU32 = AtomicU32::new(0);
     let number = COUNT.fetch_add(1, Ordering::Relaxed);
@@ -284,7 +284,7 @@ impl Driver {
             Body::Command(command) => {
                 if self.session.is_none() && self.offer.is_some_and(|(_, session)| session == nonce) {
                     self.session = Some(nonce);
-                    self.shared.seen.lock().expect("no panic").session = nonce;
+                    self.shared.seen.lock().expect("no thread has panicked").session = nonce;
                 }
                 let ours = self.session == Some(nonce) || self.has(Defect::IgnoresNonce) && self.session.is_some();
                 if ours && (sequence > self.accepted || self.has(Defect::IgnoresSequence)) {
@@ -299,7 +299,7 @@ impl Driver {
     fn welcome(&mut self, hello: u64, sequence: u64) {
         if self.offer.is_none_or(|(answered, _)| answered != hello) {
             self.offers += 1;
-            // A test need not be unpredictable, only never twice the same.
+            // In a test the nonces need not be unpredictable, only different.
             let session = if self.has(Defect::SameSession) { 7 } else { hello.rotate_left(13) ^ self.offers };
             self.offer = Some((hello, session));
         }
@@ -320,7 +320,7 @@ impl Driver {
 
     fn obey(&mut self, sequence: u64, command: Command) {
         {
-            let mut seen = self.shared.seen.lock().expect("no panic");
+            let mut seen = self.shared.seen.lock().expect("no thread has panicked");
             seen.lost_commands += sequence.saturating_sub(self.accepted + 1);
             seen.commands.push(command);
         }
@@ -368,7 +368,7 @@ impl Driver {
             _ => Body::State(state),
         };
         let hostile = {
-            let mut seen = self.shared.seen.lock().expect("no panic");
+            let mut seen = self.shared.seen.lock().expect("no thread has panicked");
             seen.applied.push(self.wrench);
             seen.sent = self.sent;
             let count = seen.hostile.len().min(50);
@@ -379,14 +379,14 @@ impl Driver {
         if hostile.is_empty() {
             return self.line.send(state);
         }
-        // None of the flood may be missing, and it must not keep the state from being sent.
+        // The whole flood must arrive, and the state must be sent after it.
         for frame in hostile.iter().map(Vec::as_slice).chain([state]) {
             self.line.send_patiently(frame);
         }
     }
 }
 
-/// Gives a frame the CRC-32 of its bytes.
+/// Replaces the CRC-32 of a frame by the correct one.
 pub(crate) fn repair(bytes: &mut [u8]) {
     bytes[12..16].fill(0);
     let check = crc32fast::hash(bytes);

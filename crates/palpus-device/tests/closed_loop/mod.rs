@@ -1,30 +1,30 @@
-//! A simulated hand in a closed loop: the energy it is given.
+//! The energy that a simulated operator receives in a closed loop.
 
 use palpus::algebra::{Pose, Wrench, rotation_between};
 use palpus::render::Limits;
 use palpus_device::SimulationSettings;
 
-/// s: the loop's, nominally.
+/// Nominal period of the loop, s.
 pub(crate) const TICK: f64 = 1e-3;
 
-/// Limits of the simulated device.
+/// Returns the limits of the simulated device.
 pub(crate) fn limits() -> Limits {
     let spec = SimulationSettings::default().spec;
     Limits { force: spec.force_max, torque: spec.torque_max }
 }
 
-/// The net work on a hand, by what truly acted over what truly moved.
+/// Net work on a hand, from the true wrench and the true motion.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct HandWork {
     last: Option<(Pose, Wrench)>,
-    /// J.
+    /// Work done on the hand so far, J.
     pub(crate) given: f64,
-    /// The most at any time, J.
+    /// Largest value of `given` at any time, J.
     pub(crate) most: f64,
 }
 
 impl HandWork {
-    /// The hand has come to `pose` under the wrench that acted last.
+    /// Adds the work of the acting wrench up to `pose`.
     pub(crate) fn moved_to(&mut self, pose: &Pose) {
         if let Some((before, acted)) = self.last {
             self.given += acted.force.dot(pose.translation - before.translation);
@@ -33,7 +33,7 @@ impl HandWork {
         }
     }
 
-    /// From `pose` on, `wrench` acts.
+    /// Sets the wrench that acts from `pose` on.
     pub(crate) fn act(&mut self, pose: Pose, wrench: Wrench) {
         self.last = Some((pose, wrench));
     }

@@ -1,11 +1,11 @@
-//! Conditions for every tick, as listed on top of `faults.rs`.
+//! Conditions for every tick, as listed at the top of `faults.rs`.
 
 use palpus::algebra::{Twist, Wrench};
 use palpus_device::{Cut, Fault, Phase, Rearm, RunStatistics, ServoTick};
 
 use super::{Ran, Sequence};
 
-/// Relative room for rounding.
+/// Relative tolerance for rounding.
 const ROUNDING: f64 = 1e-6;
 
 pub(crate) fn within(wrench: &Wrench, force: f64, torque: f64) -> bool {
@@ -14,11 +14,11 @@ pub(crate) fn within(wrench: &Wrench, force: f64, torque: f64) -> bool {
         && wrench.torque.length() <= torque * (1.0 + ROUNDING)
 }
 
-/// m/s and rad/s: a device's velocity is filtered and comes late, so that damping may push for an
-/// instant when the grip turns round.
+/// Speeds (m/s and rad/s) at which damping may push. A device's velocity is filtered and late, so
+/// damping may push for a moment when the grip changes direction.
 const TURNS: (f64, f64) = (0.02, 0.4);
 
-/// All properties but the names.
+/// Checks all conditions except the names of the faults.
 pub(crate) fn judge(sequence: &Sequence, ran: &Ran) {
     judge_ticks(sequence, &ran.ticks);
     judge_latch(sequence, &ran.ticks);
@@ -31,11 +31,11 @@ pub(crate) fn judge(sequence: &Sequence, ran: &Ran) {
     }
 }
 
-/// How long ago the force was taken away.
+/// Time since the force was removed.
 struct Fall {
-    /// In which the slew limit takes the peak away.
+    /// Number of ticks in which the slew limit reduces the peak to zero.
     ticks: u64,
-    /// The tick after the last one in which the device was given a computed wrench.
+    /// Index after the last tick in which the device got a computed wrench.
     since: u64,
 }
 
@@ -43,23 +43,23 @@ impl Fall {
     fn new(sequence: &Sequence) -> Self {
         let Sequence { limits, rate_hz, .. } = sequence;
         let seconds = (limits.force_peak / limits.force_slew).max(limits.torque_peak / limits.torque_slew);
-        // A limit on something that is zero.
+        // The torque limits may both be zero.
         let seconds = if seconds.is_finite() { seconds } else { limits.force_peak / limits.force_slew };
         Self { ticks: (seconds * rate_hz * (1.0 - ROUNDING)).ceil() as u64, since: 0 }
     }
 
-    /// True if in this tick, the next one that is looked at, nothing computed can be left.
+    /// Takes the next `tick`. Returns true if no computed wrench can remain in it.
     fn is_over(&mut self, tick: &ServoTick) -> bool {
         if tick.phase.is_on() && !tick.cuts.has(Cut::Withheld) {
             self.since = tick.index + 1;
             return false;
         }
-        // The tick in which it begins takes the first step.
+        // The tick in which the fall begins takes the first step.
         tick.index + 1 >= self.since + self.ticks
     }
 }
 
-/// Property 3 by the true motion: what is left at a fault does not push.
+/// Condition 3, for the true motion: after a fault, the remaining wrench does not push.
 fn judge_damping(sequence: &Sequence, tick: &ServoTick, motion: &Twist) {
     let limits = &sequence.limits;
     if tick.cuts.is_fault() {
@@ -70,7 +70,7 @@ fn judge_damping(sequence: &Sequence, tick: &ServoTick, motion: &Twist) {
     }
 }
 
-/// Property 2: no message differs from the one before by more than a step of the slew limit.
+/// Condition 2: successive messages differ by at most one step of the slew limit.
 fn judge_messages(sequence: &Sequence, ran: &Ran) {
     let Sequence { limits, rate_hz, seed, .. } = sequence;
     let most = (limits.force_slew / rate_hz, limits.torque_slew / rate_hz);
@@ -81,21 +81,21 @@ fn judge_messages(sequence: &Sequence, ran: &Ran) {
     }
 }
 
-/// Property 6.
+/// Condition 6: the force stays off after three faults.
 fn judge_latch(sequence: &Sequence, ticks: &[ServoTick]) {
     let (mut faults, mut before, mut latched) = (0, Phase::Idle, false);
     for tick in ticks {
         let at = format!("tick {} of sequence {:#x}", tick.index, sequence.seed);
         faults += u32::from(tick.phase.is_faulted() && !before.is_faulted());
         latched |= tick.phase == Phase::Latched;
-        assert!(!(latched && tick.phase.is_on()), "{at}: on after it was latched");
+        assert!(!(latched && tick.phase.is_on()), "{at}: a force was given after the latch");
         let automatic = sequence.options.safety.rearm == Rearm::Automatic;
         assert!(automatic || latched || faults < 3 || tick.phase == Phase::Stopped, "{at}: {faults} faults");
         before = tick.phase;
     }
 }
 
-/// Properties 1 to 4 over the ticks that were seen.
+/// Checks conditions 1 to 4 for the observed ticks.
 fn judge_ticks(sequence: &Sequence, ticks: &[ServoTick]) {
     let Sequence { limits, rate_hz, .. } = sequence;
     let period = 1.0 / rate_hz;
@@ -107,7 +107,7 @@ fn judge_ticks(sequence: &Sequence, ticks: &[ServoTick]) {
         let at = format!("tick {} of sequence {:#x}", tick.index, sequence.seed);
         let wrench = &tick.wrench;
         assert!(within(wrench, limits.force_peak, limits.torque_peak), "{at}: {wrench:?} beyond the peak");
-        // Ticks that panicked are not seen; their messages are ([`judge_messages`]).
+        // A tick that panicked is missing in `ticks`; `judge_messages` checks its message.
         let follows = index.is_none_or(|index: u64| index + 1 == tick.index);
         if !follows {
             (clean, phase) = (0.0, Phase::Faulted);
@@ -122,7 +122,7 @@ fn judge_ticks(sequence: &Sequence, ticks: &[ServoTick]) {
             clean += period;
         }
         if tick.cuts.has(Cut::Withheld) && is_fallen {
-            assert_eq!(*wrench, Wrench::ZERO, "{at}: the device withholds its force");
+            assert_eq!(*wrench, Wrench::ZERO, "{at}: the wrench must be zero while the device withholds its force");
         }
         if tick.phase.is_on() {
             if !phase.is_on() {
@@ -133,23 +133,26 @@ fn judge_ticks(sequence: &Sequence, ticks: &[ServoTick]) {
                 ramp = 0.0;
             }
             let share = (ramp / limits.ramp).min(1.0) + ROUNDING;
-            assert!(within(wrench, limits.force_peak * share, limits.torque_peak * share), "{at}: ahead of the ramp");
+            assert!(
+                within(wrench, limits.force_peak * share, limits.torque_peak * share),
+                "{at}: the wrench is above the ramp"
+            );
             ramp += period;
         } else if !tick.cuts.is_fault() && is_fallen {
-            // Waiting, or faulted for a while: nothing, or damping.
+            // While waiting or faulted, the wrench is zero or damping.
             assert!(within(wrench, limits.rest_force, limits.rest_torque), "{at}: {wrench:?} while {:?}", tick.phase);
         }
         (phase, index) = (tick.phase, Some(tick.index));
     }
 }
 
-/// Every fault that happened is named. When two meet, one may hide the other, so only those that
-/// are alone are looked for.
+/// Checks that every fault is named in the counters. If two faults meet, one may hide the other, so
+/// only separate faults are checked.
 pub(crate) fn judge_names(sequence: &Sequence, ticks: &[ServoTick], statistics: &RunStatistics) {
     let reads = statistics.ticks;
-    // Nothing is held too long when nothing is held.
+    // A wrench is held for too long only if it is not zero.
     let is_held = |tick: u64| ticks.iter().any(|seen| seen.index == tick && seen.wrench != Wrench::ZERO);
-    // Ticks are counted from the first state that was one.
+    // Ticks are counted from the first valid state.
     let counts_reads = sequence.faults.first().is_none_or(|(tick, _)| *tick > 0);
     let lasting = |fault: &Fault| match fault {
         Fault::Frozen(ticks)
@@ -164,7 +167,8 @@ pub(crate) fn judge_names(sequence: &Sequence, ticks: &[ServoTick], statistics: 
             sequence.faults.iter().enumerate().all(|(other, (at, its))| {
                 other == k || *at > tick + lasting(fault) + 2 || at + lasting(its) + 2 < *tick
             });
-        // The first read has nothing to be compared with, and the last ones' end is not seen.
+        // The first read cannot be compared with another one, and the effect of the last faults may
+        // come after the end.
         let seen = *tick > 0 && tick + lasting(fault) + 1 < reads;
         let seen = match fault {
             Fault::LateRead(_) | Fault::LateStep(_) => seen && counts_reads && is_held(tick - 1),

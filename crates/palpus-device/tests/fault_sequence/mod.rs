@@ -1,4 +1,4 @@
-//! Sequences of faults, each made of its seed, and the run that goes through one.
+//! Seeded sequences of faults, and runs with them.
 
 pub(crate) mod judge;
 
@@ -19,10 +19,10 @@ use palpus_device::{
 
 use palpus::algebra::Random;
 
-/// Ticks of each sequence.
+/// Number of ticks of each sequence.
 const TICKS: u64 = 600;
 
-/// A sequence of faults, and the facts needed to judge its result.
+/// A sequence of faults, and the data needed to judge its result.
 pub(crate) struct Sequence {
     pub(crate) seed: u64,
     pub(crate) rate_hz: f64,
@@ -30,7 +30,7 @@ pub(crate) struct Sequence {
     pub(crate) limits: SafetyLimits,
     pub(crate) options: ServoOptions,
     pub(crate) faults: Vec<(u64, Fault)>,
-    /// The tick after which it is ended from outside.
+    /// Tick after which the run control ends the run.
     pub(crate) ends_at: Option<u64>,
 }
 
@@ -41,7 +41,8 @@ impl Sequence {
         let known = known_devices();
         let honest = &known[random.below(known.len())];
         let spec = claim(random, honest);
-        // As derived, but for the times: a sequence is to see more than one engagement.
+        // The limits are derived from the device, with shorter times, so that a sequence has more
+        // than one engagement.
         let ticks = |count: f64| count / rate_hz;
         let limits = SafetyLimits { ramp: ticks(40.0), hold: ticks(30.0), ..SafetyLimits::of(&spec, rate_hz) };
         let safety = SafetyOptions {
@@ -63,10 +64,10 @@ impl Sequence {
         Self { seed, rate_hz, spec, limits, options, faults, ends_at }
     }
 
-    /// Runs it.
+    /// Runs the sequence.
     pub(crate) fn run(&self) -> Ran {
         let time = VirtualTime::default();
-        // So that a clock may run backwards.
+        // The clock starts late enough that it can jump backwards.
         time.pass(Duration::from_secs(20));
         let script = Script::new(&self.faults, Some(&time));
         let settings = SimulationSettings {
@@ -85,15 +86,15 @@ impl Sequence {
                 DVec3::new(0.01 * (12.0 * t).cos() - 0.008, 0.0, 0.02 * t),
             )
         };
-        let hand = SimulatedDevice::new(settings, intent).expect("settings in range");
+        let hand = SimulatedDevice::new(settings, intent).expect("the settings are valid");
         let moves = Rc::new(Cell::new(Twist::default()));
         let grip = Grip { device: hand, moves: Rc::clone(&moves) };
         let device = FaultyDevice::new(grip, &script).claiming(self.spec.clone());
         let mut device = Scribe { device, written: Vec::new() };
-        let brake = device.brake().expect("a simulated device has one");
+        let brake = device.brake().expect("a simulated device has a brake");
         let mut ticks = Vec::new();
         let mut motion = Vec::new();
-        let mut servo = Servo::new(self.options).expect("options in range");
+        let mut servo = Servo::new(self.options).expect("the options are valid");
         let control = servo.control();
         let mut observer = |tick: &ServoTick, (): &()| {
             ticks.push(*tick);
@@ -111,16 +112,16 @@ impl Sequence {
 /// Result of a sequence.
 pub(crate) struct Ran {
     pub(crate) ticks: Vec<ServoTick>,
-    /// How the grip truly moved at each of them.
+    /// The true velocity of the grip in each tick.
     pub(crate) motion: Vec<Twist>,
-    /// Every message that the device took.
+    /// Every message that the device accepted.
     pub(crate) written: Vec<Wrench>,
     pub(crate) statistics: RunStatistics,
-    /// The brake was applied at the end.
+    /// True if the brake was applied at the end.
     pub(crate) braked: bool,
 }
 
-/// Any fault, of a size that is one.
+/// Returns a random fault that is large enough to be detected.
 fn fault(random: &mut Random, limits: &SafetyLimits, rate_hz: f64) -> Fault {
     let stall = Duration::from_secs_f64(limits.stall * random.between(1.2, 4.0));
     let frozen = (limits.stale * rate_hz).ceil() as u32 + 3 + random.below(20) as u32;
@@ -155,7 +156,7 @@ fn fault(random: &mut Random, limits: &SafetyLimits, rate_hz: f64) -> Fault {
     }
 }
 
-/// A spec that a device may state, true or not.
+/// Returns a description that a device may state, true or not.
 fn claim(random: &mut Random, honest: &DeviceSpec) -> DeviceSpec {
     let lie = |random: &mut Random| [f64::INFINITY, f64::NAN, -5.0, 1e9, 0.0][random.below(5)];
     let mut spec = honest.clone();
@@ -173,8 +174,8 @@ fn claim(random: &mut Random, honest: &DeviceSpec) -> DeviceSpec {
     spec
 }
 
-/// A wall with a rough surface, a small pull everywhere, and now and then something larger than any
-/// device.
+/// A wall with a rough surface, with a small force everywhere and sometimes a force larger than any
+/// device can give.
 fn wall(seed: u64) -> impl FnMut(&DeviceState, f64) -> StepOutcome {
     let mut random = Random::new(seed ^ 0xf00d);
     move |state, _| {
@@ -185,7 +186,7 @@ fn wall(seed: u64) -> impl FnMut(&DeviceState, f64) -> StepOutcome {
     }
 }
 
-/// Remembers how the grip truly moves.
+/// Stores the true velocity of the grip.
 struct Grip<I> {
     device: SimulatedDevice<I>,
     moves: Rc<Cell<Twist>>,
@@ -211,7 +212,7 @@ impl<I: Intent> HapticDevice for Grip<I> {
     }
 }
 
-/// Remembers what was written, whatever the device made of it.
+/// Stores the written wrenches.
 struct Scribe<D> {
     device: D,
     written: Vec<Wrench>,

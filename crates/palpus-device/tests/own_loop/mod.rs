@@ -1,20 +1,20 @@
-//! For loops that a test turns by itself: the time of a tick, and whether contact is at rest.
+//! Functions for tests with their own loop: the time of a tick, and a measure of oscillation.
 
 use glam::DVec3;
 use palpus_device::DeviceState;
 
 use crate::closed_loop::TICK;
 
-/// The time since the state before, s, whose time `last` is; the nominal one where time has not
-/// gone on, as at the first state.
+/// Returns the time since the previous state, s; `last` is the time of that state. Returns the
+/// nominal period if the time has not advanced, as at the first state.
 pub(crate) fn elapsed(state: &DeviceState, last: &mut f64) -> f64 {
     let dt = if state.time > *last { state.time - *last } else { TICK };
     *last = state.time;
     dt
 }
 
-/// Root of the mean square of what is above 10 Hz, as a part of the mean, and the mean, N: a mean
-/// over a tenth of a second is taken off.
+/// Returns the root mean square of the force above 10 Hz relative to the mean force, and the mean
+/// force (N). The high-pass filter subtracts a running mean over a tenth of a second.
 pub(crate) fn cycle(forces: &[DVec3]) -> (f64, f64) {
     const WINDOW: usize = 101;
     let mean = forces.iter().sum::<DVec3>().length() / forces.len() as f64;

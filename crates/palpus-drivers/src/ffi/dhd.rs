@@ -1,8 +1,7 @@
-//! The functions of Force Dimension's DHD that are called.
+//! The functions of Force Dimension's DHD library that palpus calls.
 //!
-//! C has no default arguments: the device's number, which the maker's header fills in as −1 (the
-//! one that was opened last) for C++, is given in every call; here it is the one that opening
-//! answered.
+//! C has no default arguments, so every call passes the device number. In C++ the maker's header
+//! fills in −1, the device that was opened last. Here it is the number that `open` returned.
 
 use std::ffi::{c_char, c_int, c_uchar, c_uint};
 
@@ -19,7 +18,7 @@ type Configure = unsafe extern "C" fn(c_int, c_int, c_char) -> c_int;
 /// Size of the status buffer: larger than the 16 or 17 integers that the SDKs write.
 pub(crate) const STATUS_ROOM: usize = 32;
 
-/// An open DHD library. The functions stay valid as long as it is.
+/// A loaded DHD library. The functions are valid as long as `_library` exists.
 pub(crate) struct Dhd {
     device_count: Number,
     open: Number,
@@ -51,10 +50,10 @@ impl Dhd {
     /// Looks up every function.
     ///
     /// # Errors
-    /// When one is missing without which there is no force, by its name.
+    /// Fails if a function is missing that is needed for force output. The error has its name.
     pub(crate) fn of(library: Loaded, mend: &str) -> Result<Self, DriverError> {
-        // SAFETY: each type is that of the function in the maker's manual, and the library is kept
-        // beside the functions. A C++ `bool` is read and written as a byte.
+        // SAFETY: each type is the type of the function in the maker's manual, and the library is
+        // stored with the functions. A C++ `bool` is read and written as a byte.
         unsafe {
             let expert = library.optional("dhdEnableExpertMode").zip(library.optional("dhdDisableExpertMode"));
             Ok(Self {
@@ -87,104 +86,109 @@ impl Dhd {
     }
 
     pub(crate) fn device_count(&self) -> i32 {
-        // SAFETY: no arguments.
+        // SAFETY: the function has no arguments.
         unsafe { (self.device_count)() }
     }
 
-    /// The first device's number, or negative.
+    /// Opens the first free device. Returns its number, or a negative number on failure.
     pub(crate) fn open(&self) -> i32 {
-        // SAFETY: no arguments.
+        // SAFETY: the function has no arguments.
         unsafe { (self.open)() }
     }
 
-    /// The device at that place of the library's list; its number, or negative.
+    /// Opens the device with this index in the library's list. Returns its number, or a negative
+    /// number on failure.
     pub(crate) fn open_id(&self, which: u8) -> i32 {
-        // SAFETY: a place that holds no device is answered with −1.
+        // SAFETY: for an index without a device the library returns −1.
         self.open_id.map_or(-1, |open| unsafe { open(which as c_char) })
     }
 
     pub(crate) fn close(&self, id: i8) -> i32 {
-        // SAFETY: a number that names no device is answered with −1.
+        // SAFETY: for a number without a device the library returns −1.
         unsafe { (self.close)(id as c_char) }
     }
 
-    /// The library's message for the last error on this thread.
+    /// Returns the library's message for the last error on this thread.
     pub(crate) fn last_error(&self) -> String {
-        // SAFETY: a text of the library's that lives as long as it does.
+        // SAFETY: the text belongs to the library and lives as long as the library.
         unsafe { words((self.last_error)()) }
     }
 
     pub(crate) fn system_name(&self, id: i8) -> String {
-        // SAFETY: as for the error's.
+        // SAFETY: as for `last_error`.
         unsafe { words((self.system_name)(id as c_char)) }
     }
 
     pub(crate) fn has_active_wrist(&self, id: i8) -> bool {
-        // SAFETY: by value.
+        // SAFETY: all arguments are passed by value.
         unsafe { (self.has_active_wrist)(id as c_char) != 0 }
     }
 
-    /// Returns whether it senses the rotation, if the library knows.
+    /// Returns whether the device senses rotation. `None` if the library has no such function.
     pub(crate) fn has_wrist(&self, id: i8) -> Option<bool> {
-        // SAFETY: by value.
+        // SAFETY: all arguments are passed by value.
         self.has_wrist.map(|has| unsafe { has(id as c_char) != 0 })
     }
 
     pub(crate) fn enable_force(&self, on: bool, id: i8) -> i32 {
-        // SAFETY: by value.
+        // SAFETY: all arguments are passed by value.
         unsafe { (self.enable_force)(u8::from(on), id as c_char) }
     }
 
-    /// Position, m, and the grip's axes as rows of three, row by row; and what was returned.
+    /// Returns the code, the position (m), and the rows of the matrix with the grip's axes as
+    /// columns.
     pub(crate) fn frame(&self, id: i8) -> (i32, [f64; 3], [f64; 9]) {
         let ([mut x, mut y, mut z], mut rows) = ([0.0; 3], [0.0; 9]);
-        // SAFETY: three doubles and a `double[3][3]`, which is nine in a row.
+        // SAFETY: pointers to three doubles and to a `double[3][3]`, which is nine doubles in a
+        // row.
         let code = unsafe { (self.frame)(&mut x, &mut y, &mut z, &mut rows, id as c_char) };
         (code, [x, y, z], rows)
     }
 
-    /// m/s.
+    /// Returns the code and the linear velocity (m/s).
     pub(crate) fn linear_velocity(&self, id: i8) -> (i32, [f64; 3]) {
         three(self.linear_velocity, id)
     }
 
-    /// rad/s; `None` when the library is too old to know.
+    /// Returns the code and the angular velocity (rad/s). `None` if the library is too old for it.
     pub(crate) fn angular_velocity(&self, id: i8) -> Option<(i32, [f64; 3])> {
         self.angular_velocity.map(|function| three(function, id))
     }
 
-    /// Sets the window over which velocities are estimated, ms.
+    /// Sets the time window for the estimate of velocities, ms.
     pub(crate) fn velocity_window(&self, ms: i32, id: i8) {
-        /// Positions at both ends of a sliding window, as opposed to a growing one.
+        /// Uses the positions at both ends of a sliding window. The other mode has a growing
+        /// window.
         const SLIDING: c_int = 0;
         for configure in [self.configure_linear, self.configure_angular].into_iter().flatten() {
-            // SAFETY: by value. What it answers does not matter: the default window then stays.
+            // SAFETY: all arguments are passed by value. If it fails, the default window stays.
             let _ = unsafe { configure(ms, SLIDING, id as c_char) };
         }
     }
 
-    /// N, N·m, and nothing for the gripper.
+    /// Sets the force (N) and the torque (N·m). The gripper force is zero.
     pub(crate) fn set_wrench(&self, force: [f64; 3], torque: [f64; 3], id: i8) -> i32 {
         let ([fx, fy, fz], [tx, ty, tz]) = (force, torque);
-        // SAFETY: by value.
+        // SAFETY: all arguments are passed by value.
         unsafe { (self.set_all)(fx, fy, fz, tx, ty, tz, 0.0, id as c_char) }
     }
 
     pub(crate) fn buttons(&self, id: i8) -> u32 {
-        // SAFETY: by value.
+        // SAFETY: all arguments are passed by value.
         self.buttons.map_or(0, |function| unsafe { function(id as c_char) })
     }
 
-    /// Sets the device's watchdog: it removes the force after this many intervals of 125 µs without
-    /// a command. Returns true on success.
+    /// Sets the device's watchdog: it switches off the force after this many intervals of 125 µs
+    /// without a command. Returns true on success.
     pub(crate) fn set_watchdog(&self, steps: u8, id: i8) -> bool {
         let Some(set) = self.watchdog else { return false };
-        // SAFETY: by value.
+        // SAFETY: all arguments are passed by value.
         let mut code = unsafe { set(steps, id as c_char) };
         if code < 0
             && let Some((enable, disable)) = self.expert
         {
-            // SAFETY: by value; the mode guards nothing but functions such as this one.
+            // SAFETY: all arguments are passed by value. The expert mode only enables functions
+            // such as this one.
             code = unsafe {
                 enable();
                 let code = set(steps, id as c_char);
@@ -195,41 +199,41 @@ impl Dhd {
         code >= 0
     }
 
-    /// Returns the status words; `None` if the library has none.
+    /// Returns the status words. `None` if the library cannot read them.
     pub(crate) fn status(&self, id: i8) -> Option<[i32; STATUS_ROOM]> {
         let mut status = [0; STATUS_ROOM];
-        // SAFETY: room for more than any SDK writes.
+        // SAFETY: the buffer is larger than what any SDK writes.
         let code = unsafe { (self.status)(status.as_mut_ptr(), id as c_char) };
         (code >= 0).then_some(status)
     }
 
-    /// Communication rate of the device, kHz.
+    /// Returns the communication rate of the device, kHz.
     pub(crate) fn rate(&self, id: i8) -> Option<f64> {
-        // SAFETY: by value.
+        // SAFETY: all arguments are passed by value.
         self.rate.map(|function| unsafe { function(id as c_char) })
     }
 
-    /// Limits the library itself to these values, N and N·m. True if it accepts the force.
+    /// Sets limits in the library, N and N·m. Returns true if it accepts the force limit.
     pub(crate) fn set_most(&self, force: f64, torque: f64, id: i8) -> bool {
         let set = |most: Option<unsafe extern "C" fn(f64, c_char) -> c_int>, value: f64| {
-            // SAFETY: by value.
+            // SAFETY: all arguments are passed by value.
             most.is_some_and(|set| unsafe { set(value, id as c_char) } >= 0)
         };
-        // A torque that is not limited here is limited by the safety chain all the same.
+        // If the library cannot limit the torque, the safety chain still does.
         set(self.max_torque, torque);
         set(self.max_force, force)
     }
 
-    /// Makes the library find simulated devices too; false if it has no such function.
+    /// Makes the library also find simulated devices. Returns false if it has no such function.
     pub(crate) fn enable_simulator(&self) -> bool {
-        // SAFETY: by value.
+        // SAFETY: all arguments are passed by value.
         self.simulator.map(|function| unsafe { function(1) }).is_some()
     }
 }
 
 fn three(function: Three, id: i8) -> (i32, [f64; 3]) {
     let [mut x, mut y, mut z] = [0.0; 3];
-    // SAFETY: three doubles.
+    // SAFETY: pointers to three doubles.
     let code = unsafe { function(&mut x, &mut y, &mut z, id as c_char) };
     (code, [x, y, z])
 }

@@ -1,8 +1,8 @@
-//! The functions of 3D Systems' HDAPI that are called, and the thread of its that calls back.
+//! The functions of 3D Systems' HDAPI that palpus calls, and the callback from its thread.
 //!
-//! The library runs its own thread a thousand times a second. It calls [`Servant::serve`] there,
-//! behind a function that catches every panic: to unwind into C would end the process with the
-//! force on.
+//! The library runs a thread a thousand times per second. It calls [`Servant::serve`] in that
+//! thread, through a function that catches every panic. Unwinding into C code would end the process
+//! while the force is on.
 
 use std::ffi::{CString, c_char, c_int, c_uint, c_ulong, c_ushort, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -16,23 +16,23 @@ type Nothing = unsafe extern "system" fn();
 type OfHandle = unsafe extern "system" fn(c_uint);
 type Callback = unsafe extern "system" fn(*mut c_void) -> c_uint;
 
-/// The answer of a callback that wants to be called again.
+/// Return value of a callback that must be called again.
 const CONTINUE: c_uint = 1;
-/// And of one that does not.
+/// Return value of a callback that is not to be called again.
 const DONE: c_uint = 0;
-/// The first to be called in a turn of the thread.
+/// Priority of the callback that is called first in each turn of the thread.
 const HIGHEST_PRIORITY: c_ushort = c_ushort::MAX;
 
-/// No device.
+/// Return value if no device was opened.
 const INVALID_HANDLE: u32 = 0xffff_ffff;
-/// However many numbers a parameter has (16 at most), it is less.
+/// Size of a buffer for the numbers of a parameter. A parameter has 16 numbers at most.
 const ROOM: usize = 32;
 
 /// An error of the library.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ErrorInfo {
-    /// 0: nothing.
+    /// Error code. 0 means no error.
     pub(crate) code: c_uint,
     /// Error code of the driver.
     pub(crate) internal: c_int,
@@ -40,7 +40,7 @@ pub(crate) struct ErrorInfo {
     pub(crate) handle: c_uint,
 }
 
-/// An open HDAPI library. The functions stay valid as long as it is.
+/// A loaded HDAPI library. The functions are valid as long as `_library` exists.
 pub(crate) struct Hd {
     init_device: unsafe extern "system" fn(*const c_char) -> c_uint,
     disable_device: OfHandle,
@@ -67,10 +67,10 @@ impl Hd {
     /// Looks up every function.
     ///
     /// # Errors
-    /// When one is missing, by its name.
+    /// Fails if a function is missing. The error has its name.
     pub(crate) fn of(library: Loaded, mend: &str) -> Result<Self, DriverError> {
-        // SAFETY: each type is that of the function in the maker's manual, and the library is kept
-        // beside the functions.
+        // SAFETY: each type is the type of the function in the maker's manual, and the library is
+        // stored with the functions.
         unsafe {
             Ok(Self {
                 init_device: library.function("hdInitDevice", mend)?,
@@ -96,13 +96,13 @@ impl Hd {
         }
     }
 
-    /// Address of the library, different for each loaded library.
+    /// Returns an address that identifies the loaded library.
     pub(crate) fn place(&self) -> usize {
         self.start as usize
     }
 
-    /// Opens the device of this name, or the library's default without a name; `None` without a
-    /// device.
+    /// Opens the device with this name, or the default device if there is no name. `None` if it
+    /// cannot be opened.
     pub(crate) fn init_device(&self, name: Option<&str>) -> Option<u32> {
         let name = name.map(CString::new).transpose().ok()?;
         let pointer = name.as_ref().map_or(std::ptr::null(), |name| name.as_ptr());
@@ -112,101 +112,103 @@ impl Hd {
     }
 
     pub(crate) fn disable_device(&self, handle: u32) {
-        // SAFETY: by value.
+        // SAFETY: all arguments are passed by value.
         unsafe { (self.disable_device)(handle) }
     }
 
-    /// The device that all calls of this thread without a handle are for.
+    /// Selects the device for all later calls of this thread that have no handle.
     pub(crate) fn make_current(&self, handle: u32) {
-        // SAFETY: by value.
+        // SAFETY: all arguments are passed by value.
         unsafe { (self.make_current)(handle) }
     }
 
     pub(crate) fn begin_frame(&self, handle: u32) {
-        // SAFETY: by value.
+        // SAFETY: all arguments are passed by value.
         unsafe { (self.begin_frame)(handle) }
     }
 
     pub(crate) fn end_frame(&self, handle: u32) {
-        // SAFETY: by value.
+        // SAFETY: all arguments are passed by value.
         unsafe { (self.end_frame)(handle) }
     }
 
     pub(crate) fn enable(&self, capability: u32) {
-        // SAFETY: by value.
+        // SAFETY: all arguments are passed by value.
         unsafe { (self.enable)(capability) }
     }
 
     pub(crate) fn disable(&self, capability: u32) {
-        // SAFETY: by value.
+        // SAFETY: all arguments are passed by value.
         unsafe { (self.disable)(capability) }
     }
 
-    /// The first N numbers of a parameter; those that it does not have are NaN.
+    /// Returns the first N numbers of a parameter. Numbers that the parameter does not have are
+    /// NaN.
     pub(crate) fn doubles<const N: usize>(&self, parameter: u32) -> [f64; N] {
         let mut values = [f64::NAN; ROOM];
-        // SAFETY: room for more numbers than any parameter has.
+        // SAFETY: the buffer is larger than any parameter.
         unsafe { (self.get_doubles)(parameter, values.as_mut_ptr()) }
         std::array::from_fn(|k| values.get(k).copied().unwrap_or(f64::NAN))
     }
 
     pub(crate) fn integer(&self, parameter: u32) -> i32 {
         let mut values: [c_int; ROOM] = [0; ROOM];
-        // SAFETY: room for more numbers than any parameter has.
+        // SAFETY: the buffer is larger than any parameter.
         unsafe { (self.get_integers)(parameter, values.as_mut_ptr()) }
         values[0]
     }
 
     pub(crate) fn string(&self, parameter: u32) -> String {
-        // SAFETY: null, or a text of the library's that lives as long as it does.
+        // SAFETY: null, or a text that belongs to the library and lives as long as the library.
         unsafe { words((self.get_string)(parameter)) }
     }
 
-    /// Three numbers: every parameter that is set has as many.
+    /// Sets a parameter of three numbers.
     pub(crate) fn set_three(&self, parameter: u32, values: [f64; 3]) {
         // SAFETY: the array lives through the call.
         unsafe { (self.set_doubles)(parameter, values.as_ptr()) }
     }
 
-    /// The oldest error that was not taken yet.
+    /// Returns the oldest error that was not fetched yet.
     pub(crate) fn error(&self) -> Option<ErrorInfo> {
-        // SAFETY: no arguments; the answer is by value.
+        // SAFETY: the function has no arguments. The result is returned by value.
         let info = unsafe { (self.get_error)() };
         (info.code != 0).then_some(info)
     }
 
-    /// How the device's calibration stands; 0 when the library cannot say.
+    /// Returns the calibration state of the device. 0 if the library has no such function.
     pub(crate) fn calibration(&self) -> u32 {
-        // SAFETY: no arguments.
+        // SAFETY: the function has no arguments.
         self.check_calibration.map_or(0, |check| unsafe { check() })
     }
 
-    /// Calibrates the device in this style. False when the library cannot.
+    /// Calibrates the device in this style. Returns false if the library has no such function.
     pub(crate) fn calibrate(&self, style: u32) -> bool {
-        // SAFETY: by value.
+        // SAFETY: all arguments are passed by value.
         self.update_calibration.map(|update| unsafe { update(style) }).is_some()
     }
 
     pub(crate) fn start(&self) {
-        // SAFETY: no arguments.
+        // SAFETY: the function has no arguments.
         unsafe { (self.start)() }
     }
 
     pub(crate) fn stop(&self) {
-        // SAFETY: no arguments.
+        // SAFETY: the function has no arguments.
         unsafe { (self.stop)() }
     }
 }
 
-/// Callbacks of the library's thread.
+/// Callbacks from the library's thread.
 pub(crate) trait Servant: Send + 'static {
-    /// One turn. False: the last one.
+    /// Does the work of one turn. Returns false if this was the last turn.
     fn serve(&mut self) -> bool;
 
-    /// A turn panicked: leaves no force behind. The last call there is.
+    /// Called after a turn has panicked. Sets the force to zero. No other call follows.
     fn panicked(&mut self);
 
-    /// Set once the last call has returned: from then on the servant may be dropped.
+    /// Returns a flag that is set after the last call has returned. From then on the servant may be
+    /// dropped.
     fn ended(&self) -> Arc<AtomicBool>;
 }
 
@@ -217,43 +219,43 @@ pub(crate) struct Scheduled<S: Servant> {
     servant: *mut S,
 }
 
-// SAFETY: the pointer is not followed on this side before the library's thread is done with it.
+// SAFETY: this side uses the pointer only after the library's thread has made its last call.
 unsafe impl<S: Servant> Send for Scheduled<S> {}
 
 impl<S: Servant> Scheduled<S> {
-    /// From the scheduler's next turn on `servant` is called.
+    /// Starts the calls of `servant`, from the next turn of the scheduler on.
     pub(crate) fn new(api: Arc<Hd>, servant: S) -> Self {
         let servant = Box::into_raw(Box::new(servant));
-        // SAFETY: the function is of the type that the library calls, and the servant lives until
+        // SAFETY: the function has the type that the library calls. The servant lives until
         // `dismiss`, or until the process ends.
         let handle = unsafe { (api.schedule)(turn::<S>, servant.cast(), HIGHEST_PRIORITY) };
         Self { api, handle, servant }
     }
 
-    /// The servant is called no more. `is_done` says that it has answered its last turn, or never
-    /// had one because the scheduler stands still. Without that its memory is left to it: better
-    /// lost than taken from under a thread of others.
+    /// Ends the calls of the servant. `is_done` means that its last turn has returned, or that it
+    /// never had a turn because the scheduler does not run. Otherwise its memory is leaked on
+    /// purpose, because the library's thread may still use it.
     pub(crate) fn dismiss(self, is_done: bool) {
         // SAFETY: the handle is what `schedule` returned.
         unsafe { (self.api.unschedule)(self.handle) };
         if is_done {
-            // SAFETY: from `Box::into_raw`, and it is not called any more.
+            // SAFETY: the pointer is from `Box::into_raw`, and the servant is no longer called.
             drop(unsafe { Box::from_raw(self.servant) });
         }
     }
 }
 
 unsafe extern "system" fn turn<S: Servant>(data: *mut c_void) -> c_uint {
-    // SAFETY: the pointer of `Scheduled::new`, alive until after the turn that answers `DONE`; one
-    // thread calls at a time.
+    // SAFETY: the pointer is from `Scheduled::new` and is valid until after the turn that returns
+    // `DONE`. Only one thread calls at a time.
     let servant = unsafe { &mut *data.cast::<S>() };
     match catch_unwind(AssertUnwindSafe(|| servant.serve())) {
         Ok(true) => return CONTINUE,
         Ok(false) => {}
-        // There is no caller to report to; the loop sees that no more states come.
+        // There is no caller to report to. The loop notices that no more states arrive.
         Err(_) => _ = catch_unwind(AssertUnwindSafe(|| servant.panicked())),
     }
-    // The flag outlives the servant, which is not touched after it.
+    // The flag outlives the servant. The servant is not used after it is set.
     let ended = servant.ended();
     ended.store(true, Ordering::Release);
     DONE
@@ -263,7 +265,7 @@ unsafe extern "system" fn turn<S: Servant>(data: *mut c_void) -> c_uint {
 mod tests {
     use super::*;
 
-    /// Says what it knew of its end when its calls returned.
+    /// Records the value of the end flag during each call.
     #[derive(Default)]
     struct Witness {
         ended: Arc<AtomicBool>,
@@ -275,7 +277,7 @@ mod tests {
         fn serve(&mut self) -> bool {
             self.turns += 1;
             self.seen.push(self.ended.load(Ordering::Acquire));
-            assert!(self.turns < 3, "on purpose");
+            assert!(self.turns < 3, "panics on purpose");
             self.turns == 1
         }
 
@@ -289,16 +291,16 @@ mod tests {
     }
 
     #[test]
-    fn the_end_is_said_after_the_last_call_has_returned() {
+    fn end_flag_is_set_after_the_last_call() {
         let mut witness = Witness::default();
         let data: *mut Witness = &mut witness;
-        // SAFETY: the witness lives through the calls, and nothing else touches it meanwhile.
+        // SAFETY: the witness lives through the calls, and nothing else uses it during them.
         let call = || unsafe { turn::<Witness>(data.cast()) };
         assert_eq!((call(), call()), (CONTINUE, DONE));
         assert_eq!((witness.seen.as_slice(), witness.ended.load(Ordering::Acquire)), ([false, false].as_slice(), true));
         let mut witness = Witness { turns: 2, ..Witness::default() };
         let data: *mut Witness = &mut witness;
-        // SAFETY: as above.
+        // SAFETY: same as above.
         assert_eq!(unsafe { turn::<Witness>(data.cast()) }, DONE);
         assert_eq!((witness.seen.as_slice(), witness.ended.load(Ordering::Acquire)), ([false, false].as_slice(), true));
     }

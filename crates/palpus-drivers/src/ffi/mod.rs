@@ -1,9 +1,9 @@
-//! Bindings to the makers' libraries; the only folder with `unsafe`.
+//! Bindings to the makers' libraries. This is the only folder with `unsafe`.
 //!
-//! A library is opened, every function that is needed is looked up once, and each of them gets a
-//! safe method that says in its `SAFETY` line why the call is sound. Declarations are written by
-//! hand after the makers' published manuals; none of their files is used. Results are judged by the
-//! callers.
+//! A library is loaded, and every function that is needed is looked up once. Each function gets a
+//! safe method, whose `SAFETY` comment says why the call is sound. The declarations are written by
+//! hand from the makers' published manuals; none of the makers' files is used. The callers check
+//! the results.
 
 pub(crate) mod dhd;
 pub(crate) mod hd;
@@ -13,18 +13,16 @@ use std::path::{Path, PathBuf};
 
 use crate::error::DriverError;
 
-/// An open library.
+/// A loaded library.
 pub(crate) struct Loaded {
     library: libloading::Library,
     path: PathBuf,
 }
 
-/// Opens the library at `path`, or of that name. The reason why it cannot be is in the system's
-/// words.
+/// Loads the library at `path`, or the library with that name. The error is the system's message.
 pub(crate) fn load(path: &Path) -> Result<Loaded, String> {
-    // SAFETY: opening a library runs its initialisers, which are code of others. It is one that the
-    // user has installed or named for this purpose; the user's trust in it is what using the device
-    // means.
+    // SAFETY: loading a library runs its initialisers, which are foreign code. The user has
+    // installed or named the library for this purpose, and must trust it to use the device.
     match unsafe { libloading::Library::new(path) } {
         Ok(library) => Ok(Loaded { library, path: path.to_owned() }),
         Err(error) => Err(std::error::Error::source(&error).map_or(error.to_string(), ToString::to_string)),
@@ -32,13 +30,13 @@ pub(crate) fn load(path: &Path) -> Result<Loaded, String> {
 }
 
 impl Loaded {
-    /// The function `name`.
+    /// Returns the function `name`.
     ///
     /// # Safety
-    /// `F` must be the type of a pointer to that function as the library has it, and what is
-    /// returned must not outlive `self`.
+    /// `F` must be the type of a pointer to that function in the library. The result must not
+    /// outlive `self`.
     unsafe fn function<F: Copy>(&self, name: &'static str, mend: &str) -> Result<F, DriverError> {
-        // SAFETY: the caller answers for the type.
+        // SAFETY: the caller guarantees the type.
         unsafe { self.optional(name) }.ok_or_else(|| DriverError::SymbolMissing {
             path: self.path.clone(),
             symbol: name,
@@ -46,25 +44,25 @@ impl Loaded {
         })
     }
 
-    /// The function `name` of a library that may be too old to have it.
+    /// Returns the function `name`. `None` if the library is too old to have it.
     ///
     /// # Safety
     /// As [`Loaded::function`].
     unsafe fn optional<F: Copy>(&self, name: &'static str) -> Option<F> {
         let name = CString::new(name).ok()?;
-        // SAFETY: the caller answers for the type.
+        // SAFETY: the caller guarantees the type.
         unsafe { self.library.get::<F>(name.as_bytes_with_nul()) }.ok().map(|symbol| *symbol)
     }
 }
 
-/// Text returned by a library; empty for a null pointer.
+/// Returns a text from a library. Empty for a null pointer.
 ///
 /// # Safety
-/// `text` is null or ends with a zero byte and stays as it is during the call.
+/// `text` is null, or ends with a zero byte and does not change during the call.
 unsafe fn words(text: *const c_char) -> String {
     if text.is_null() {
         return String::new();
     }
-    // SAFETY: the caller answers for it.
+    // SAFETY: the caller guarantees it.
     unsafe { CStr::from_ptr(text) }.to_string_lossy().trim().to_owned()
 }

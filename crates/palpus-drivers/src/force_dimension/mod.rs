@@ -1,21 +1,23 @@
-//! Force Dimension's devices, and the Falcon, through `libdhd`.
+//! Force Dimension's devices and the Falcon, through `libdhd`.
 //!
-//! 1. Opened, a device gives no force: that is switched on (a sigma.7 gives none otherwise) with
-//!    the first write, and so is the device's own watchdog, which takes the force away [`WATCHDOG`]
-//!    after the last write, whatever becomes of this program.
-//! 2. A read is the pose and the velocities, estimated by the library over [`VELOCITY_WINDOW_MS`]
-//!    instead of its usual 20 ms; where it knows none, they are estimated here. A sample that it
-//!    hands out again (the time guard, code 1) keeps its time.
-//! 3. A write is a wrench in one call. Saturated motors (code 2) are counted; they are the normal
-//!    case and no failure.
-//! 4. The brake switches the motors off, which short-circuits them: they damp. It never waits for a
-//!    call that hangs; there the device's watchdog takes its part.
-//! 5. The force is switched on from here only after this program, or the device's watchdog, has
-//!    switched it off. If another cause did, the button on the device above all, it stays off:
-//!    before each switching on, the status names the cause. The switch is watched, and while it is
-//!    off the state is withheld, so that the loop returns from zero when it is on again.
-//! 6. The library gets the largest force and torque, and gives no more.
-//! 7. Whatever ends it, the last wrench is zero and the force is off.
+//! 1. After opening, the device's force is off. The first write switches it on (a sigma.7 needs
+//!    this). The device's watchdog is set as well: it switches off the force [`WATCHDOG`] after the
+//!    last write, even if this program has died.
+//! 2. A read returns the pose and the velocities. The library estimates velocities over
+//!    [`VELOCITY_WINDOW_MS`] instead of its default of 20 ms. Velocities that the library does not
+//!    have are estimated here. If it returns the previous sample again (time guard, code 1), the
+//!    sample keeps its time.
+//! 3. A write sets the whole wrench in one call. Saturated motors (code 2) are counted. They are
+//!    normal and not an error.
+//! 4. The brake switches the motors off. This short-circuits them, so they damp. The brake never
+//!    waits for a call that hangs; in that case the device's watchdog acts.
+//! 5. The program switches the force on again only if this program or the device's watchdog has
+//!    switched it off. After any other cause, such as the button on the device, it stays off.
+//!    Before each switching on, the driver reads the cause from the status. The driver also
+//!    monitors the switch. While the force is off, the state is marked as withheld, so that the
+//!    loop increases the force from zero afterwards.
+//! 6. The library gets limits of force and torque, and does not exceed them.
+//! 7. However the driver ends, the last wrench is zero and the force is off.
 
 mod switch;
 
@@ -36,27 +38,28 @@ use crate::ffi::dhd::Dhd;
 use crate::library::{Known, Place};
 use switch::{Shared, State, Switched, cause, status};
 
-/// Time of the device's own watchdog: longer than the loop's own watchdog waits at 12 N, so that it
-/// is the second to act.
+/// Timeout of the device's watchdog. It is longer than the timeout of the loop's watchdog at 12 N,
+/// so the device's watchdog acts second.
 const WATCHDOG: Duration = Duration::from_millis(20);
-/// In the device's steps of 125 µs.
+/// The same timeout in the device's intervals of 125 µs.
 const WATCHDOG_STEPS: u8 = 160;
-/// Its lag is half of it; shorter ones let the steps of the encoders through.
+/// The velocity lags by half of this window. Shorter windows show the steps of the encoders.
 const VELOCITY_WINDOW_MS: i32 = 4;
-/// Hz: of the velocities that are estimated here.
+/// Cutoff frequency of the velocities that are estimated here, Hz.
 const VELOCITY_CUTOFF_HZ: f64 = 50.0;
-/// Reads from one look at the force switch to the next, which may cost an exchange with the device.
+/// Number of reads between two checks of the force switch. A check may need communication with the
+/// device.
 const READS_PER_STATUS: u32 = 32;
-/// N: of a device that is not in the list, the least that any of the maker's has.
+/// Force limit of a device that is not in the list, N. No device of this maker has less.
 const UNKNOWN_FORCE: f64 = 8.0;
-/// N·m: likewise, when its wrist has motors.
+/// Torque limit of such a device with a motorised wrist, N·m. No device of this maker has less.
 const UNKNOWN_TORQUE: f64 = 0.2;
-/// Hz: what the library likes to be driven at when it does not say.
+/// Rate if the library does not state one, Hz.
 const USUAL_RATE_HZ: f64 = 1000.0;
 
-/// The library returned the last sample again, or did not send: it was asked too soon.
+/// The library returned the previous sample again, or did not send, because the call came too soon.
 const TIME_GUARD: i32 = 1;
-/// At least one motor gives less than was asked for.
+/// At least one motor applies less than commanded.
 const SATURATED: i32 = 2;
 
 pub(crate) const LIBRARY: Known = Known {
@@ -71,20 +74,20 @@ pub(crate) const LIBRARY: Known = Known {
     mend: MEND,
 };
 
-const MEND: &str = "install the Force Dimension SDK (forcedimension.com/software/sdk) and set FORCEDIM_SDK to its folder, or name the file: --device force-dimension:LIBRARY";
+const MEND: &str = "install the Force Dimension SDK (forcedimension.com/software/sdk) and set FORCEDIM_SDK to its folder, or give the file: --device force-dimension:LIBRARY";
 
-/// The device to open.
+/// Selects the device to open.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ForceDimensionOptions {
-    /// Path of the library.
+    /// Where to find the library.
     pub library: Place,
-    /// Take a device that the library simulates if there is no other.
+    /// If true, a device that the library simulates is used if there is no other.
     pub simulator: bool,
-    /// Which of the devices, in the library's order, from 0; `None`: the first that is free.
+    /// Index of the device in the library's order, from 0. `None` means the first free device.
     pub which: Option<u8>,
 }
 
-/// An open device of Force Dimension's.
+/// An open device of Force Dimension.
 pub struct ForceDimension {
     shared: Arc<Shared>,
     spec: DeviceSpec,
@@ -95,21 +98,23 @@ pub struct ForceDimension {
     opened: Instant,
     written: Option<Instant>,
     last: Option<DeviceState>,
-    /// Until the next look at the force switch.
+    /// Number of reads until the next check of the force switch.
     reads_left: u32,
-    /// The library has said that the force is on, and so will say that it is off.
+    /// True if the library once reported that the force is on. Then it can also report that it is
+    /// off.
     knows_switch: bool,
-    /// The force has to be switched on again with the next write.
+    /// True if the next write must switch the force on again.
     switch_on: bool,
-    /// Zero went out in place of the last wrench.
+    /// True if the last write sent zero instead of the wrench.
     interrupted: bool,
 }
 
 impl ForceDimension {
-    /// Opens the first device that is free. It gives no force before the first write.
+    /// Opens a device. It applies no force before the first write.
     ///
     /// # Errors
-    /// When there is no library, or no device that could give a force, with what mends it.
+    /// Fails if there is no library, or no device that can apply a force. The error says how to fix
+    /// it.
     pub fn open(options: &ForceDimensionOptions) -> Result<Self, DriverError> {
         let api = Dhd::of(LIBRARY.open(&options.library)?, "install a newer Force Dimension SDK (3.14 or later)")?;
         if options.simulator && !api.enable_simulator() {
@@ -119,17 +124,20 @@ impl ForceDimension {
         if count <= 0 && !options.simulator {
             return Err(no_device(
                 "the library sees no device",
-                "plug it in and switch it on; on Linux copy the SDK's udev rule to /etc/udev/rules.d so that you may use it without being root",
+                "plug it in and switch it on; on Linux copy the SDK's udev rule to /etc/udev/rules.d, which lets users other than root access it",
             ));
         }
         if let Some(which) = options.which.filter(|which| i32::from(*which) >= count.max(1)) {
             let why = format!("there is no device number {}; the library sees {count}", u32::from(which) + 1);
-            return Err(no_device(why, "plug it in, or name another one: --device force-dimension#1"));
+            return Err(no_device(why, "plug it in, or choose another one: --device force-dimension#1"));
         }
         let opened = options.which.map_or_else(|| api.open(), |which| api.open_id(which));
         let Some(id) = i8::try_from(opened).ok().filter(|id| *id >= 0) else {
             let why = format!("the device could not be opened ({})", said(&api));
-            return Err(no_device(why, "close other programs that use it, and see that you may use the USB device"));
+            return Err(no_device(
+                why,
+                "close other programs that use it, and check your permission for the USB device",
+            ));
         };
         let shared = Arc::new(Shared {
             api,
@@ -139,7 +147,7 @@ impl ForceDimension {
             late_brake: AtomicBool::new(false),
             withheld: AtomicBool::new(false),
         });
-        // From here on the device is closed by `Drop`.
+        // From here on `Drop` closes the device.
         let mut device = Self {
             spec: spec(&shared.api, id),
             rate_hz: shared.api.rate(id).map(|khz| khz * 1e3).filter(|hz| *hz >= 100.0).unwrap_or(USUAL_RATE_HZ),
@@ -162,32 +170,32 @@ impl ForceDimension {
         Ok(device)
     }
 
-    /// At which the device talks with the computer, Hz.
+    /// Returns the rate at which the device communicates with the computer, Hz.
     pub fn rate_hz(&self) -> f64 {
         self.rate_hz
     }
 
-    /// The device takes its force away by itself when this program has died.
+    /// True if the device switches off its force by itself after this program has died.
     pub fn has_watchdog(&self) -> bool {
         self.has_watchdog
     }
 
-    /// The library itself gives no more than the largest force.
+    /// True if the library itself limits the force.
     pub fn is_limited(&self) -> bool {
         self.is_limited
     }
 
-    /// Writes that met saturated motors.
+    /// Returns the number of writes at which motors were saturated.
     pub fn saturated(&self) -> u64 {
         self.saturated
     }
 
-    /// Looks at the force switch now and then, while the force should be on.
+    /// Checks the force switch from time to time, while the force should be on.
     fn watch_switch(&mut self, state: &mut State) {
         self.reads_left = self.reads_left.saturating_sub(1);
         let shared = &self.shared;
         let is_withheld = shared.withheld.load(Ordering::Acquire);
-        // Off is where the brake wants it, and where nothing has switched it on.
+        // The force is off on purpose if the brake is applied, or if it was never switched on.
         if self.reads_left > 0 || shared.brake.is_applied() || (*state != State::Driven && !is_withheld) {
             return;
         }
@@ -196,7 +204,7 @@ impl ForceDimension {
         let is_on = words[status::FORCE] != 0;
         self.knows_switch |= is_on;
         if is_on {
-            // The user has switched it on, if it was off.
+            // If the force was off, the user has switched it on.
             *state = State::Driven;
             shared.withheld.store(false, Ordering::Release);
         } else if matches!(words[status::FORCE_OFF_CAUSE], cause::WATCHDOG | cause::SOFTWARE) {
@@ -206,12 +214,13 @@ impl ForceDimension {
         }
     }
 
-    /// The device's watchdog may have switched its force off since the last write.
+    /// True if the device's watchdog may have switched off the force since the last write.
     fn slept(&self) -> bool {
         self.written.is_none_or(|last| last.elapsed() > WATCHDOG)
     }
 
-    /// Switches the force on, unless it is on, or was switched off by somebody else.
+    /// Switches the force on, unless it is already on or was switched off by the user or the
+    /// device.
     fn switch_on(&mut self, state: &mut State) -> Result<(), DeviceError> {
         let shared = &self.shared;
         let switched = shared.switch_on();
@@ -219,7 +228,8 @@ impl ForceDimension {
             let why = format!("its force could not be switched on ({})", said(&shared.api));
             return Err(DeviceError::Refused(Cow::Owned(why)));
         }
-        // It was given for a while, and then not: the loop has to know before it is given again.
+        // If the force was on before and then off, the loop must know it before the force is on
+        // again.
         self.interrupted = *state == State::Driven && switched != Switched::WasOn;
         shared.withheld.store(switched == Switched::Forbidden, Ordering::Release);
         if switched != Switched::Forbidden {
@@ -236,7 +246,7 @@ impl ForceDimension {
         )))
     }
 
-    /// The library's velocity where it knows one, else out of two poses.
+    /// Returns the library's velocity. Estimates it from two poses if the library does not have it.
     fn twist(&self, pose: &Pose, time: f64) -> Twist {
         let Shared { api, id, .. } = &*self.shared;
         let known = |(code, v): (i32, [f64; 3])| {
@@ -257,7 +267,7 @@ impl ForceDimension {
         match (angular, linear) {
             (Some(angular), Some(linear)) => Twist { angular, linear },
             (angular, linear) => {
-                // An invalid state would affect all later estimates.
+                // An invalid state would spoil all later estimates.
                 let is_one = |last: &&DeviceState| {
                     last.pose.is_valid() && last.twist.angular.is_finite() && last.twist.linear.is_finite()
                 };
@@ -274,7 +284,7 @@ impl HapticDevice for ForceDimension {
     }
 
     fn counts(&self) -> Vec<(&'static str, u64)> {
-        vec![("writes that met saturated motors", self.saturated)]
+        vec![("writes with saturated motors", self.saturated)]
     }
 
     fn read(&mut self) -> Result<DeviceState, DeviceError> {
@@ -331,7 +341,7 @@ impl HapticDevice for ForceDimension {
     fn own_watchdog(&mut self) -> Option<OwnWatchdog> {
         let line = self.shared.line();
         let is_driven = self.has_watchdog && *line == State::Driven;
-        // It cannot be seen where the status does not tell of the force.
+        // The watchdog cannot be observed if the status does not contain the force.
         let words =
             self.shared.api.status(self.shared.id).filter(|words| is_driven && words[status::CONNECTED] != 0)?;
         Some(OwnWatchdog { after: WATCHDOG, has_bitten: words[status::FORCE] == 0 })
@@ -342,7 +352,7 @@ impl Drop for ForceDimension {
     fn drop(&mut self) {
         let Shared { api, id, .. } = &*self.shared;
         let mut line = self.shared.line();
-        // The results of these calls do not matter any more.
+        // The results of these calls no longer matter.
         if *line == State::Driven {
             let _ = api.set_wrench([0.0; 3], [0.0; 3], *id);
             let _ = api.enable_force(false, *id);
@@ -352,7 +362,7 @@ impl Drop for ForceDimension {
     }
 }
 
-/// Known properties of the device, by its name; the library states no limits.
+/// Returns the known properties of the device, found by its name. The library states no limits.
 fn spec(api: &Dhd, id: i8) -> DeviceSpec {
     let name = api.system_name(id);
     let wanted = name.to_lowercase();
@@ -384,20 +394,20 @@ fn spec(api: &Dhd, id: i8) -> DeviceSpec {
     spec
 }
 
-/// Refuses a device whose force would stay off, with what to do about it.
+/// Fails if the force of the device would stay off. The error says how to fix it.
 fn check_status(api: &Dhd, id: i8) -> Result<(), DriverError> {
-    // A library that does not even say that the device is connected does not fill the status in.
+    // A library that does not report the device as connected does not fill in the status.
     let Some(words) = api.status(id).filter(|words| words[status::CONNECTED] != 0) else { return Ok(()) };
     if words[status::POWER] == 0 {
         return Err(no_device("the device has no power", "switch it on and release its emergency switch"));
     }
     if words[status::RESET] != 0 {
-        let mend = "push its calibration button, or run the maker's HapticInit or HapticDesk";
-        return Err(no_device("the device does not know where it is", mend));
+        let mend = "press its calibration button, or run the maker's HapticInit or HapticDesk";
+        return Err(no_device("the device is not calibrated", mend));
     }
     if words[status::ERROR] != 0 {
         let why = format!("the device reports an error ({})", said(api));
-        return Err(no_device(why, "switch it off and on again; the maker's HapticDesk says more"));
+        return Err(no_device(why, "switch it off and on again; the maker's HapticDesk has details"));
     }
     Ok(())
 }
@@ -406,8 +416,8 @@ fn no_device(why: impl Into<String>, mend: &str) -> DriverError {
     DriverError::NoDevice { why: why.into(), mend: mend.to_owned() }
 }
 
-/// The library's last error in words, whatever it left out.
+/// Returns the text of the library's last error.
 fn said(api: &Dhd) -> String {
     let words = api.last_error();
-    if words.is_empty() { "the library does not say why".to_owned() } else { words }
+    if words.is_empty() { "the library gives no reason".to_owned() } else { words }
 }

@@ -1,4 +1,4 @@
-//! The force of the device: on, off, and by whom.
+//! The force of the device: whether it is on or off, and who switched it off.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
@@ -7,7 +7,7 @@ use palpus_device::{Brake, BrakeFlag};
 
 use crate::ffi::dhd::{Dhd, STATUS_ROOM};
 
-/// Words of the status that are looked at, by their place in it.
+/// Indices of the status words that are used.
 pub(super) mod status {
     pub(in super::super) const POWER: usize = 0;
     pub(in super::super) const CONNECTED: usize = 1;
@@ -17,10 +17,10 @@ pub(super) mod status {
     pub(in super::super) const FORCE_OFF_CAUSE: usize = 14;
 }
 
-/// Why the force is off, as in the status. A program may not override the other causes (1: the
+/// Why the force is off, as in the status. A program must not override the other causes (1: the
 /// button on the device, 2: too fast a motion, 6: the dead-man's switch).
 pub(super) mod cause {
-    /// None is known.
+    /// No cause is known.
     pub(in super::super) const NONE: i32 = 0;
     /// The device's watchdog.
     pub(in super::super) const WATCHDOG: i32 = 3;
@@ -32,30 +32,30 @@ pub(super) mod cause {
 pub(super) struct Shared {
     pub(super) api: Dhd,
     pub(super) id: i8,
-    /// Held during every call for the device.
+    /// Locked during every call for the device.
     pub(super) line: Mutex<State>,
     pub(super) brake: BrakeFlag,
-    /// The brake was applied during a call, and could not do more than say so.
+    /// True if the brake was applied during a call, when it could only set this flag.
     pub(super) late_brake: AtomicBool,
-    /// The force was switched off by something else than this program.
+    /// True if the force was switched off by something other than this program.
     pub(super) withheld: AtomicBool,
 }
 
-/// Result of switching the force on.
+/// Result of an attempt to switch the force on.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Switched {
     On,
-    /// It was on.
+    /// The force was already on.
     WasOn,
-    /// Somebody else has switched it off.
+    /// The user or the device has switched it off.
     Forbidden,
-    /// The library does not do it.
+    /// The library refused.
     Failed,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum State {
-    /// Open, and never was its force on.
+    /// The device is open, and its force was never on.
     Silent,
     Driven,
     Closed,
@@ -66,8 +66,8 @@ impl Shared {
         self.line.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Switches the force on if it is off and no other part wants it off; called by the holder of
-    /// the line.
+    /// Switches the force on if it is off and no other cause forbids it. The caller holds the lock
+    /// `line`.
     pub(super) fn switch_on(&self) -> Switched {
         if let Some(words) = self.api.status(self.id) {
             if words[status::FORCE] != 0 {
@@ -80,19 +80,20 @@ impl Shared {
         if self.api.enable_force(true, self.id) < 0 { Switched::Failed } else { Switched::On }
     }
 
-    /// Switches the force off, unless it is off: the device would forget who else did it.
+    /// Switches the force off. If it is already off, does nothing, because otherwise the device
+    /// would lose the cause.
     fn switch_off(&self) {
         let off = self.api.status(self.id).is_some_and(|words| is_forbidden(&words));
         if off {
             self.withheld.store(true, Ordering::Release);
             return;
         }
-        // Should it fail, the device's own watchdog is next.
+        // If this fails, the device's watchdog acts.
         let _ = self.api.enable_force(false, self.id);
     }
 
-    /// Applies a brake that came during a call; called at the call's end, by the holder of the
-    /// line.
+    /// Applies a brake that came during a call. The caller holds the lock `line`, at the end of its
+    /// call.
     pub(super) fn brake_late(&self) {
         if self.late_brake.swap(false, Ordering::AcqRel) {
             self.switch_off();
@@ -121,8 +122,8 @@ impl Brake for Shared {
         self.late_brake.store(false, Ordering::Release);
         self.brake.release();
         if *line == State::Driven && !self.withheld.load(Ordering::Acquire) {
-            // Should it fail, there is no force, and the device's watchdog lets the next write say
-            // why.
+            // If this fails, there is no force, and the next write reports why after the device's
+            // watchdog has acted.
             let forbidden = self.switch_on() == Switched::Forbidden;
             self.withheld.store(forbidden, Ordering::Release);
         }
@@ -133,7 +134,7 @@ impl Brake for Shared {
     }
 }
 
-/// True if the force is off, and not for a program to switch on.
+/// True if the force is off for a cause that a program must not override.
 fn is_forbidden(words: &[i32; STATUS_ROOM]) -> bool {
     let cause = words[status::FORCE_OFF_CAUSE];
     words[status::FORCE] == 0 && !matches!(cause, cause::NONE | cause::WATCHDOG | cause::SOFTWARE)

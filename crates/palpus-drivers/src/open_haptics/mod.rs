@@ -1,25 +1,28 @@
 //! 3D Systems' Touch, Touch X and Phantom, through OpenHaptics' HDAPI.
 //!
-//! HDAPI owns the device's thread and its 1000 Hz. That thread ([`servant`]) puts the newest state
-//! into one slot and takes the newest wrench from another; neither side ever waits. So a wrench
-//! acts up to a millisecond after it was written, and states are as regular as HDAPI's thread.
+//! HDAPI runs the device's thread at 1000 Hz. That thread ([`servant`]) puts the newest state into
+//! one slot and takes the newest wrench from another. Neither side ever waits. So a wrench takes
+//! effect up to a millisecond after it was written, and states arrive at the rate of HDAPI's
+//! thread.
 //!
-//! 1. Opened by name: without one, which some drivers refuse, then by the two names that installers
-//!    give.
-//! 2. Limits are the smaller of the device's own values and those known of its model. It states
-//!    forces in N, torques in mN·m, lengths in mm.
-//! 3. A wrench that is older than a few milliseconds is not held: the thread gives zero, the state
-//!    is withheld, and the loop returns from zero.
-//! 4. The brake is a flag that the thread looks at in every turn; it then damps by itself.
-//! 5. Errors of force (too much, too fast, warm motors) are counted, and end the run only when they
-//!    do not stop; all others end it. Whatever ends it, the thread's last wrench is zero.
-//! 6. The driver's own protections are switched on: the clamp of the largest force, and its limits
-//!    of force, of the change of force and of velocity. A calibration that is not up to date is
-//!    updated, or the device is refused.
+//! 1. A device is opened by name. Without a name, the driver is tried without one first, which some
+//!    drivers refuse, and then with the two default names of the installers.
+//! 2. Each limit is the smaller of the device's value and the known value of its model. HDAPI
+//!    states forces in N, torques in mN·m, lengths in mm.
+//! 3. A wrench that is older than a few milliseconds is not applied. The thread then applies zero,
+//!    the state is marked as withheld, and the loop increases the force from zero afterwards.
+//! 4. The brake is a flag that the thread checks in every turn. While it is set, the thread applies
+//!    damping.
+//! 5. Force errors (too much, too fast, warm motors) are counted. They end the run only if they
+//!    persist. All other errors end it at once. However the run ends, the thread's last wrench is
+//!    zero.
+//! 6. The driver's protections are switched on: the clamp of the force, and the limits of force, of
+//!    the change of force and of velocity. An outdated calibration is updated. If that fails, the
+//!    device is rejected.
 //!
-//! HDAPI has one scheduler for a process, and devices must be opened before it starts. If one is
-//! open already, the scheduler pauses while another one is opened or closed, and no device gives a
-//! force meanwhile; each device has its own place in it.
+//! HDAPI has one scheduler per process, and devices must be opened before it starts. If a device is
+//! already open, the scheduler pauses while another one is opened or closed. No device applies a
+//! force during that time. Each device has a separate callback.
 
 mod errors;
 mod model;
@@ -56,43 +59,44 @@ mod number {
     pub(super) const FORCE: u32 = 0x2700;
     pub(super) const TORQUE: u32 = 0x2701;
     pub(super) const FORCE_OUTPUT: u32 = 0x4000;
-    /// Each clamps a force, or gives none that is beyond the driver's own limits.
+    /// Each of these clamps a force, or removes a force that exceeds the driver's limits.
     pub(super) const PROTECTIONS: [u32; 5] = [
-        0x4001, // the largest force is clamped
-        0x4002, // forces come in slowly when the scheduler starts, or goes on after an error
-        0x4003, // limit of the force
+        0x4001, // clamp of the largest force
+        // gradual increase of the force when the scheduler starts, or continues after an error
+        0x4002, 0x4003, // limit of the force
         0x2606, // limit of the velocity
         0x2607, // limit of the change of the force
     ];
     pub(super) const CALIBRATED: u32 = 0x5000;
     pub(super) const NEEDS_CALIBRATION: u32 = 0x5001;
-    /// Styles of calibration that do not need a person to hold the arm in a certain way, the best
-    /// first: by itself, and in the inkwell.
+    /// Styles of calibration that do not need a person to hold the arm in a certain pose, in order
+    /// of preference: automatic, and in the inkwell.
     pub(super) const CALIBRATES_ITSELF: [u32; 2] = [2, 4];
 }
 
-/// Hz: HDAPI's.
+/// Rate of HDAPI's thread, Hz.
 pub(crate) const RATE_HZ: f64 = 1000.0;
-/// m in a mm, and N·m in a mN·m.
+/// Metres per mm, and N·m per mN·m.
 const MILLI: f64 = 1e-3;
-/// Default device names, passed to `hdInitDevice` in turn.
+/// Default device names, passed to `hdInitDevice` one after the other.
 const NAMES: [Option<&str>; 3] = [None, Some("Default Device"), Some("Default PHANToM")];
 /// Timeout for the scheduler's first turn.
 const FIRST_TURN: Duration = Duration::from_secs(2);
 /// Timeout for the thread's last turn.
 const LAST_TURN: Duration = Duration::from_millis(200);
-/// s without a turn: HDAPI's thread is gone.
+/// Time without a turn after which HDAPI's thread counts as lost, s.
 const SILENCE: f64 = 0.1;
-/// Consecutive turns with force errors after which the run ends.
+/// Number of consecutive turns with force errors after which the run ends.
 const FORCE_ERRORS_IN_A_ROW: u32 = 200;
-/// Errors taken from the library's list at a time: it may be refilled meanwhile.
+/// Maximum number of errors fetched at a time, because the library may add new ones meanwhile.
 const ERRORS_AT_A_TIME: usize = 16;
-/// Updates of the calibration, and the time between two, until it is up to date.
+/// Maximum number of calibration updates, and the time between two of them.
 const CALIBRATIONS: u32 = 10;
 const CALIBRATION_TIME: Duration = Duration::from_millis(10);
-/// s from a write to its effect beyond the hold: half a turn of a thread that keeps its own time.
+/// Mean additional time from a write to its effect, s: half a turn, because HDAPI's thread has its
+/// own timing.
 const DELAY: f64 = 0.5e-3;
-/// Number of buttons on the maker's styluses and handles; encoder gimbals have one or none.
+/// Number of buttons on the maker's styluses and handles. Encoder gimbals have one or none.
 const BUTTONS: u8 = 2;
 
 pub(crate) const LIBRARY: Known = Known {
@@ -104,7 +108,7 @@ pub(crate) const LIBRARY: Known = Known {
         &["libHD.so", "libHD.so.3.4", "libHD.so.3.0"]
     },
     kit: ("OH_SDK_BASE", &["lib", "bin/x64", "lib/lin-x86_64", "usr/lib"]),
-    mend: "install OpenHaptics and the Touch device driver (support.3dsystems.com, \"Haptics\"), or name the file: --device openhaptics:LIBRARY",
+    mend: "install OpenHaptics and the Touch device driver (support.3dsystems.com, \"Haptics\"), or give the file: --device openhaptics:LIBRARY",
 };
 
 const TOO_OLD: &str = "install OpenHaptics 3.4 or later";
@@ -116,30 +120,30 @@ static SCHEDULER: Mutex<Called> = Mutex::new(Called { library: 0, open: Vec::new
 struct Called {
     /// Identifies the library by the address of one of its functions.
     library: usize,
-    /// Handles.
+    /// Handles of the open devices.
     open: Vec<u32>,
 }
 
-/// Which device to open: the one of this name, as the maker's tool calls it, or the default one.
+/// Selects the device to open: by its name in the maker's setup tool, or the default device.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct OpenHapticsOptions {
-    /// Path of the library.
+    /// Where to find the library.
     pub library: Place,
-    /// The device's name; `None`: whichever the driver takes.
+    /// Name of the device. `None` means the driver's default.
     pub device: Option<String>,
 }
 
-/// How often a device refused part of a wrench.
+/// How often the driver did not apply the commanded wrench.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ForceErrors {
-    /// Turns in which the motors were too warm for what was asked.
+    /// Number of turns in which the motors were too warm for the commanded force.
     pub warm_motors: u64,
-    /// Turns in which a force, its change or the velocity was over the driver's own limits, which
-    /// gives none then.
+    /// Number of turns in which a force, its change or the velocity exceeded the driver's limits.
+    /// The driver then applies no force.
     pub exceeded: u64,
 }
 
-/// An open device of 3D Systems'.
+/// An open device of 3D Systems.
 pub struct OpenHaptics {
     spec: DeviceSpec,
     api: Arc<Hd>,
@@ -150,35 +154,36 @@ pub struct OpenHaptics {
     scheduled: Option<Scheduled<Touch>>,
     /// Number of the last interruption of the wrench that was reported.
     gap: u64,
-    /// Turns with a wrench that was too old, at the last write.
+    /// Number of turns with an outdated wrench, as of the last write.
     stale: u64,
 }
 
 impl OpenHaptics {
-    /// Opens a device and has HDAPI's thread call it. It gives no force before the first write.
+    /// Opens a device and starts the calls from HDAPI's thread. The device applies no force before
+    /// the first write.
     ///
     /// # Errors
-    /// When there is no library, no device that answers, or the device is open already; with what
-    /// mends it.
+    /// Fails if there is no library, if no device answers, or if the device is already open. The
+    /// error says how to fix it.
     pub fn open(options: &OpenHapticsOptions) -> Result<Self, DriverError> {
         let api = Arc::new(Hd::of(LIBRARY.open(&options.library)?, TOO_OLD)?);
         let mut standing = Standing::begin(&api)?;
         let handle = init(&api, options.device.as_deref())?;
         if standing.called.open.contains(&handle) {
-            let mend = "name another one: --device openhaptics#NAME, as the maker's Touch Setup calls it";
-            return Err(no_device("this program has that device open already", mend));
+            let mend = "choose another one: --device openhaptics#NAME, with its name in the maker's Touch Setup";
+            return Err(no_device("this program already has that device open", mend));
         }
         api.make_current(handle);
         let spec = spec(&api);
         if !calibrate(&api) {
             api.disable_device(handle);
             let mend = "put the stylus into its inkwell and try again, or run the maker's Touch Diagnostic";
-            return Err(no_device("the device does not know where it is", mend));
+            return Err(no_device("the device is not calibrated", mend));
         }
         for protection in number::PROTECTIONS {
             api.enable(protection);
         }
-        // Not all of them are known to older drivers.
+        // Older drivers do not know all of them.
         forget_errors(&api);
         let shared = Arc::new(Shared::new(Instant::now()));
         let (commands, newest_command) = latest(Command::NONE);
@@ -190,23 +195,22 @@ impl OpenHaptics {
         let scheduled = Some(Scheduled::new(Arc::clone(&api), touch));
         api.enable(number::FORCE_OUTPUT);
         standing.called.open.push(handle);
-        // From here on `Drop` puts an end to everything; it waits for the scheduler, which goes on
-        // here.
+        // From here on `Drop` cleans up. `Drop` needs the scheduler, which continues here.
         let mut device = Self { spec, api, handle, shared, commands, samples, scheduled, gap: 0, stale: 0 };
         drop(standing);
         device.wait_for_first_turn()?;
         Ok(device)
     }
 
-    /// Describes the device without starting its thread, so without a force.
+    /// Describes the device without starting its thread, so there is no force.
     ///
     /// # Errors
-    /// As [`OpenHaptics::open`]; and while another device is open.
+    /// As [`OpenHaptics::open`]. Also fails while another device is open.
     pub fn look(library: &Place) -> Result<DeviceSpec, DriverError> {
         let api = Arc::new(Hd::of(LIBRARY.open(library)?, TOO_OLD)?);
         let standing = Standing::begin(&api)?;
         if !standing.called.open.is_empty() {
-            return Err(no_device("this program uses an OpenHaptics device already", "close it first, then look"));
+            return Err(no_device("this program already uses an OpenHaptics device", "close it first"));
         }
         let handle = init(&api, None)?;
         api.make_current(handle);
@@ -215,7 +219,7 @@ impl OpenHaptics {
         Ok(spec)
     }
 
-    /// Refusals of the device so far.
+    /// Returns how often the driver did not apply the commanded wrench.
     pub fn force_errors(&self) -> ForceErrors {
         self.shared.force_errors()
     }
@@ -249,7 +253,7 @@ impl HapticDevice for OpenHaptics {
 
     fn counts(&self) -> Vec<(&'static str, u64)> {
         let ForceErrors { warm_motors, exceeded } = self.force_errors();
-        vec![("turns with warm motors", warm_motors), ("turns beyond the driver's own limits", exceeded)]
+        vec![("turns with warm motors", warm_motors), ("turns beyond the driver's limits", exceeded)]
     }
 
     fn read(&mut self) -> Result<DeviceState, DeviceError> {
@@ -261,7 +265,7 @@ impl HapticDevice for OpenHaptics {
         state.withheld |= gap != self.gap;
         self.gap = gap;
         if self.shared.now() - state.time > SILENCE {
-            return Err(DeviceError::Lost(Cow::Borrowed("HDAPI's thread does not call any more; start again")));
+            return Err(DeviceError::Lost(Cow::Borrowed("HDAPI's thread no longer calls the device; start again")));
         }
         Ok(state)
     }
@@ -283,7 +287,7 @@ impl HapticDevice for OpenHaptics {
         Some(self.shared.brake())
     }
 
-    /// HDAPI's thread gives zero when the loop does not write.
+    /// HDAPI's thread applies zero if the loop does not write.
     fn own_watchdog(&mut self) -> Option<OwnWatchdog> {
         let after = Duration::from_secs_f64(servant::STALE);
         Some(OwnWatchdog { after, has_bitten: self.shared.stale() > self.stale })
@@ -308,8 +312,8 @@ impl Drop for OpenHaptics {
     }
 }
 
-/// HDAPI's scheduler paused, with exclusive access; goes on when this ends, if there is a device to
-/// call.
+/// Exclusive access to HDAPI's paused scheduler. When this value is dropped, the scheduler
+/// continues if there is a device to call.
 struct Standing {
     api: Arc<Hd>,
     called: MutexGuard<'static, Called>,
@@ -322,7 +326,7 @@ impl Standing {
             called.library = api.place();
         } else if called.library != api.place() {
             let mend = "use the same library for all of OpenHaptics' devices";
-            return Err(no_device("this program uses another OpenHaptics library already", mend));
+            return Err(no_device("this program already uses another OpenHaptics library", mend));
         } else {
             api.stop();
         }
@@ -338,7 +342,7 @@ impl Drop for Standing {
     }
 }
 
-/// Opens the device of that name, or tries the default names.
+/// Opens the device with that name, or tries the default names.
 fn init(api: &Hd, name: Option<&str>) -> Result<u32, DriverError> {
     forget_errors(api);
     let mut worst = None;
@@ -370,13 +374,13 @@ fn init(api: &Hd, name: Option<&str>) -> Result<u32, DriverError> {
     Err(no_device(why, mend))
 }
 
-/// True once the device knows where it is, or its library cannot say.
+/// Returns true if the device is calibrated, or if the library cannot tell.
 fn calibrate(api: &Hd) -> bool {
     for _ in 0..CALIBRATIONS {
         match api.calibration() {
             0 | number::CALIBRATED => return true,
             number::NEEDS_CALIBRATION => {}
-            // A calibration that needs a person to hold the arm in a certain pose.
+            // The calibration needs a person to hold the arm in a certain pose.
             _ => return false,
         }
         let styles = api.integer(number::CALIBRATION_STYLE) as u32;

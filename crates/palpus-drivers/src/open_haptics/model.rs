@@ -8,7 +8,7 @@ use palpus_device::{Axes, DeviceSpec, known_devices};
 use super::{BUTTONS, DELAY, MILLI, forget_errors, number};
 use crate::ffi::hd::Hd;
 
-/// Description of the device, within the known limits of its model.
+/// Returns the description of the device, within the known limits of its model.
 pub(super) fn spec(api: &Hd) -> DeviceSpec {
     let model = api.string(number::MODEL);
     let six = api.integer(number::OUTPUT_DOF) >= 6;
@@ -27,12 +27,12 @@ pub(super) fn spec(api: &Hd) -> DeviceSpec {
     if sides.is_finite() && sides.min_element() > 0.0 {
         spec.workspace = Some(sides);
     }
-    // Some of these are not known to older drivers.
+    // Older drivers do not know all of these parameters.
     forget_errors(api);
     spec
 }
 
-/// Known limits of a model, by the name in its driver.
+/// Returns the known limits of a model. `model` is its name in the driver.
 fn known_model(model: &str, six: bool) -> DeviceSpec {
     let lower = model.to_lowercase();
     let has = |part: &str| lower.contains(part);
@@ -45,7 +45,7 @@ fn known_model(model: &str, six: bool) -> DeviceSpec {
     } else {
         "Touch"
     };
-    // The list has all of these names.
+    // The list contains all of these names.
     let known = known_devices().into_iter().find(|known| known.name == name);
     let mut spec = known.unwrap_or_else(|| known_devices()[0].clone());
     if !six {
@@ -53,7 +53,7 @@ fn known_model(model: &str, six: bool) -> DeviceSpec {
         spec.actuated = Axes::TRANSLATION;
     }
     if !model.is_empty() && !has("touch") && !has("premium") {
-        // Under its own name, with the limits of the weakest.
+        // An unknown model keeps its name and gets the limits of the weakest model.
         spec.name = Cow::Owned(model.to_owned());
     }
     spec.buttons = BUTTONS;

@@ -1,20 +1,22 @@
-//! Work of HDAPI's thread in each of its turns.
+//! The work of HDAPI's thread in each of its turns.
 //!
-//! 1. Begin a frame; read transform, velocity and buttons; turn them into our units and axes.
-//! 2. Take the newest wrench. One that is too old counts as zero; with the brake applied, damping
-//!    stands in. So does one that was computed before the loop knew of the last gap: see below.
-//! 3. Write it; end the frame.
-//! 4. Take the errors: those of force are counted, any other is a failure, after which the wrench
-//!    is zero.
+//! 1. Begin a frame. Read transform, velocity and buttons, and convert them to our units and axes.
+//! 2. Take the newest wrench. If it is too old, apply zero. If the brake is applied, apply damping
+//!    instead. Also apply zero if the wrench was computed before the loop knew of the last gap (see
+//!    below).
+//! 3. Write the wrench. End the frame.
+//! 4. Fetch the errors. Force errors are counted. Any other error is a failure, and after it the
+//!    wrench is zero.
 //! 5. Publish the state.
 //!
-//! **Gaps.** If zero is given in place of a wrench, or the driver gives none because of its own
-//! limits, the loop goes on from a wrench that the hand does not feel. Each such gap is numbered
-//! and reported to the loop (its next state is withheld). No wrench is given that was computed
-//! before that: from there on the loop returns from zero.
+//! **Gaps.** If zero is applied instead of a wrench, or if the driver applies no force because of
+//! its limits, the loop continues from a wrench that the user does not feel. Each such gap gets a
+//! number and is reported to the loop: its next state is marked as withheld. A wrench that was
+//! computed before that report is not applied. After the report the loop increases the force from
+//! zero.
 //!
-//! When the program asks it to end, it writes a force of zero, and the maker's library calls it no
-//! more. It never waits and never allocates.
+//! When the program requests the end, the thread writes a force of zero, and the maker's library
+//! does not call it again. The thread never waits and never allocates.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
@@ -28,26 +30,26 @@ use super::{ERRORS_AT_A_TIME, ForceErrors, MILLI, errors, number};
 use crate::axes::Axes;
 use crate::ffi::hd::{Hd, Servant};
 
-/// s for which a wrench is held without a newer one: four late ticks of a loop at 1 kHz, in which
-/// the strongest force of a Touch moves a light hand by 0.2 mm.
+/// Maximum age of a wrench that is applied, s. This is four late ticks of a loop at 1 kHz. In that
+/// time the largest force of a Touch moves a light hand by 0.2 mm.
 pub(super) const STALE: f64 = 5e-3;
-/// Hz: of the angular velocity, which is estimated here: HDAPI's is not documented well enough to
-/// be used.
+/// Cutoff frequency of the angular velocity, Hz. It is estimated here because HDAPI's angular
+/// velocity is not documented well enough.
 const TURN_CUTOFF_HZ: f64 = 50.0;
 /// Shortest time between turns from which a velocity is computed, s.
 const SHORTEST_TURN: f64 = 0.1e-3;
 
-/// A wrench and when it was written, s.
+/// A wrench, and the time at which it was written (s).
 #[derive(Clone, Copy)]
 pub(super) struct Command {
     pub(super) wrench: Wrench,
     pub(super) time: f64,
-    /// The last gap that the loop knows.
+    /// Number of the last gap that the loop knew.
     pub(super) gap: u64,
 }
 
 impl Command {
-    /// Nothing was written yet.
+    /// The value before the first write.
     pub(super) const NONE: Self = Self { wrench: Wrench::ZERO, time: f64::NEG_INFINITY, gap: 0 };
 }
 
@@ -55,7 +57,7 @@ impl Command {
 #[derive(Clone, Copy)]
 pub(super) struct Sample {
     pub(super) state: DeviceState,
-    /// How often the wrench was interrupted.
+    /// Number of interruptions of the wrench so far.
     pub(super) gap: u64,
 }
 
@@ -74,17 +76,17 @@ impl Default for Sample {
     }
 }
 
-/// Flags and counts that both threads see.
+/// Flags and counters that both threads use.
 pub(super) struct Shared {
     origin: Instant,
     brake: Arc<BrakeFlag>,
     ending: AtomicBool,
     ended: Arc<AtomicBool>,
-    /// 0, or the code of the error that ended it.
+    /// Code of the error that ended the run, or 0.
     failure: AtomicU32,
     warm_motors: AtomicU64,
     exceeded: AtomicU64,
-    /// Turns in which the wrench was too old.
+    /// Number of turns in which the wrench was too old.
     stale: AtomicU64,
     in_a_row: AtomicU32,
     last_force_error: AtomicU32,
@@ -106,7 +108,7 @@ impl Shared {
         }
     }
 
-    /// s since the device was opened.
+    /// Returns the time since the device was opened, s.
     pub(super) fn now(&self) -> f64 {
         self.origin.elapsed().as_secs_f64()
     }
@@ -115,7 +117,7 @@ impl Shared {
         self.brake.clone()
     }
 
-    /// The error that ended it.
+    /// Returns the code of the error that ended the run.
     pub(super) fn failure(&self) -> Option<u32> {
         Some(self.failure.load(Ordering::Acquire)).filter(|code| *code != 0)
     }
@@ -127,7 +129,7 @@ impl Shared {
         }
     }
 
-    /// Turns in which the wrench was too old.
+    /// Returns the number of turns in which the wrench was too old.
     pub(super) fn stale(&self) -> u64 {
         self.stale.load(Ordering::Relaxed)
     }
@@ -140,7 +142,7 @@ impl Shared {
         self.last_force_error.load(Ordering::Relaxed)
     }
 
-    /// Asks for the last turn, and says whether it came in time.
+    /// Requests the last turn. Returns whether it came in time.
     pub(super) fn end_and_wait(&self, most: Duration) -> bool {
         self.ending.store(true, Ordering::Release);
         let begun = Instant::now();
@@ -155,7 +157,7 @@ impl Shared {
 
     fn take_error(&self, code: u32) {
         if !errors::is_of_force(code) {
-            // Keeps the first error, which caused the later ones.
+            // Keeps the first error, because it caused the later ones.
             let _ = self.failure.compare_exchange(0, code, Ordering::AcqRel, Ordering::Relaxed);
             return;
         }
@@ -175,9 +177,9 @@ pub(super) struct Touch {
     commands: Newest<Command>,
     samples: Publisher<Sample>,
     last: Option<DeviceState>,
-    /// How often the wrench was interrupted.
+    /// Number of interruptions of the wrench so far.
     gap: u64,
-    /// A wrench was given in the last turn.
+    /// True if a wrench was applied in the last turn.
     given: bool,
 }
 
@@ -199,14 +201,14 @@ impl Touch {
         let m: [f64; 16] = self.api.doubles(number::TRANSFORM);
         let velocity = DVec3::from_array(self.api.doubles(number::VELOCITY)) * MILLI;
         let buttons = self.api.integer(number::BUTTONS) as u32;
-        // Columns of four, the last one the position in mm.
+        // The matrix has columns of four numbers. The last column is the position in mm.
         let rotation = DMat3::from_cols_array(&[m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]]);
         let pose = Axes::OpenHaptics.pose(rotation, DVec3::new(m[12], m[13], m[14]) * MILLI);
         let twist = Twist { angular: self.turn(&pose, time), linear: Axes::OpenHaptics.ours(velocity) };
         DeviceState { pose, twist, buttons, time, withheld: false }
     }
 
-    /// rad/s, out of two poses.
+    /// Returns the angular velocity (rad/s), estimated from two poses.
     fn turn(&self, pose: &Pose, time: f64) -> DVec3 {
         let Some(last) = self.last.filter(|last| last.pose.is_valid()) else { return DVec3::ZERO };
         let dt = time - last.time;
@@ -225,11 +227,11 @@ impl Touch {
             return Wrench::ZERO;
         }
         if self.shared.brake.is_applied() {
-            // The loop knows, and begins anew.
+            // The loop knows of the brake and starts again from zero.
             self.given = false;
             return self.damping(&state.twist);
         }
-        // Also rejects NaN.
+        // This also rejects NaN.
         let is_fresh = state.time - time <= STALE;
         if !is_fresh {
             self.shared.stale.fetch_add(1, Ordering::Relaxed);
@@ -260,7 +262,7 @@ impl Touch {
         }
     }
 
-    /// Fetches the library's errors; returns true if one of them removed the force in this turn.
+    /// Fetches the library's errors. Returns true if one of them removed the force in this turn.
     fn take_errors(&self) -> bool {
         let (mut any, mut none) = (false, false);
         for _ in 0..ERRORS_AT_A_TIME {
@@ -278,7 +280,7 @@ impl Touch {
 impl Servant for Touch {
     fn serve(&mut self) -> bool {
         let is_last = self.shared.ending.load(Ordering::Acquire);
-        // Another device may have had its turn before.
+        // The previous turn may have been for another device.
         self.api.make_current(self.handle);
         self.api.begin_frame(self.handle);
         let state = self.sense();
@@ -295,7 +297,7 @@ impl Servant for Touch {
 
     fn panicked(&mut self) {
         self.api.make_current(self.handle);
-        // The frame may still be open; the error of a second begin is ignored.
+        // The frame may still be open. The error of a second begin is ignored.
         self.api.begin_frame(self.handle);
         self.give(&Wrench::ZERO);
         self.api.end_frame(self.handle);

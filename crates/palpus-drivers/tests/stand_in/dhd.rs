@@ -1,5 +1,5 @@
-// A stand-in for Force Dimension's libdhd: exports the same names, moves a number instead of a
-// motor.
+// A stand-in for Force Dimension's libdhd. It exports the same names, and stores numbers instead of
+// moving motors.
 
 #![allow(non_snake_case)]
 
@@ -7,7 +7,7 @@ use std::ffi::{c_char, c_int, c_uchar, c_uint};
 
 include!("slots.rs");
 
-/// When a force was set last.
+/// Time of the last write of a force.
 static WRITTEN: std::sync::Mutex<Option<std::time::Instant>> = std::sync::Mutex::new(None);
 
 fn of(id: c_char) {
@@ -58,7 +58,7 @@ pub extern "C" fn dhdEnableForce(on: c_uchar, id: c_char) -> c_int {
         return -1;
     }
     if get(SWITCHED_OFF) > 0.0 {
-        // The cause is forgotten.
+        // The device loses the cause.
         count(OVERRIDDEN);
         set(SWITCHED_OFF, 0.0);
     }
@@ -80,7 +80,7 @@ pub extern "C" fn dhdSetMaxTorque(newton_metres: f64, _: c_char) -> c_int {
 }
 
 /// # Safety
-/// The pointers are good.
+/// The pointers are valid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn dhdGetPositionAndOrientationFrame(
     x: *mut f64,
@@ -104,7 +104,7 @@ pub unsafe extern "C" fn dhdGetPositionAndOrientationFrame(
 }
 
 /// # Safety
-/// The pointers are good.
+/// The pointers are valid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn dhdGetLinearVelocity(x: *mut f64, y: *mut f64, z: *mut f64, _: c_char) -> c_int {
     unsafe { (*x, *y, *z) = (0.1 * get(MOVING), 0.2 * get(MOVING), 0.3 * get(MOVING)) };
@@ -112,7 +112,7 @@ pub unsafe extern "C" fn dhdGetLinearVelocity(x: *mut f64, y: *mut f64, z: *mut 
 }
 
 /// # Safety
-/// The pointers are good.
+/// The pointers are valid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn dhdGetAngularVelocityRad(x: *mut f64, y: *mut f64, z: *mut f64, _: c_char) -> c_int {
     unsafe { (*x, *y, *z) = (get(MOVING), 2.0 * get(MOVING), 3.0 * get(MOVING)) };
@@ -175,16 +175,16 @@ pub extern "C" fn dhdSetWatchdog(steps: c_uchar, _: c_char) -> c_int {
 }
 
 /// # Safety
-/// There is room for 17.
+/// The buffer has room for 17 numbers.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn dhdGetStatus(status: *mut c_int, _: c_char) -> c_int {
-    // Bites when it is looked at, if nothing was written in its time.
+    // The watchdog acts when the status is read, if nothing was written within its time.
     let is_late = WRITTEN.lock().unwrap().is_some_and(|last| last.elapsed().as_micros() as f64 > 125.0 * get(WATCHDOG));
     if get(ENABLED) > 0.0 && get(WATCHDOG) > 0.0 && get(WATCHDOG_SLEEPS) < 1.0 && is_late {
         set(ENABLED, 0.0);
         set(OFF_CAUSE, 3.0);
     }
-    // Power, connected, started, reset, …
+    // The words are: power, connected, started, reset, …
     let force = i32::from(get(ENABLED) > 0.0 && get(SWITCHED_OFF) < 1.0);
     let cause = if get(SWITCHED_OFF) > 0.0 { get(SWITCHED_OFF) } else { get(OFF_CAUSE) } as c_int;
     let cause = if force > 0 { 0 } else { cause };

@@ -1,5 +1,5 @@
-// A stand-in for OpenHaptics' libHD: exports the same names, and has a thread that calls back a
-// thousand times a second.
+// A stand-in for OpenHaptics' libHD. It exports the same names, and has a thread that calls back a
+// thousand times per second.
 
 #![allow(non_snake_case)]
 
@@ -22,15 +22,16 @@ pub struct ErrorInfo {
 type Callback = extern "C" fn(*mut c_void) -> c_uint;
 
 struct Job(Callback, *mut c_void);
-// The data is the callback's own business.
+// The callback is responsible for its data.
 unsafe impl Send for Job {}
 
 static ERRORS: Mutex<VecDeque<c_uint>> = Mutex::new(VecDeque::new());
-/// Functions that the thread calls, by number.
+/// The functions that the thread calls, with their numbers.
 static JOBS: Mutex<Vec<(c_ulong, Job)>> = Mutex::new(Vec::new());
-/// For the whole process, as the worst reading of the maker's manual has it.
+/// The current device of the whole process. The maker's manual may also mean one per thread; this
+/// is the stricter reading.
 static CURRENT: AtomicU64 = AtomicU64::new(0);
-/// The device that is opened by the name of `SECOND`.
+/// Handle of the device with the name `Second`.
 const SECOND_HANDLE: c_uint = 8;
 static THREAD: Mutex<Option<JoinHandle<()>>> = Mutex::new(None);
 static STOP: AtomicBool = AtomicBool::new(false);
@@ -45,7 +46,7 @@ fn fail(code: c_uint) {
 }
 
 /// # Safety
-/// Null or a text.
+/// `name` is null or a text.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hdInitDevice(name: *const c_char) -> c_uint {
     count(NAME_TRIES);
@@ -109,7 +110,7 @@ pub extern "C" fn hdDisable(capability: c_uint) {
 }
 
 /// # Safety
-/// There is room.
+/// The buffer is large enough.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hdGetDoublev(parameter: c_uint, values: *mut f64) {
     let write = |numbers: &[f64]| {
@@ -137,7 +138,7 @@ pub unsafe extern "C" fn hdGetDoublev(parameter: c_uint, values: *mut f64) {
 }
 
 /// # Safety
-/// There is room.
+/// The buffer is large enough.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hdGetIntegerv(parameter: c_uint, values: *mut c_int) {
     unsafe {
@@ -156,7 +157,7 @@ pub extern "C" fn hdGetString(_: c_uint) -> *const c_char {
 }
 
 /// # Safety
-/// Three numbers.
+/// `values` points to three numbers.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hdSetDoublev(parameter: c_uint, values: *const f64) {
     if !IN_FRAME.load(Ordering::SeqCst) {

@@ -1,8 +1,9 @@
-// Numbers that the tests and a stand-in library exchange, by their keys. Included by both.
+// Numbers that the tests and a stand-in library exchange, with their indices. Both include this
+// file.
 
 pub const SLOTS: usize = 96;
 
-// Set by tests.
+// Set by the tests.
 pub const DEVICES: usize = 0;
 pub const READ_CODE: usize = 1;
 pub const WRITE_CODE: usize = 2;
@@ -23,17 +24,17 @@ pub const NO_VELOCITY: usize = 16;
 pub const OUT_OF_RESET: usize = 17;
 pub const ENABLE_CODE: usize = 18;
 pub const MOVING: usize = 19;
-/// By whom, as the status's word 14 has it: 1 by the button, 2 for its speed, 6 by the dead-man's
-/// switch.
+/// Who has switched off the force, as in word 14 of the status: 1 the button, 2 the speed limit, 6
+/// the dead-man's switch.
 pub const SWITCHED_OFF: usize = 20;
-/// By the program or the watchdog, likewise.
+/// The same if the program or the watchdog has switched it off.
 pub const OFF_CAUSE: usize = 21;
 pub const CALIBRATION: usize = 22;
 pub const CALIBRATION_STYLES: usize = 23;
-/// How often calibration has to be updated before it is good; never if negative.
+/// Number of calibration updates until the calibration is good. Never good if negative.
 pub const CALIBRATION_TRIES: usize = 24;
 
-/// The device's watchdog never bites.
+/// If set, the device's watchdog never acts.
 pub const WATCHDOG_SLEEPS: usize = 25;
 
 // Set by the library.
@@ -57,10 +58,10 @@ pub const EXPERT: usize = 52;
 pub const GRIPPER: usize = 53;
 pub const NAME_TRIES: usize = 54;
 pub const SECOND_FORCE: usize = 55; // 3
-/// Times that the force was switched although somebody else had switched it off.
+/// How often the force was switched on although a person or the device had switched it off.
 pub const OVERRIDDEN: usize = 58;
 pub const MAX_FORCE: usize = 59;
 pub const MAX_TORQUE: usize = 60;
 pub const CALIBRATED: usize = 61;
-/// Capabilities of HDAPI's that were enabled, a bit each in the order of the stand-in.
+/// Capabilities of HDAPI that were enabled, one bit each in the order of the stand-in.
 pub const CAPABILITIES: usize = 62;

@@ -1,8 +1,8 @@
-// The numbers of a stand-in library. Included by it.
+// The numbers of a stand-in library. The stand-in includes this file.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-#[allow(dead_code, reason = "each stand-in uses its own of them")]
+#[allow(dead_code, reason = "each stand-in uses only some of them")]
 mod keys {
     include!("keys.rs");
 }
@@ -10,14 +10,15 @@ use keys::*;
 
 static VALUES: [AtomicU64; SLOTS] = [const { AtomicU64::new(0) }; SLOTS];
 
-/// Processes that cannot call in set the numbers by a variable: `0=1,6=0.01`.
+/// Sets the numbers from the environment variable `STAND_IN`, such as `0=1,6=0.01`. For processes
+/// that cannot call `stand_in_set`.
 fn begin() {
     static BEGUN: std::sync::Once = std::sync::Once::new();
     BEGUN.call_once(|| {
         for part in std::env::var("STAND_IN").unwrap_or_default().split(',') {
             if let Some((slot, value)) = part.split_once('=') {
-                let value: f64 = value.parse().expect("a number");
-                VALUES[slot.parse::<usize>().expect("a slot")].store(value.to_bits(), Ordering::SeqCst);
+                let value: f64 = value.parse().expect("the value is a number");
+                VALUES[slot.parse::<usize>().expect("the slot is a number")].store(value.to_bits(), Ordering::SeqCst);
             }
         }
     });

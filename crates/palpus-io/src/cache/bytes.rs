@@ -1,24 +1,26 @@
-//! Numbers to bytes and back: little-endian, small whole numbers in few bytes (LEB128).
+//! Converts numbers to bytes and back: little-endian; integers in LEB128, where small ones take few
+//! bytes.
 
 use std::io;
 
 use glam::DVec3;
 
-/// Bytes under way.
+/// A buffer of encoded bytes.
 #[derive(Default)]
 pub(super) struct Writer {
     bytes: Vec<u8>,
 }
 
 impl Writer {
-    /// Hands over what was written so far.
+    /// Passes the encoded bytes to `sink` and clears the buffer.
     pub(super) fn flush(&mut self, sink: &mut dyn FnMut(&[u8]) -> io::Result<()>) -> io::Result<()> {
         let given = sink(&self.bytes);
         self.bytes.clear();
         given
     }
 
-    /// A whole number: seven bits a byte, the lowest first; a set high bit says that more follow.
+    /// Appends an integer: seven bits in each byte, the lowest bits first; a set high bit means
+    /// that another byte follows.
     pub(super) fn whole(&mut self, mut number: u64) {
         while number >= 0x80 {
             self.bytes.push(number as u8 | 0x80);
@@ -40,7 +42,8 @@ impl Writer {
     }
 }
 
-/// Bytes to be read; `None` when they end or make no sense.
+/// Decodes numbers from bytes. Each method returns `None` if the bytes end too early or are
+/// invalid.
 #[derive(Clone, Copy)]
 pub(super) struct Reader<'a> {
     pub(super) rest: &'a [u8],
@@ -72,7 +75,8 @@ impl<'a> Reader<'a> {
         self.whole()?.try_into().ok()
     }
 
-    /// A number of things of which each takes at least `bytes_each` of what is left.
+    /// Reads a number of items; `None` if that many items of at least `bytes_each` bytes exceed the
+    /// remaining bytes.
     pub(super) fn count(&mut self, bytes_each: usize) -> Option<usize> {
         let count = usize::try_from(self.whole()?).ok()?;
         (count <= self.rest.len() / bytes_each).then_some(count)

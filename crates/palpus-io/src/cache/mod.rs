@@ -1,17 +1,17 @@
-//! Prepared bodies on disk, so that a model is decomposed once.
+//! Prepared bodies on disk, so that each model is decomposed only once.
 //!
-//! * A body's name is the hash of the mesh's content, the settings, the engine's sources and this
-//!   format: a body prepared from anything else has another name.
-//! * A file contains its own name and hashes of all that follows, so that a truncated, changed or
-//!   renamed file is detected: batches, and after them an index with each batch's length and hash.
-//!   All workers read and check batches at once and build their polytopes; the whole file is never
-//!   in memory. A file is written beside its place and then moved there, so that no reader sees a
-//!   half-written one.
-//! * All content is checked: counts against the remaining bytes, indices against counts, polytopes
-//!   while they are built (`PolytopeRestorer`), the body as a whole by [`Body::restore`]. Any bytes
-//!   give a body or a [`CacheMiss`].
-//! * The folder holds at most [`LARGEST_FOLDER`] bytes of bodies; the least recently used ones are
-//!   deleted first.
+//! * The name of a body is the hash of the mesh's content, the settings, the engine's sources and
+//!   the file format. If one of them changes, the name changes.
+//! * A file contains its name, the batches, and an index with the length and hash of each batch.
+//!   The header contains a hash of the index, so truncated, changed and renamed files are detected.
+//!   All workers read batches, check them and build their polytopes at the same time; the whole
+//!   file is never in memory. A file is written under a temporary name and then renamed, so that no
+//!   reader sees an incomplete file.
+//! * All content is checked: counts against the number of remaining bytes, indices against counts,
+//!   polytopes while they are built (`PolytopeRestorer`), and the whole body in [`Body::restore`].
+//!   Any sequence of bytes gives either a valid body or a [`CacheMiss`].
+//! * The folder contains at most [`LARGEST_FOLDER`] bytes of bodies. The least recently used bodies
+//!   are deleted first.
 
 mod bytes;
 mod parts;
@@ -28,16 +28,16 @@ use palpus::body::{Body, BodyError, BodySettings, Ground, PolygonSoup};
 
 use crate::ContentHash;
 
-/// Raised when the layout of a file changes.
+/// Increased when the file layout changes.
 const FORMAT: u32 = 2;
 const MAGIC: &[u8; 8] = b"palpus b";
-/// Magic, name, length of the index and its hash.
+/// Size of the header: magic number, name, length of the index, and hash of the index.
 const HEADER_BYTES: usize = 8 + 32 + 8 + 32;
-/// Index entry of a batch: its length and its hash.
+/// Size of the index entry of a batch: the length of the batch and its hash.
 const ENTRY_BYTES: usize = 8 + 32;
-/// The largest file that is read or written.
+/// Size of the largest file that is read or written, in bytes.
 const LARGEST_FILE: u64 = 1 << 32;
-/// The most that all files together take.
+/// Largest total size of all files in the folder, in bytes.
 pub const LARGEST_FOLDER: u64 = 1 << 32;
 const EXTENSION: &str = "body";
 
@@ -46,9 +46,10 @@ const EXTENSION: &str = "body";
 pub struct BodyKey(ContentHash);
 
 impl BodyKey {
-    /// The name of the body that this engine makes of this content with these settings.
+    /// Returns the name of the body that this engine computes from this content with these
+    /// settings.
     pub fn new(content: &ContentHash, settings: &BodySettings) -> Self {
-        // Destructured, so that a new setting cannot be forgotten here.
+        // Destructuring makes the compiler report a new setting that is missing here.
         let BodySettings { scale, flatness, thick } = *settings;
         let mut text = Vec::new();
         text.extend(b"palpus body");
@@ -62,10 +63,10 @@ impl BodyKey {
     }
 }
 
-/// Why no prepared body is available.
+/// The reason why a prepared body is not available.
 #[derive(Debug, thiserror::Error)]
 pub enum CacheMiss {
-    /// None was kept.
+    /// The cache has no body of this name.
     #[error("not prepared before")]
     Absent,
     /// The file cannot be read.
@@ -73,7 +74,7 @@ pub enum CacheMiss {
     Unreadable {
         /// Path of the file.
         file: String,
-        /// Error of the system.
+        /// Error of the operating system.
         #[source]
         source: io::Error,
     },
@@ -93,11 +94,11 @@ pub struct BodyCache {
     folder: PathBuf,
 }
 
-/// Returns the body of `soup`: the one that `cache` has, or a new one that is then kept there.
-/// `progress` gets the part that is done, 0 to 1.
+/// Returns the body of `soup`, either from `cache` or newly prepared; a new body is then stored in
+/// `cache`. `progress` receives the completed fraction, 0 to 1.
 ///
 /// # Errors
-/// Fails if no body can be made of the polygons.
+/// Fails if the polygons do not form a valid body.
 pub fn prepared(
     soup: &PolygonSoup,
     settings: &BodySettings,
@@ -111,30 +112,31 @@ pub fn prepared(
         return Ok(body);
     }
     let body = Body::from_soup_with(soup, settings, workers, progress)?;
-    // A folder that cannot be written to only costs the time to prepare the body again.
+    // Errors are ignored: if the folder is not writable, the body is only prepared again next time.
     let _ = cache.store(&key, &body);
     Ok(body)
 }
 
 impl BodyCache {
-    /// In this folder, which is made when first needed.
+    /// Uses the given folder, which is created when the first body is stored.
     pub fn in_folder(folder: impl Into<PathBuf>) -> Self {
         Self { folder: folder.into() }
     }
 
-    /// In the user's folder for what can be computed again (`XDG_CACHE_HOME` or what the system has
-    /// for it); `None` when there is no such user.
+    /// Uses the cache folder of the current user (`XDG_CACHE_HOME` or the equivalent of the
+    /// operating system); `None` if the user has no home directory.
     pub fn of_user() -> Option<Self> {
         let base = etcetera::choose_base_strategy().ok()?;
         Some(Self::in_folder(base.cache_dir().join("palpus").join("bodies")))
     }
 
-    /// Folder of the bodies.
+    /// Returns the folder of the bodies.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// The body that was kept under `key`, which must be that of `soup` and `settings`.
+    /// Loads the body stored under `key`, which must be the name of the body of `soup` and
+    /// `settings`.
     pub fn load(
         &self,
         key: &BodyKey,
@@ -156,17 +158,17 @@ impl BodyCache {
         };
         let parts = || {
             let parts = parts::decode(kept.batches.len(), with_batch, workers)?;
-            parts.ok_or_else(|| damaged("its contents make no body".to_owned()))
+            parts.ok_or_else(|| damaged("its content is not a valid body".to_owned()))
         };
         let (parts, ground) = both(workers, parts, ground);
         let body = Body::restore(ground?, parts?, workers).map_err(|error| damaged(error.to_string()))?;
-        // Updates the time of last use. Errors are ignored, since nothing is deleted from a
+        // Updates the time of last use. Errors are ignored, because nothing is deleted from a
         // read-only folder.
         let _ = File::options().append(true).open(&path).and_then(|file| file.set_modified(SystemTime::now()));
         Ok(body)
     }
 
-    /// Keeps a body under `key`.
+    /// Stores a body under `key`.
     pub fn store(&self, key: &BodyKey, body: &Body) -> io::Result<()> {
         fs::create_dir_all(&self.folder)?;
         let path = self.path(key);
@@ -183,7 +185,8 @@ impl BodyCache {
         self.folder.join(format!("{}.{EXTENSION}", key.0))
     }
 
-    /// Removes the bodies not used for longest until all take at most `most` bytes; never `kept`.
+    /// Deletes the least recently used bodies until the folder contains at most `most` bytes; never
+    /// deletes `kept`.
     fn prune(&self, most: u64, kept: &Path) -> io::Result<()> {
         let mut bodies = Vec::new();
         for entry in fs::read_dir(&self.folder)? {
@@ -198,7 +201,7 @@ impl BodyCache {
         let mut total: u64 = bodies.iter().map(|(_, bytes, _)| bytes).sum();
         for (_, bytes, path) in bodies {
             if total > most && path != kept {
-                // Another process may have been faster.
+                // The error is ignored, because another process may have deleted the file already.
                 let _ = fs::remove_file(path);
                 total -= bytes;
             }
@@ -207,8 +210,8 @@ impl BodyCache {
     }
 }
 
-/// Writes the file: room for the header, the batches, the index of the batches; the header last,
-/// when the index is known.
+/// Writes the file: space for the header, the batches, and the index of the batches. The header is
+/// written last, when the index is known.
 fn write(path: &Path, key: &BodyKey, body: &Body) -> io::Result<()> {
     let mut file = BufWriter::new(File::create(path)?);
     file.write_all(&[0; HEADER_BYTES])?;
@@ -216,7 +219,7 @@ fn write(path: &Path, key: &BodyKey, body: &Body) -> io::Result<()> {
     parts::encode(body, &mut |batch| {
         length += (batch.len() + ENTRY_BYTES) as u64;
         if length > LARGEST_FILE {
-            return Err(io::Error::other("the body is too large to be kept"));
+            return Err(io::Error::other("the body is too large for the cache"));
         }
         index.extend((batch.len() as u64).to_le_bytes());
         index.extend(blake3::hash(batch).as_bytes());
@@ -231,15 +234,16 @@ fn write(path: &Path, key: &BodyKey, body: &Body) -> io::Result<()> {
     file.flush()
 }
 
-/// A file whose header and index are right.
+/// A file whose header and index are valid.
 struct Kept {
     file: Mutex<File>,
     batches: Vec<Entry>,
-    /// Reused buffers for batches: allocating one for each batch would take longer than reading it.
+    /// Buffers for batches. They are reused, because allocating a buffer takes longer than reading
+    /// a batch.
     spare: Mutex<Vec<Vec<u8>>>,
 }
 
-/// A batch, by the index.
+/// A batch, as described by the index.
 struct Entry {
     begin: u64,
     length: usize,
@@ -247,24 +251,24 @@ struct Entry {
 }
 
 impl Kept {
-    /// Opens the file; fails with the defect of its header or index.
+    /// Opens the file; the inner error describes a defect of the header or the index.
     fn open(path: &Path, key: &BodyKey) -> io::Result<Result<Self, &'static str>> {
         let mut file = File::open(path)?;
         let size = file.metadata()?.len();
         let mut header = [0; HEADER_BYTES];
         match file.read_exact(&mut header) {
-            Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Ok(Err("it is cut short")),
+            Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Ok(Err("it is truncated")),
             read => read?,
         }
         let (magic, rest) = header.split_at(8);
         let (name, rest) = rest.split_at(32);
         let (length, expected) = rest.split_at(8);
         if magic != MAGIC || name != key.0.0 {
-            return Ok(Err("it is not what its name says"));
+            return Ok(Err("its header does not match its name"));
         }
         let length = little_endian(length);
         if size > LARGEST_FILE || length > size - HEADER_BYTES as u64 {
-            return Ok(Err("it is cut short"));
+            return Ok(Err("it is truncated"));
         }
         let mut index = Vec::with_capacity(length as usize);
         file.seek(io::SeekFrom::Start(size - length))?;
@@ -278,7 +282,7 @@ impl Kept {
             let (length, expected) = entry.split_at(8);
             let length = little_endian(length);
             if length > size - begin {
-                return Ok(Err("it is cut short"));
+                return Ok(Err("it is truncated"));
             }
             let mut hash = [0; 32];
             hash.copy_from_slice(expected);
@@ -286,12 +290,12 @@ impl Kept {
             begin += length;
         }
         if begin + length != size {
-            return Ok(Err("it is cut short"));
+            return Ok(Err("it is truncated"));
         }
         Ok(Ok(Self { file: Mutex::new(file), batches, spare: Mutex::default() }))
     }
 
-    /// Gives the bytes of batch `k` to `read`, or says what is wrong with them.
+    /// Passes the bytes of batch `k` to `read`; the inner error says that their hash is wrong.
     fn with_batch(&self, k: usize, read: &mut dyn FnMut(&[u8])) -> io::Result<Result<(), &'static str>> {
         let Entry { begin, length, hash } = self.batches[k];
         let mut bytes = held(&self.spare).pop().unwrap_or_default();
@@ -314,7 +318,8 @@ fn little_endian(bytes: &[u8]) -> u64 {
     bytes.iter().rev().fold(0, |number, &byte| number << 8 | u64::from(byte))
 }
 
-/// Locks; a panic of another holder is ignored, since it cannot leave this data half changed.
+/// Locks the mutex. A panic of an earlier holder is ignored, since it cannot leave this data half
+/// changed.
 fn held<T>(lock: &Mutex<T>) -> MutexGuard<'_, T> {
     lock.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,14 +1,15 @@
-//! The parts of a body as bytes. Derived data (rings, edges' ends, rims) is not stored but computed
-//! again.
+//! Converts the parts of a body to bytes and back. Derived data (rings, ends of edges, rims) is not
+//! stored but computed again.
 //!
-//! 1. The head: the table of all vertices, whose entries polytopes name, and how many pieces and
-//!    inner hulls there are.
-//! 2. Batches of pieces, of inner hulls, of nodes of the tree; several threads can read at once,
-//!    each one batch.
+//! 1. The head: the table of all vertices, to which polytopes refer by index, and the numbers of
+//!    pieces and inner hulls.
+//! 2. Batches of pieces, of inner hulls and of tree nodes. Several threads can read batches at the
+//!    same time.
 //!
 //! A solid polytope is stored as its vertices, the corners of each face, the planes and the bulge.
-//! A corner is a vertex, a flag whether the edge from there occurred in an earlier face, and then
-//! the number of that edge (edges are numbered in order of first occurrence).
+//! A corner consists of a vertex and a flag that says whether the edge that starts there occurred
+//! in an earlier face. If the flag is set, the number of that edge follows. Edges are numbered in
+//! the order of their first occurrence.
 
 use std::collections::HashMap;
 use std::io;
@@ -21,19 +22,19 @@ use palpus::body::{
 
 use super::bytes::{Reader, Writer};
 
-/// Polytopes of one batch.
+/// Largest number of polytopes in one batch.
 const BATCH: usize = 256;
-/// Nodes of one batch.
+/// Largest number of tree nodes in one batch.
 const NODE_BATCH: usize = 2048;
-/// Bytes of a node's bounds.
+/// Size of the bounds of a node, in bytes.
 const BOUNDS_BYTES: usize = 8 * (4 + 15);
 const POINT_BYTES: usize = 3 * 8;
 const PLANE_BYTES: usize = 4 * 8;
 
-/// A node as the tree takes it.
+/// A node in the form that the tree takes.
 type KeptNode = (NodeKind, Sphere, OrientedBox);
 
-/// Gives the parts of a body to `sink`, batch by batch, to be read by [`decode`].
+/// Passes the parts of a body to `sink` in batches, which [`decode`] reads.
 pub(super) fn encode(body: &Body, sink: &mut dyn FnMut(&[u8]) -> io::Result<()>) -> io::Result<()> {
     let (polytopes, pieces) = (body.polytopes(), body.pieces());
     let hulls = body.hierarchy().hulls();
@@ -69,10 +70,10 @@ enum Batch {
     Nodes(Vec<KeptNode>),
 }
 
-/// The parts that [`encode`] wrote; `None` for any other bytes.
+/// Returns the parts that [`encode`] wrote; `None` if the bytes are invalid.
 ///
-/// `with_batch` gives the bytes of a batch to be read, and returns the result or the reason for a
-/// failure.
+/// `with_batch` passes the bytes of a batch to its reader and returns the reader's result or the
+/// reason of a failure.
 pub(super) fn decode<E: Send + Sync>(
     batches: usize,
     with_batch: impl Fn(usize, &mut dyn FnMut(&[u8])) -> Result<(), E> + Sync,
@@ -127,7 +128,7 @@ fn joined(batches: Vec<Batch>, piece_count: usize, hull_count: usize) -> Option<
     Some(BodyParts { polytopes, pieces, hierarchy })
 }
 
-/// The table, and how many pieces and hulls there are.
+/// Returns the vertex table and the numbers of pieces and hulls.
 fn read_head(bytes: &[u8]) -> Option<(Vec<DVec3>, usize, usize)> {
     let mut from = Reader { rest: bytes };
     let count = from.count(POINT_BYTES)?;
@@ -158,7 +159,7 @@ fn read_hulls(from: &mut Reader<'_>, table: &[DVec3], count: usize) -> Option<Ba
     Some(Batch::Hulls(answer))
 }
 
-/// Each vertex once.
+/// A table of vertices without duplicates.
 #[derive(Default)]
 struct Table {
     points: Vec<DVec3>,
@@ -186,8 +187,8 @@ impl Table {
     }
 }
 
-/// The vertices. Then for a plate: the front's normal, and which of front and back are original.
-/// For a solid: its faces.
+/// Writes the vertices and then, for a plate, the normal of its front and a number that says
+/// whether the front or the back is original; for a solid, its faces.
 fn write_polytope(out: &mut Writer, polytope: &Polytope, table: &Table) {
     out.count(polytope.vertices().len());
     for &vertex in polytope.vertices() {
@@ -228,7 +229,8 @@ fn read_polytope(from: &mut Reader<'_>, table: &[DVec3], restorer: &mut Polytope
     for _ in 0..count {
         vertices.push(*table.get(from.index()? as usize)?);
     }
-    // A face takes its number of corners, three of them, and its plane.
+    // Each face needs at least its number of corners (1 byte), three corners (1 byte each), and its
+    // plane.
     let faces = from.count(4 + PLANE_BYTES)?;
     if faces == 0 {
         return read_plate(from, vertices);
@@ -261,14 +263,14 @@ fn read_plate(from: &mut Reader<'_>, vertices: Vec<DVec3>) -> Option<Polytope> {
     plate.validate_topology().is_ok().then_some(plate)
 }
 
-/// The triangles (each as the difference from the one before), then for each face the number of
-/// triangles in it, and their positions in that list.
+/// Writes the triangles (each as the difference from the previous one) and then, for each face, the
+/// number of its triangles and their positions in that list.
 fn write_piece(out: &mut Writer, piece: &Piece, face_count: usize) {
     let triangles = piece.triangles();
     out.count(triangles.len());
     let mut last = 0;
     for &t in triangles {
-        // Triangles are sorted.
+        // The difference is not negative, because triangles are sorted.
         out.whole(u64::from(t - last));
         last = t;
     }
@@ -276,13 +278,13 @@ fn write_piece(out: &mut Writer, piece: &Piece, face_count: usize) {
         let inside = piece.face_triangles(f);
         out.count(inside.len());
         for t in inside {
-            // This includes the vertices of the faces.
+            // This list also contains the triangles of the faces.
             out.count(triangles.partition_point(|other| other < t));
         }
     }
 }
 
-/// Buffers for the lists of a piece, reused for the next one.
+/// Buffers for the lists of a piece; they are reused for the next piece.
 #[derive(Default)]
 struct PieceLists {
     triangles: Vec<u32>,
@@ -312,8 +314,8 @@ impl PieceLists {
     }
 }
 
-/// A leaf is twice its piece; an inner node is one more than twice its left child, then its right
-/// child.
+/// Writes a leaf as twice its piece, and an inner node as twice its left child plus one, followed
+/// by its right child.
 fn write_node(out: &mut Writer, node: &Node) {
     match node.kind {
         NodeKind::Leaf { piece } => out.whole(u64::from(piece) << 1),

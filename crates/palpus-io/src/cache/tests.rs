@@ -1,4 +1,4 @@
-//! Stored bodies come back bit for bit, and no other bytes than those written give a body.
+//! Stored bodies are restored bit for bit, and no other bytes than the written ones give a body.
 
 use glam::DVec3;
 use palpus::algebra::{Alone, Random};
@@ -7,7 +7,7 @@ use super::*;
 
 const SEED: u64 = 0xcac_4e00;
 
-/// A folder of its own for one test, gone when the test is over.
+/// A folder for one test, which is deleted at the end of the test.
 struct Folder(PathBuf);
 
 impl Folder {
@@ -24,8 +24,8 @@ impl Drop for Folder {
     }
 }
 
-/// A ring with a square section, and an open sheet beside it: solids and plates, convex and reflex
-/// edges.
+/// Returns a ring with a square section and an open sheet beside it. They give solids and plates,
+/// and convex and reflex edges.
 fn soup() -> PolygonSoup {
     let mut soup = PolygonSoup::new();
     let sides = 12;
@@ -56,7 +56,7 @@ fn prepared() -> (PolygonSoup, BodySettings, BodyKey, Body) {
 }
 
 #[test]
-fn a_kept_body_comes_back_as_it_was() {
+fn stored_body_is_restored_exactly() {
     let folder = Folder::new("round");
     let cache = BodyCache::in_folder(&folder.0);
     let (soup, settings, key, body) = prepared();
@@ -64,12 +64,12 @@ fn a_kept_body_comes_back_as_it_was() {
     cache.store(&key, &body).unwrap();
     let again = cache.load(&key, &soup, &settings, &Alone).unwrap();
     assert!(body.polytopes().iter().any(|p| p.is_flat()) && body.polytopes().iter().any(|p| !p.is_flat()));
-    // Debug prints every field, numbers to the last bit.
+    // The Debug output contains every field, and each number with all its digits.
     assert_eq!(format!("{body:?}"), format!("{again:?}"));
 }
 
 #[test]
-fn other_content_or_settings_have_another_name() {
+fn other_content_or_settings_change_the_name() {
     let (soup, settings, key, _) = prepared();
     let content = ContentHash::of_soup(&soup);
     let mut other = soup.clone();
@@ -82,7 +82,7 @@ fn other_content_or_settings_have_another_name() {
 }
 
 #[test]
-fn a_file_that_was_cut_or_changed_is_not_believed() {
+fn truncated_or_changed_file_is_rejected() {
     let folder = Folder::new("damage");
     let cache = BodyCache::in_folder(&folder.0);
     let (soup, settings, key, body) = prepared();
@@ -102,7 +102,7 @@ fn a_file_that_was_cut_or_changed_is_not_believed() {
         changed[k] ^= 0x10;
         assert!(is_damaged(&changed), "byte {k}");
     }
-    // Another body under this name.
+    // Another body is stored under this name.
     let other = BodyKey::new(&ContentHash::of_bytes(b"another"), &settings);
     cache.store(&other, &body).unwrap();
     assert!(is_damaged(&fs::read(cache.path(&other)).unwrap()));
@@ -111,7 +111,7 @@ fn a_file_that_was_cut_or_changed_is_not_believed() {
 }
 
 #[test]
-fn bytes_with_a_right_hash_and_wrong_contents_give_an_error_and_no_panic() {
+fn invalid_content_with_valid_hash_gives_an_error() {
     let (soup, settings, _, body) = prepared();
     let ground = Ground::new(&soup, &settings).unwrap();
     let mut whole: Vec<Vec<u8>> = Vec::new();
@@ -134,7 +134,7 @@ fn bytes_with_a_right_hash_and_wrong_contents_give_an_error_and_no_panic() {
                 _ => bytes.insert(k, random(256) as u8),
             }
         }
-        // A file that is accepted is valid: it differs in a coordinate or bound only.
+        // A file that is accepted is valid: only a coordinate or a bound differs.
         let with_batch = |k: usize, read: &mut dyn FnMut(&[u8])| -> Result<(), ()> {
             read(&batches[k]);
             Ok(())
@@ -149,7 +149,7 @@ fn bytes_with_a_right_hash_and_wrong_contents_give_an_error_and_no_panic() {
 }
 
 #[test]
-fn the_folder_keeps_within_its_limit_and_lets_the_oldest_go() {
+fn full_folder_deletes_the_oldest_bodies() {
     let folder = Folder::new("limit");
     let cache = BodyCache::in_folder(&folder.0);
     let (_, settings, _, body) = prepared();

@@ -1,4 +1,4 @@
-//! Reads the files that a hand follows.
+//! Reads files with the motion of a hand.
 
 use std::fs::File;
 use std::io::Read;
@@ -12,23 +12,23 @@ use super::{HandFile, RecordedHand};
 use crate::query::read_poses_from;
 use crate::table::{Cell, TableError};
 
-/// Bytes of a file at the most: hours of a hand at a kilohertz.
+/// Size of the largest file that is read: several hours of hand motion at 1 kHz.
 const MOST_BYTES: u64 = 256 << 20;
-/// Samples at the most.
+/// Largest number of samples.
 const MOST_SAMPLES: usize = 4_000_000;
-/// How far the length of a quaternion may be from 1.
+/// Largest deviation of a quaternion's length from 1.
 const QUATERNION_SLACK: f64 = 1e-3;
-/// Names of TUM's columns, for errors.
+/// Names of the columns of TUM's format, for error messages.
 const TUM: [&str; 8] = ["timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw"];
-/// Largest plausible position (m) and time (s) of a hand.
+/// Largest accepted absolute value of a coordinate (m) or a time (s).
 const FARTHEST: f64 = 1e6;
 const LATEST: f64 = 1e12;
 
-/// Reads a file that a hand follows; see [`read_hand_from`].
+/// Reads a file with the motion of a hand; see [`read_hand_from`].
 ///
 /// # Errors
-/// Fails if the file cannot be read, is too large, or has none of these formats; the error has line
-/// and column.
+/// Fails if the file cannot be read, is too large, or has none of the supported formats. The error
+/// contains the line and the column.
 pub fn read_hand(path: &Path) -> Result<HandFile, TableError> {
     let name = path.display().to_string();
     let unreadable = |error| TableError::at(&name, 0, format!("cannot be read ({error}); check the path"));
@@ -36,20 +36,20 @@ pub fn read_hand(path: &Path) -> Result<HandFile, TableError> {
     let mut bytes = Vec::new();
     file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
     if bytes.len() as u64 > MOST_BYTES {
-        return Err(TableError::at(&name, 0, format!("is larger than {} MB; cut a part out of it", MOST_BYTES >> 20)));
+        return Err(TableError::at(&name, 0, format!("is larger than {} MB; shorten it", MOST_BYTES >> 20)));
     }
     read_hand_from(&bytes, &name)
 }
 
-/// Reads the content of a hand's file; errors call the file `name`. The description of the module
-/// `hand` lists the formats.
+/// Reads the content of a file with the motion of a hand; error messages use the file name `name`.
+/// The documentation of the module `hand` lists the formats.
 ///
 /// # Errors
-/// As [`read_hand`].
+/// Same as [`read_hand`].
 pub fn read_hand_from(bytes: &[u8], name: &str) -> Result<HandFile, TableError> {
     let text = std::str::from_utf8(bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes)).map_err(|error| {
         let line = 1 + bytes[..error.valid_up_to()].iter().filter(|&&b| b == b'\n').count() as u64;
-        TableError::at(name, line, "this is not UTF-8 text; is it a list of poses?")
+        TableError::at(name, line, "the file is not UTF-8 text; is it a list of poses?")
     })?;
     let mut lines =
         (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty() && !line.trim_start().starts_with('#'));
@@ -57,7 +57,7 @@ pub fn read_hand_from(bytes: &[u8], name: &str) -> Result<HandFile, TableError> 
         return Err(TableError::at(
             name,
             0,
-            "there are no poses in it; see `[hand] path` in the documentation of scenes",
+            "the file contains no poses; see `[hand] path` in the documentation of scenes",
         ));
     };
     if !first.contains(',') {
@@ -85,7 +85,7 @@ pub fn read_hand_from(bytes: &[u8], name: &str) -> Result<HandFile, TableError> 
     recorded(lines, name, |line, text| row(name, line, text, &columns, &names)).map(HandFile::Recorded)
 }
 
-/// Reads samples from lines with the parser `read`.
+/// Reads the samples from lines; `read` parses one line.
 fn recorded<'a>(
     lines: impl Iterator<Item = (u64, &'a str)>,
     name: &str,
@@ -99,19 +99,20 @@ fn recorded<'a>(
         let time = time - begun;
         match samples.last() {
             Some((last, _)) if time < *last => {
-                let problem = format!("time runs backwards here, by {} s; sort the file by time", last - time);
+                let problem = format!("the time decreases here by {} s; sort the file by time", last - time);
                 return Err(TableError::at(name, line, problem));
             }
             Some((last, _)) if time <= *last => repeated += 1,
             _ if samples.len() >= MOST_SAMPLES => {
-                let problem = format!("there are more than {MOST_SAMPLES} samples; cut a part out of the file");
+                let problem = format!("there are more than {MOST_SAMPLES} samples; shorten the file");
                 return Err(TableError::at(name, line, problem));
             }
             _ => samples.push((time, pose)),
         }
     }
     if samples.len() < 2 {
-        let problem = format!("there are {} samples at different times; a hand's way needs two", samples.len());
+        let problem =
+            format!("there are {} samples at different times; a recorded motion needs at least two", samples.len());
         return Err(TableError::at(name, 0, problem));
     }
     Ok(RecordedHand { samples, repeated })
@@ -140,7 +141,7 @@ fn row(name: &str, line: u64, text: &str, columns: &Columns, names: &[&str]) -> 
     let cells: Vec<&str> = text.split(',').collect();
     if cells.len() != names.len() {
         let problem =
-            format!("there are {} cells and should be {}; correct or remove the line", cells.len(), names.len());
+            format!("there are {} cells but should be {}; correct or remove the line", cells.len(), names.len());
         return Err(TableError::at(name, line, problem));
     }
     let at = |place: usize| finite(name, line, names[place], cells[place].trim());
@@ -165,7 +166,7 @@ fn within(name: &str, line: u64, number: f64, most: f64) -> Result<f64, TableErr
     if number.abs() <= most {
         return Ok(number);
     }
-    Err(TableError::at(name, line, format!("{number:e} is beyond {most:e}; is the unit the right one?")))
+    Err(TableError::at(name, line, format!("{number:e} is larger than {most:e}; check the unit")))
 }
 
 fn pose(name: &str, line: u64, position: [f64; 3], quaternion: [f64; 4]) -> Result<Pose, TableError> {
@@ -173,7 +174,7 @@ fn pose(name: &str, line: u64, position: [f64; 3], quaternion: [f64; 4]) -> Resu
     let length = rotation.length();
     if (length - 1.0).abs() > QUATERNION_SLACK {
         let problem =
-            format!("the quaternion has length {length:?} and must have 1; normalise it (the order is x, y, z, w)");
+            format!("the quaternion has length {length:?} but must have 1; normalise it (the order is x, y, z, w)");
         return Err(TableError::at(name, line, problem));
     }
     for coordinate in position {

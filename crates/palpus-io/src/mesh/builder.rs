@@ -7,24 +7,24 @@ use palpus::body::PolygonSoup;
 use super::fault::{Fault, MeshProblem, Place};
 use super::lines::{number, shown};
 
-/// The largest coordinate that is read, in model units.
+/// The largest absolute coordinate that is accepted, in model units.
 ///
-/// Moments of inertia are sums of fifth powers of coordinates; beyond about 1e60 they overflow.
-/// Nothing real is larger than 1e30 of its unit, and a damaged exponent usually is.
+/// Moments of inertia are sums of fifth powers of coordinates, which overflow beyond about 1e60. No
+/// real coordinate exceeds 1e30, but a damaged exponent usually does.
 pub const MAX_COORDINATE: f64 = 1e30;
 
 pub(super) struct SoupBuilder {
     soup: PolygonSoup,
-    /// Number of the first vertex in the file's own counting, for errors.
+    /// Number that the file format gives to the first vertex; used in error messages.
     first: u64,
-    /// Indices beyond the vertices that were known when the index was read, with their places; each
-    /// is larger than all before it. The first of them that is still out of range at the end is the
-    /// first wrong index of the file.
+    /// Indices that exceeded the number of vertices at the time they were read, with their places;
+    /// each is larger than all earlier ones. The first of them that is still out of range at the
+    /// end of the file is the file's first invalid index.
     forward: Vec<(u64, Place)>,
 }
 
 impl SoupBuilder {
-    /// `first` is the number that the format gives to the first vertex (1 in OBJ, else 0).
+    /// `first` is the number that the format gives to the first vertex (1 in OBJ, 0 otherwise).
     pub(super) fn new(first: u64) -> Self {
         Self { soup: PolygonSoup::new(), first, forward: Vec::new() }
     }
@@ -37,12 +37,13 @@ impl SoupBuilder {
         self.soup.face_vertices.len() as u64
     }
 
-    /// Reserves memory; the caller has compared the counts with the size of the file.
+    /// Reserves memory. The caller has checked the counts against the file size.
     pub(super) fn reserve_vertices(&mut self, vertices: u64) {
         self.soup.vertices.reserve(vertices as usize);
     }
 
-    /// Appends a vertex whose coordinates stand in the file as `text(axis)`.
+    /// Appends a vertex; `text(axis)` returns a coordinate as written in the file, for error
+    /// messages.
     pub(super) fn vertex(&mut self, xyz: [f64; 3], place: Place, text: impl Fn(usize) -> String) -> Result<(), Fault> {
         for (axis, x) in xyz.into_iter().enumerate() {
             if !x.is_finite() {
@@ -53,14 +54,14 @@ impl SoupBuilder {
             }
         }
         if self.soup.vertices.len() >= u32::MAX as usize {
-            let what = "the file has more vertices than 32-bit indices can name";
+            let what = "the file has more vertices than 32-bit indices can address";
             return Err(Fault::new(place, MeshProblem::TooLarge(what.to_owned())));
         }
         self.soup.vertices.push(DVec3::from_array(xyz));
         Ok(())
     }
 
-    /// Appends the vertex that the first three words of a text line spell.
+    /// Appends a vertex whose coordinates are the first three words of a line.
     pub(super) fn vertex_of_words<'a>(
         &mut self,
         mut words: impl Iterator<Item = &'a [u8]>,
@@ -79,7 +80,7 @@ impl SoupBuilder {
         self.vertex(xyz, place, |axis| shown(texts[axis]))
     }
 
-    /// Appends a corner, counted from 0, to the face being built.
+    /// Appends a corner to the current face; `index` counts vertices from 0.
     pub(super) fn corner(&mut self, index: u64, place: Place) {
         if index >= self.vertex_count() && self.forward.last().is_none_or(|&(largest, _)| index > largest) {
             self.forward.push((index, place));
@@ -87,7 +88,7 @@ impl SoupBuilder {
         self.soup.face_vertices.push(u32::try_from(index).unwrap_or(u32::MAX));
     }
 
-    /// Ends the face whose corners were appended last.
+    /// Ends the current face.
     pub(super) fn end_face(&mut self, place: Place) -> Result<(), Fault> {
         let start = self.soup.face_starts.last().map_or(0, |&start| start as usize);
         let corners = self.soup.face_vertices.len() - start;
@@ -110,7 +111,7 @@ impl SoupBuilder {
         self.end_face(place)
     }
 
-    /// The soup, if every index is in range and there is a face.
+    /// Returns the soup; fails if an index is out of range or if there is no face.
     pub(super) fn finish(self) -> Result<PolygonSoup, Fault> {
         let count = self.vertex_count();
         if let Some(&(index, place)) = self.forward.iter().find(|&&(index, _)| index >= count) {
@@ -124,9 +125,8 @@ impl SoupBuilder {
     }
 }
 
-/// The fault of a word that should be a number.
+/// Returns the error for a word that should be a number.
 pub(super) fn not_a_number(word: &[u8], place: Place) -> Fault {
-    let advice =
-        if word.contains(&b',') { "write decimals with a point" } else { "repair it or export the mesh again" };
+    let advice = if word.contains(&b',') { "use a decimal point" } else { "repair it or export the mesh again" };
     Fault::malformed(place, format!("\"{}\" is not a number; {advice}", shown(word)))
 }

@@ -1,5 +1,4 @@
-//! Content hash of a mesh, 32 bytes: the same vertices and faces give the same hash on every
-//! machine.
+//! Content hash of a mesh (32 bytes). Equal vertices and faces give equal hashes on every machine.
 
 use std::fmt;
 use std::str::FromStr;
@@ -7,12 +6,13 @@ use std::str::FromStr;
 use palpus::body::PolygonSoup;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// The BLAKE3 hash of a mesh's content; shows as 64 hexadecimal digits.
+/// The BLAKE3 hash of a mesh's content; displayed as 64 hexadecimal digits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ContentHash(pub [u8; 32]);
 
 impl ContentHash {
-    /// The hash of the vertices (bit for bit) and faces of a soup, whatever file it came from.
+    /// Returns the hash of a soup's vertices (bit for bit) and faces; it does not depend on the
+    /// file format.
     pub fn of_soup(soup: &PolygonSoup) -> Self {
         let mut hasher = blake3::Hasher::new();
         hasher.update(b"palpus soup 1");
@@ -33,7 +33,7 @@ impl ContentHash {
         Self(*hasher.finalize().as_bytes())
     }
 
-    /// The hash of any bytes, for instance of settings.
+    /// Returns the hash of any bytes, for example of settings.
     pub fn of_bytes(bytes: &[u8]) -> Self {
         Self(*blake3::hash(bytes).as_bytes())
     }
@@ -47,7 +47,7 @@ impl fmt::Display for ContentHash {
 
 /// The text is not 64 hexadecimal digits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("a content hash is 64 hexadecimal digits")]
+#[error("a content hash must have 64 hexadecimal digits")]
 pub struct NotAContentHash;
 
 impl FromStr for ContentHash {

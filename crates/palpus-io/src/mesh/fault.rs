@@ -1,24 +1,25 @@
-//! Errors of mesh files: each says in one sentence what is wrong, where, and what to do.
+//! Errors of mesh files. Each message describes in one sentence the problem, its location and how
+//! to fix it.
 
 use std::fmt;
 use std::io;
 
-/// Why a mesh file was not read.
+/// The reason why a mesh file cannot be read.
 ///
-/// Shows as `cup.obj, line 12: coordinate "nan" is not a finite number; repair the vertex` and so
-/// on.
+/// Displayed for example as `cup.obj, line 12: coordinate "nan" is not a finite number; repair the
+/// vertex or export the mesh again`.
 #[derive(Debug, thiserror::Error)]
 #[error("{file}{place}: {problem}")]
 pub struct MeshFileError {
-    /// The file as the caller named it.
+    /// Name of the file, as given by the caller.
     pub file: String,
-    /// Place in the file.
+    /// Location in the file.
     pub place: Place,
-    /// The problem; already part of the sentence, so not a `source`.
+    /// The problem. It is already part of the displayed message and therefore not a `source`.
     pub problem: Box<MeshProblem>,
 }
 
-/// A place in a mesh file.
+/// A location in a mesh file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// The file as a whole.
@@ -28,7 +29,7 @@ pub enum Place {
     /// An element of a binary file: its kind (`triangle`, `vertex`, `accessor`, …) and its index,
     /// counted from 0.
     Element(&'static str, u64),
-    /// An element within an element, both as in [`Place::Element`].
+    /// An element within another element. Both are described as in [`Place::Element`].
     Part(&'static str, u64, &'static str, u64),
 }
 
@@ -49,74 +50,75 @@ pub enum MeshProblem {
     /// The file cannot be opened or read.
     #[error("cannot be read ({0}); check the path and its permissions")]
     Unreadable(io::Error),
-    /// There is nothing to touch in the file.
-    #[error("there is no face in the file ({vertices} vertices); export the mesh with its faces")]
+    /// The file contains no faces.
+    #[error("the file has no faces ({vertices} vertices); export the mesh with its faces")]
     NoFaces {
-        /// Vertices that the file does have.
+        /// Number of vertices in the file.
         vertices: u64,
     },
-    /// A coordinate is NaN or infinite, or too large for a double.
+    /// A coordinate is NaN, infinite, or too large for a double.
     #[error("coordinate \"{text}\" is not a finite number; repair the vertex or export the mesh again")]
     NotFinite {
-        /// The coordinate as written, or its value in a binary file.
+        /// The coordinate as written, or its value if the file is binary.
         text: String,
     },
-    /// A coordinate lies beyond [`MAX_COORDINATE`](super::MAX_COORDINATE).
-    #[error("coordinate {text} is absurdly large (the limit is 1e30); repair the vertex or export the mesh again")]
+    /// The absolute value of a coordinate exceeds [`MAX_COORDINATE`](super::MAX_COORDINATE).
+    #[error("coordinate {text} is too large (the limit is 1e30); repair the vertex or export the mesh again")]
     TooFar {
-        /// The coordinate.
+        /// The coordinate as written.
         text: String,
     },
-    /// A face names a vertex that does not exist.
+    /// A face refers to a vertex that does not exist.
     #[error(
-        "the face names vertex {index}, but the file has {count} vertices, counted from {first}; \
-         the file is damaged or cut off: export the mesh again"
+        "the face refers to vertex {index}, but the file has {count} vertices, counted from {first}; \
+         the file is damaged or truncated: export the mesh again"
     )]
     IndexOutOfRange {
-        /// As the file writes it.
+        /// The index as written in the file.
         index: i128,
-        /// Vertices in the file (or, for a backward index, above the face).
+        /// Number of vertices in the file; for a relative (negative) index, the number of vertices
+        /// before the face.
         count: u64,
-        /// Number of the first vertex in this format.
+        /// Number that the format gives to the first vertex.
         first: u64,
     },
-    /// A face has fewer than three corners and so bounds nothing.
+    /// A face has fewer than three corners, so it has no area.
     #[error("a face has {corners} corners and needs at least 3; remove the face or export the mesh again")]
     ShortFace {
-        /// Corners that it has.
+        /// Number of corners.
         corners: u64,
     },
-    /// The file ends too early.
-    #[error("the file ends {within}; it was cut off: copy or export it again")]
+    /// The file is truncated.
+    #[error("the file ends {within}; it is truncated: copy or export it again")]
     Truncated {
-        /// In the middle of what.
+        /// Where the file ends, such as "inside a facet".
         within: String,
     },
-    /// The file announces more than it can hold.
+    /// The file declares more elements than it can contain.
     #[error(
-        "the file's {element} count is {count}, more than its remaining {bytes} bytes can hold; \
-         it is damaged or cut off: copy or export it again"
+        "the file's {element} count is {count}, more than its remaining {bytes} bytes can contain; \
+         it is damaged or truncated: copy or export it again"
     )]
     AbsurdCount {
         /// The counted items.
         element: String,
-        /// How many are announced.
+        /// The declared number of elements.
         count: u64,
-        /// Bytes from there to the end of the file.
+        /// Number of bytes from the count to the end of the file.
         bytes: u64,
     },
-    /// The text or the structure is not what the format says.
+    /// The text or the structure does not follow the format.
     #[error("{0}")]
     Malformed(String),
-    /// The file may be fine, but it is of a kind that is not read.
+    /// The file may be valid, but it uses a feature that is not supported.
     #[error("{0}")]
     Unsupported(String),
-    /// More than the 32-bit indices of the engine, or the reader's limits, can hold.
+    /// The mesh exceeds the engine's 32-bit indices or the limits of the reader.
     #[error("{0}; simplify the mesh or split it")]
     TooLarge(String),
 }
 
-/// A problem and its place, before the file's name is known.
+/// A problem and its location, while the name of the file is unknown.
 #[derive(Debug)]
 pub(super) struct Fault {
     pub(super) place: Place,
@@ -140,7 +142,7 @@ impl Fault {
         Self::new(place, MeshProblem::Truncated { within: within.into() })
     }
 
-    /// The fault in the file called `name`.
+    /// Returns the error for the file called `name`.
     pub(super) fn of(self, name: &str) -> MeshFileError {
         MeshFileError { file: name.to_owned(), place: self.place, problem: self.problem }
     }

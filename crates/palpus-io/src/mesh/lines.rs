@@ -1,10 +1,10 @@
-//! Text that may be in any encoding: lines with their numbers, words, numbers.
+//! Splits text of any encoding into numbered lines, words and numbers.
 //!
 //! Mesh files contain comments and names in Latin-1, Shift-JIS and other encodings, so the text
 //! need not be UTF-8. Only numbers and keywords must be ASCII.
 
-/// The lines of a text, with their numbers counted from 1; a line ends at `\n`, `\r\n` or a lone
-/// `\r`.
+/// Iterator over the lines of a text and their numbers, counted from 1. A line ends at `\n`, `\r\n`
+/// or a lone `\r`.
 pub(super) struct Lines<'a> {
     rest: &'a [u8],
     number: u64,
@@ -15,12 +15,12 @@ impl<'a> Lines<'a> {
         Self { rest: text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text), number: 0 }
     }
 
-    /// Number of the line read last; 0 before the first.
+    /// Returns the number of the line that was read last; 0 before the first line.
     pub(super) fn number(&self) -> u64 {
         self.number
     }
 
-    /// Bytes not read yet.
+    /// Returns the number of bytes that are not read yet.
     pub(super) fn remaining(&self) -> u64 {
         self.rest.len() as u64
     }
@@ -45,24 +45,24 @@ impl<'a> Iterator for Lines<'a> {
     }
 }
 
-/// The words of a line up to a `#`.
+/// Returns the words of a line up to the first `#`.
 pub(super) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     let end = line.iter().position(|&b| b == b'#').unwrap_or(line.len());
     line[..end].split(|b| b.is_ascii_whitespace()).filter(|word| !word.is_empty())
 }
 
-/// The number that a word spells; infinities and NaN are numbers here, the caller refuses them with
-/// their text.
+/// Parses a word as a number. Infinities and NaN are accepted; the caller rejects them with an
+/// error that contains the word.
 pub(super) fn number(word: &[u8]) -> Option<f64> {
     std::str::from_utf8(word).ok()?.parse().ok()
 }
 
-/// The whole number that a word spells.
+/// Parses a word as an integer.
 pub(super) fn whole(word: &[u8]) -> Option<i64> {
     std::str::from_utf8(word).ok()?.parse().ok()
 }
 
-/// A word as it may be shown in an error: printable and short.
+/// Returns a word in a form for error messages: printable and short.
 pub(super) fn shown(word: &[u8]) -> String {
     const LONGEST: usize = 40;
     let text: String = String::from_utf8_lossy(&word[..word.len().min(LONGEST)])
@@ -72,7 +72,7 @@ pub(super) fn shown(word: &[u8]) -> String {
     if word.len() > LONGEST { text + "…" } else { text }
 }
 
-/// True when the bytes cannot be text in an encoding that extends ASCII.
+/// Returns true if the bytes cannot be text in an encoding that extends ASCII.
 pub(super) fn looks_binary(bytes: &[u8]) -> bool {
     bytes.iter().any(|&b| b < b' ' && !b.is_ascii_whitespace() && b != 0x1B && b != 0x1A && b != 0x0B)
 }

@@ -1,15 +1,16 @@
-//! Mesh files: OBJ, STL, PLY, OFF, glTF and GLB, also packed by gzip, to a [`PolygonSoup`], and
-//! groups of polygons to OBJ.
+//! Reads mesh files (OBJ, STL, PLY, OFF, glTF and GLB, also compressed by gzip) into a
+//! [`PolygonSoup`], and writes groups of polygons as OBJ.
 //!
-//! * A file either gives a soup whose coordinates are finite and whose indices are in range, or one
-//!   [`MeshFileError`] that says what is wrong, where, and what to do. Nothing panics on any bytes.
+//! * Each file gives either a soup whose coordinates are finite and whose indices are in range, or
+//!   a [`MeshFileError`] that describes the problem, its location and how to fix it. No input
+//!   causes a panic.
 //! * A face with fewer than three corners is an error in every format. Faces that repeat a vertex
-//!   or have no area are passed on, since the engine checks the shape.
-//! * Counts in a file are compared with its size before memory is allocated. Reading needs a small
-//!   multiple of the file's size as memory: as measured, twice for usual files and eight times for
-//!   the worst; a glTF may also place one mesh many times (up to a limit) or be a list of millions
-//!   of empty nodes (thirty times).
-//! * Lengths stay in the file's unit.
+//!   or have no area are accepted, since the engine checks the shape.
+//! * Counts in a file are compared with the file size before memory is allocated. Reading needs a
+//!   small multiple of the file size as memory: measured were a factor of two for usual files and
+//!   of eight for the worst file. Two kinds of glTF files need more: files that repeat one mesh
+//!   many times (up to a limit), and lists of millions of empty nodes (a factor of thirty).
+//! * Lengths stay in the unit of the file.
 
 mod builder;
 mod content;
@@ -35,16 +36,17 @@ pub use obj_writer::write_obj_groups;
 
 use lines::{Lines, shown, words};
 
-/// The largest file that is read. In every format, 32-bit indices are exhausted by smaller files.
+/// Size of the largest file that is read, in bytes. In every format, a file of this size exceeds
+/// 32-bit indices.
 const MAX_FILE_BYTES: u64 = 1 << 33;
-/// The largest content of a compressed file.
+/// Largest size of the content of a compressed file, in bytes.
 const MAX_UNPACKED_BYTES: u64 = 1 << 32;
-/// How a file compressed by gzip begins.
+/// The first bytes of a file compressed by gzip.
 const GZIP: &[u8] = b"\x1F\x8B";
-/// Bytes of a file that are examined to guess its format.
+/// Number of bytes that are examined to guess the format of a file.
 const SNIFFED: usize = 1 << 16;
 
-/// A format of mesh files.
+/// A format of a mesh file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MeshFormat {
     /// Wavefront OBJ.
@@ -60,7 +62,8 @@ pub enum MeshFormat {
 }
 
 impl MeshFormat {
-    /// The format that a file's extension names, in any case.
+    /// Returns the format for a file's extension; `None` if the extension is unknown. Upper and
+    /// lower case are equal.
     pub fn of_extension(path: &Path) -> Option<Self> {
         Some(match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
             "obj" => Self::Obj,
@@ -72,7 +75,7 @@ impl MeshFormat {
         })
     }
 
-    /// The format that a file's bytes look like.
+    /// Guesses the format from the content of a file; `None` if no format fits.
     pub fn of_content(bytes: &[u8]) -> Option<Self> {
         let start = &bytes[..bytes.len().min(SNIFFED)];
         let first = Lines::new(start).find_map(|(_, line)| words(line).next());
@@ -90,7 +93,7 @@ impl MeshFormat {
         }
     }
 
-    /// Name of the format.
+    /// Returns the name of the format.
     pub fn name(self) -> &'static str {
         match self {
             Self::Obj => "OBJ",
@@ -102,20 +105,20 @@ impl MeshFormat {
     }
 }
 
-/// Reads a mesh file. Its content decides the format, or its extension where the content fits no
-/// format.
+/// Reads a mesh file. The format is guessed from the content; if no format fits, the extension
+/// decides.
 ///
 /// # Errors
-/// Fails if the file cannot be read, or is not a mesh of that format; the error says where.
+/// Fails if the file cannot be read or does not follow its format. The error contains the location.
 pub fn read_mesh(path: &Path) -> Result<PolygonSoup, MeshFileError> {
     read_mesh_noting(path, &mut |_| ())
 }
 
-/// Reads a mesh file like [`read_mesh`], and calls `note` with a notice if its content is of
-/// another format than its extension says.
+/// Reads a mesh file like [`read_mesh`], and calls `note` with a message if the content and the
+/// extension indicate different formats.
 ///
 /// # Errors
-/// Like [`read_mesh`].
+/// Same as [`read_mesh`].
 pub fn read_mesh_noting(path: &Path, note: &mut dyn FnMut(String)) -> Result<PolygonSoup, MeshFileError> {
     let name = path.display().to_string();
     let error = |problem| MeshFileError { file: name.clone(), place: Place::File, problem: Box::new(problem) };
@@ -155,7 +158,7 @@ pub fn read_mesh_noting(path: &Path, note: &mut dyn FnMut(String)) -> Result<Pol
     }
 }
 
-/// The content of a file compressed by gzip, or what is wrong with it.
+/// Decompresses a file compressed by gzip; fails with a description of the problem.
 fn unpack(bytes: &[u8]) -> Result<Vec<u8>, String> {
     let mut content = Vec::new();
     let mut unpacked = flate2::read::MultiGzDecoder::new(bytes).take(MAX_UNPACKED_BYTES + 1);
@@ -168,7 +171,7 @@ fn unpack(bytes: &[u8]) -> Result<Vec<u8>, String> {
     Ok(content)
 }
 
-/// At most `limit` bytes of a file.
+/// Reads at most `limit` bytes of a file.
 fn read_file(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     let file = File::open(path)?;
     if file.metadata()?.is_dir() {
@@ -179,23 +182,23 @@ fn read_file(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Error text for a file of unknown format.
+/// Returns the error text for a file of unknown format.
 fn unknown_format(path: &Path, bytes: &[u8]) -> String {
-    let read = "OBJ, STL, PLY, OFF, glTF and GLB are";
+    let read = "OBJ, STL, PLY, OFF, glTF and GLB are supported";
     if bytes.starts_with(b"PK\x03\x04") {
-        return format!("the file is a zip archive, which is not read; unpack it first ({read})");
+        return format!("the file is a zip archive, which is not supported; unpack it first ({read})");
     }
     match path.extension() {
         Some(extension) => {
             let extension = shown(extension.as_encoded_bytes());
-            format!("the format `{extension}` is not read; export the mesh in another ({read})")
+            format!("the format `{extension}` is not supported; export the mesh in another ({read})")
         }
-        None => format!("the content is of no format that is read; export the mesh in another ({read})"),
+        None => format!("the content has no supported format; export the mesh in another ({read})"),
     }
 }
 
-/// The first `length` bytes of a file that a mesh file names; it must lie in the same folder or
-/// below.
+/// Reads the first `length` bytes of a file that a mesh file refers to. That file must be in the
+/// folder of the mesh file or in a subfolder.
 fn fetch_beside(mesh: &Path, uri: &str, length: u64) -> io::Result<Vec<u8>> {
     let decoded = percent_decoded(uri).ok_or_else(|| io::Error::other("its name is not a valid URI"))?;
     let relative = PathBuf::from(decoded);
@@ -207,7 +210,7 @@ fn fetch_beside(mesh: &Path, uri: &str, length: u64) -> io::Result<Vec<u8>> {
     read_file(&folder.join(relative), length)
 }
 
-/// A URI with its `%20`s replaced.
+/// Decodes the percent escapes (such as `%20`) of a URI.
 fn percent_decoded(uri: &str) -> Option<String> {
     let mut bytes = Vec::with_capacity(uri.len());
     let mut rest = uri.as_bytes();

@@ -1,17 +1,18 @@
-//! Wavefront OBJ: the polygons of all objects and groups, as one soup.
+//! Reads Wavefront OBJ: the polygons of all objects and groups form one soup.
 //!
-//! 1. Lines, joined where one ends in a backslash, are split into words; `#` starts a comment.
-//!    Comments and names may be in any encoding.
-//! 2. `v x y z …` is a vertex; weights and colours behind it are ignored.
-//! 3. `f` is a polygon over `v`, `v/vt`, `v//vn` or `v/vt/vn`; only the `v` is read. Negative
-//!    numbers count back from the last vertex above the face; positive ones may also point to
-//!    vertices that follow.
-//! 4. Everything else (textures, normals, materials, groups, lines, points) is passed over, and no
-//!    `.mtl` is opened. An unknown word that starts with `v` or `f` is an error: it may be a
-//!    damaged vertex or face, and ignoring it would renumber the rest.
+//! 1. Lines that end in a backslash are joined with the next line. Lines are split into words; `#`
+//!    starts a comment. Comments and names may have any encoding.
+//! 2. `v x y z …` is a vertex; weights and colours after the coordinates are ignored.
+//! 3. `f` is a polygon with corners of the form `v`, `v/vt`, `v//vn` or `v/vt/vn`; only the `v` is
+//!    read. A negative index counts back from the last vertex before the face; a positive index may
+//!    also refer to a later vertex.
+//! 4. All other statements (textures, normals, materials, groups, lines, points) are ignored, and
+//!    no `.mtl` file is opened. An unknown word that starts with `v` or `f` is an error, because it
+//!    may be a damaged vertex or face. Ignoring a vertex would change the numbers of all later
+//!    vertices.
 //!
-//! A face with fewer than three corners is an error, not a notice: without it the surface would
-//! have a hole through which the tool could pass.
+//! A face with fewer than three corners is an error and not just a warning: without the face, the
+//! surface would have a hole through which the tool could pass.
 //!
 //! We do not use the crate `tobj`: it gives no line numbers, rejects Latin-1, and would need a
 //! second scan of the file to find the line of a NaN.
@@ -22,7 +23,7 @@ use super::builder::SoupBuilder;
 use super::fault::{Fault, MeshFileError, MeshProblem, Place};
 use super::lines::{Lines, looks_binary, shown, whole, words};
 
-/// Reads an OBJ file's bytes; `name` is how errors call the file.
+/// Reads an OBJ file. `name` is the name of the file in error messages.
 pub fn parse(bytes: &[u8], name: &str) -> Result<PolygonSoup, MeshFileError> {
     read(bytes).map_err(|fault| fault.of(name))
 }
@@ -51,8 +52,8 @@ fn read(bytes: &[u8]) -> Result<PolygonSoup, Fault> {
     soup.finish()
 }
 
-/// The statement that starts with `text` and goes on over the next lines, as long as they end in a
-/// backslash.
+/// Returns the statement that starts with `text` and continues on the next line as long as a line
+/// ends in a backslash.
 fn join<'a>(text: &[u8], lines: &mut Lines<'_>, joined: &'a mut Vec<u8>) -> &'a [u8] {
     joined.clear();
     joined.extend_from_slice(text);
@@ -67,7 +68,7 @@ fn join<'a>(text: &[u8], lines: &mut Lines<'_>, joined: &'a mut Vec<u8>) -> &'a 
     joined
 }
 
-/// Reads the words behind an `f`.
+/// Reads the words after an `f` and appends the face.
 fn face<'a>(words: impl Iterator<Item = &'a [u8]>, place: Place, soup: &mut SoupBuilder) -> Result<(), Fault> {
     for word in words {
         let digits = word.split(|&b| b == b'/').next().unwrap_or(word);
@@ -91,14 +92,14 @@ fn face<'a>(words: impl Iterator<Item = &'a [u8]>, place: Place, soup: &mut Soup
     soup.end_face(place)
 }
 
-/// Accepts a statement that describes no surface.
+/// Checks that an ignored statement is a known one or starts with neither `v` nor `f`.
 fn pass_over(keyword: &[u8], place: Place) -> Result<(), Fault> {
     if looks_binary(keyword) {
         return Err(Fault::malformed(place, "this is not text; is it an OBJ file?"));
     }
     let known = matches!(keyword, b"vt" | b"vn" | b"vp" | b"vc");
     if !known && (keyword.starts_with(b"v") || keyword.starts_with(b"f")) {
-        let what = format!("\"{}\" is no statement of OBJ; repair or remove the line", shown(keyword));
+        let what = format!("\"{}\" is not an OBJ statement; repair or remove the line", shown(keyword));
         return Err(Fault::malformed(place, what));
     }
     Ok(())

@@ -1,14 +1,16 @@
-//! Convex pieces (or any polygons) to OBJ, one group each, for use in other programs.
+//! Writes convex pieces (or any polygons) as OBJ, one group for each piece, for use in other
+//! programs.
 
 use std::io::{self, Write};
 
 use palpus::body::PolygonSoup;
 
-/// Writes each soup as a group of one OBJ file; numbers are the shortest that read back as the same
-/// double.
+/// Writes each soup as a group of one OBJ file. Numbers are written with the fewest digits that
+/// read back as the same double.
 ///
-/// Groups come one at a time, so that ten thousand pieces need no memory; `out` should be buffered.
-/// White space and control characters in names become `_`. Errors are those of `out`.
+/// The groups are an iterator, so that ten thousand pieces are never in memory at the same time.
+/// `out` should be buffered. White space and control characters in names are replaced by `_`. Fails
+/// if writing to `out` fails.
 pub fn write_obj_groups<W: Write, N: AsRef<str>>(
     mut out: W,
     groups: impl IntoIterator<Item = (N, PolygonSoup)>,

@@ -1,14 +1,15 @@
-//! OFF: the ASCII kinds whose vertices are plain points (`OFF`, `COFF`, `NOFF`, `CNOFF`, `STOFF`,
-//! …).
+//! Reads OFF: the ASCII variants with three coordinates for each vertex (`OFF`, `COFF`, `NOFF`,
+//! `CNOFF`, `STOFF`, …).
 //!
-//! 1. The header word may be missing; the counts of vertices, faces and (ignored) edges follow, on
-//!    its line or the next.
-//! 2. Blank lines and what follows a `#` are passed over. A vertex is a line whose first three
-//!    words are its coordinates; normals, colours and texture coordinates behind them are ignored.
-//! 3. A face is a line: how many corners, the corners, an ignored colour.
+//! 1. The header word is optional. It is followed by the numbers of vertices, faces and edges (the
+//!    last is ignored), on the same line or the next.
+//! 2. Blank lines and comments, which start with `#`, are ignored. A vertex is a line that starts
+//!    with the three coordinates; the normals, colours and texture coordinates after them are
+//!    ignored.
+//! 3. A face is a line with the number of corners, the corners, and a colour, which is ignored.
 //!
 //! A face with fewer than three corners is an error, as in OBJ. `BINARY`, four-dimensional (`4OFF`)
-//! and n-dimensional (`nOFF`) files are refused.
+//! and n-dimensional (`nOFF`) files give an error.
 
 use palpus::body::PolygonSoup;
 
@@ -16,12 +17,12 @@ use super::builder::SoupBuilder;
 use super::fault::{Fault, MeshFileError, MeshProblem, Place};
 use super::lines::{Lines, shown, whole, words};
 
-/// Reads an OFF file's bytes; `name` is how errors call the file.
+/// Reads an OFF file. `name` is the name of the file in error messages.
 pub fn parse(bytes: &[u8], name: &str) -> Result<PolygonSoup, MeshFileError> {
     read(bytes).map_err(|fault| fault.of(name))
 }
 
-/// True when a word is one of the format's header words.
+/// Returns true if a word is a header word of the format.
 pub(super) fn is_header(word: &[u8]) -> bool {
     word.ends_with(b"OFF")
         && word[..word.len() - 3].iter().all(|b| matches!(b, b'S' | b'T' | b'C' | b'N' | b'4' | b'n'))
@@ -44,7 +45,7 @@ fn read(bytes: &[u8]) -> Result<PolygonSoup, Fault> {
     soup.finish()
 }
 
-/// The next line that says something.
+/// Returns the next line that is neither blank nor a comment.
 fn next_line<'a>(lines: &mut Lines<'a>, within: impl Fn() -> String) -> Result<(Place, &'a [u8]), Fault> {
     match lines.find(|(_, line)| words(line).next().is_some()) {
         Some((number, line)) => Ok((Place::Line(number), line)),
@@ -52,14 +53,14 @@ fn next_line<'a>(lines: &mut Lines<'a>, within: impl Fn() -> String) -> Result<(
     }
 }
 
-/// The numbers of vertices and faces.
+/// Reads the numbers of vertices and faces.
 fn read_counts(lines: &mut Lines<'_>) -> Result<[u64; 2], Fault> {
     let header = || "in its header".to_owned();
     let (mut place, text) = next_line(lines, header)?;
     let mut counts: Vec<&[u8]> = words(text).take(4).collect();
     if is_header(counts[0]) {
         if counts[0].contains(&b'4') || counts[0].contains(&b'n') || counts.get(1) == Some(&b"BINARY".as_slice()) {
-            let what = "only ASCII OFF files with three coordinates are read; export the mesh as ASCII OFF or PLY";
+            let what = "only ASCII OFF files with three coordinates are supported; export the mesh as ASCII OFF or PLY";
             return Err(Fault::unsupported(place, what));
         }
         counts.remove(0);
@@ -79,8 +80,8 @@ fn read_counts(lines: &mut Lines<'_>) -> Result<[u64; 2], Fault> {
     }
 }
 
-/// Holds the counts against the bytes that are left: a vertex takes at least 6 bytes, a face (even
-/// one too short) 2.
+/// Compares the counts with the number of remaining bytes. A vertex needs at least 6 bytes; a face,
+/// even one with too few corners, needs at least 2.
 fn check_counts(vertices: u64, faces: u64, bytes: u64) -> Result<(), Fault> {
     for (element, count, least) in [("vertex", vertices, 6), ("face", faces, 2)] {
         if count.saturating_mul(least) > bytes + 1 {
@@ -103,7 +104,7 @@ fn read_face(text: &[u8], place: Place, soup: &mut SoupBuilder) -> Result<(), Fa
     for known in 0..corners {
         let Some(word) = words.next() else {
             let what =
-                format!("the face announces {corners} corners and lists {known}; repair it or export the mesh again");
+                format!("the face should have {corners} corners but lists {known}; repair it or export the mesh again");
             return Err(Fault::malformed(place, what));
         };
         match whole(word) {

@@ -1,14 +1,14 @@
-//! STL, binary and ASCII: triangles without shared vertices (welding is the engine's business).
+//! Reads STL, binary and ASCII: triangles without shared vertices. The engine welds them.
 //!
-//! 1. A file of exactly 84 + 50 n bytes, n being the count at byte 80, is binary, whatever its
-//!    first word; many binary files begin with `solid`.
-//! 2. Else a file that begins with `solid` and continues as text is ASCII: any number of solids one
-//!    after the other, keywords in any case; a facet may have more than three vertices. Every
-//!    facet's own normal is ignored: corners run counter-clockwise, and the normal is often zero or
-//!    NaN.
-//! 3. Else it is a damaged binary file, and the error says by how much its length is off.
+//! 1. A file of exactly 84 + 50 n bytes, where n is the count at byte 80, is binary. Its first word
+//!    is ignored, because many binary files begin with `solid`.
+//! 2. Otherwise, a file that begins with `solid` and continues as text is ASCII. It contains any
+//!    number of solids; keywords may be upper or lower case; a facet may have more than three
+//!    vertices. The normals of facets are ignored, because they are often zero or NaN. The corners
+//!    are counter-clockwise.
+//! 3. Otherwise it is a damaged binary file. The error states the excess or missing bytes.
 //!
-//! Our own reader: the crate `stl_io` reads only the first solid of an ASCII file.
+//! We do not use the crate `stl_io` because it reads only the first solid of an ASCII file.
 
 use palpus::body::PolygonSoup;
 
@@ -16,32 +16,32 @@ use super::builder::SoupBuilder;
 use super::fault::{Fault, MeshFileError, MeshProblem, Place};
 use super::lines::{Lines, looks_binary, shown, words};
 
-/// Bytes before the first triangle of a binary file.
+/// Size of the part before the first triangle of a binary file, in bytes.
 const HEADER: usize = 84;
-/// Bytes of a triangle: normal, three vertices, attribute.
+/// Size of a triangle in bytes: normal, three vertices and attribute.
 const TRIANGLE: usize = 50;
-/// How much of a file that begins with `solid` is looked at to tell text from binary.
+/// Number of bytes that are examined to tell text from binary in a file that begins with `solid`.
 const SNIFFED: usize = 1024;
 
-/// Reads an STL file's bytes; `name` is how errors call the file.
+/// Reads an STL file. `name` is the name of the file in error messages.
 pub fn parse(bytes: &[u8], name: &str) -> Result<PolygonSoup, MeshFileError> {
     let read = if is_ascii(bytes) { read_ascii(bytes) } else { read_binary(bytes) };
     read.map_err(|fault| fault.of(name))
 }
 
-/// True when the bytes are exactly as long as their count of triangles says.
+/// Returns true if the file has exactly the length that its triangle count requires.
 pub(super) fn has_binary_length(bytes: &[u8]) -> bool {
     announced(bytes).is_some_and(|count| bytes.len() as u64 == HEADER as u64 + TRIANGLE as u64 * count)
 }
 
-/// True when the bytes are an ASCII file.
+/// Returns true if the bytes are an ASCII file.
 pub(super) fn is_ascii(bytes: &[u8]) -> bool {
     let text = bytes.trim_ascii_start();
     let begins = text.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
     begins && !has_binary_length(bytes) && !looks_binary(&bytes[..bytes.len().min(SNIFFED)])
 }
 
-/// The count of triangles that a binary file announces.
+/// Returns the triangle count in the header of a binary file.
 fn announced(bytes: &[u8]) -> Option<u64> {
     let count = bytes.get(HEADER - 4..HEADER)?;
     Some(u64::from(u32::from_le_bytes(count.try_into().ok()?)))
@@ -61,7 +61,7 @@ fn read_binary(bytes: &[u8]) -> Result<PolygonSoup, Fault> {
     if !has_binary_length(bytes) {
         let extra = body.len() as u64 - count * TRIANGLE as u64;
         let what = format!(
-            "{extra} bytes follow the {count} triangles that the header announces; several files were joined or the \
+            "{extra} bytes follow the {count} triangles that the header declares; several files were joined or the \
              header is damaged: export the mesh again"
         );
         return Err(Fault::malformed(Place::File, what));
@@ -138,5 +138,5 @@ fn unexpected(keyword: &[u8], inside: Inside) -> String {
         Inside::Facet => "`outer loop` or `endfacet`",
         Inside::Loop => "`vertex` or `endloop`",
     };
-    format!("\"{}\" stands where {expected} is expected; the file is damaged: export the mesh again", shown(keyword))
+    format!("\"{}\" was found where {expected} is expected; the file is damaged: export the mesh again", shown(keyword))
 }

@@ -1,4 +1,4 @@
-//! Writes the answers of `palpus depth`.
+//! Writes the results of `palpus depth`.
 
 use std::io::{self, Write};
 
@@ -10,7 +10,7 @@ use crate::table::Line;
 pub const DEPTH_COLUMNS: [&str; 11] =
     ["frame", "lower", "upper", "tx", "ty", "tz", "certified", "contained", "distance", "evaluations", "depth_us"];
 
-/// Writes a file of depths, in b's frame and model units.
+/// Writes a file of depths; all lengths are in model units and all vectors in body b's frame.
 pub struct DepthWriter<W: Write> {
     out: W,
     line: Line,
@@ -23,10 +23,10 @@ impl<W: Write> DepthWriter<W> {
         Ok(Self { out, line: Line::default() })
     }
 
-    /// Writes the answer for pose `frame`, which took `depth_us` microseconds.
+    /// Writes the result for pose `frame`, whose computation took `depth_us` microseconds.
     ///
-    /// The distance is empty if the surfaces intersect. If one body lies inside the other, it is
-    /// minus the distance of their surfaces.
+    /// The distance is empty if the surfaces intersect. If one body lies inside the other, the
+    /// distance is negative and its absolute value is the distance of the surfaces.
     pub fn write(&mut self, frame: u64, answer: &DepthBracket, depth_us: f64) -> io::Result<()> {
         let line = &mut self.line;
         line.clear();
@@ -44,14 +44,14 @@ impl<W: Write> DepthWriter<W> {
         self.out.write_all(line.end())
     }
 
-    /// Flushes and gives `out` back.
+    /// Flushes and returns `out`.
     pub fn finish(mut self) -> io::Result<W> {
         self.out.flush()?;
         Ok(self.out)
     }
 }
 
-/// How files say which body lies in the other: 0 neither, 1 a in b, 2 b in a.
+/// Returns the number that files use for a containment: 0 for neither, 1 for a in b, 2 for b in a.
 pub fn containment_number(containment: Containment) -> u8 {
     match containment {
         Containment::Neither => 0,

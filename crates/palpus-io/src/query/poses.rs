@@ -7,11 +7,11 @@ use palpus::algebra::Pose;
 
 use crate::table::{Cell, TableError};
 
-/// The columns that a file of poses must have: translation, then the unit quaternion.
+/// The columns that a file of poses must have: the translation and the unit quaternion.
 pub const POSE_COLUMNS: [&str; 7] = ["tx", "ty", "tz", "qx", "qy", "qz", "qw"];
 
-/// How far the length of a quaternion may be from 1: three written decimals are enough, a forgotten
-/// column is not.
+/// Largest deviation of a quaternion's length from 1: large enough for numbers with three decimals,
+/// and too small for a missing column.
 const QUATERNION_SLACK: f64 = 1e-3;
 
 /// Reads a file of poses; see [`read_poses_from`].
@@ -22,20 +22,19 @@ pub fn read_poses(path: &Path) -> Result<Vec<Pose>, TableError> {
     read_poses_from(&bytes, &name)
 }
 
-/// Reads poses; `name` is how errors call the file.
+/// Reads poses; `name` is the name of the file in error messages.
 ///
-/// The first line names the columns, in any order; columns of other names are ignored, as are blank
-/// lines and lines that start with `#`. Quaternions must be of unit length within 1e-3 and are
-/// normalised.
+/// The first line names the columns, in any order. Other columns, blank lines and lines that start
+/// with `#` are ignored. Quaternions must have unit length within 1e-3 and are normalised.
 pub fn read_poses_from(bytes: &[u8], name: &str) -> Result<Vec<Pose>, TableError> {
     let text = std::str::from_utf8(bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes)).map_err(|error| {
         let line = 1 + bytes[..error.valid_up_to()].iter().filter(|&&b| b == b'\n').count() as u64;
-        TableError::at(name, line, "this is not UTF-8 text; is it a CSV file?")
+        TableError::at(name, line, "the file is not UTF-8 text; is it a CSV file?")
     })?;
     let mut lines = (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
     let expected = POSE_COLUMNS.join(",");
     let Some((line, header)) = lines.next() else {
-        return Err(TableError::at(name, 0, format!("there is no header; the first line must be {expected}")));
+        return Err(TableError::at(name, 0, format!("the file has no header; the first line must be {expected}")));
     };
     let places = columns(header).map_err(|missing| {
         TableError::at(name, line, format!("the header has no column {missing}; it must be {expected}"))
@@ -51,7 +50,7 @@ pub fn read_poses_from(bytes: &[u8], name: &str) -> Result<Vec<Pose>, TableError
         .collect()
 }
 
-/// Returns the places of [`POSE_COLUMNS`], or the first missing column.
+/// Returns the indices of [`POSE_COLUMNS`], or the name of the first missing column.
 fn columns(header: &str) -> Result<[usize; 7], &'static str> {
     let mut places = [0; 7];
     for (place, column) in places.iter_mut().zip(POSE_COLUMNS) {
@@ -60,13 +59,13 @@ fn columns(header: &str) -> Result<[usize; 7], &'static str> {
     Ok(places)
 }
 
-/// The pose on a line, or the column and what is wrong there.
+/// Parses the pose on a line; fails with the column and a description of the problem.
 fn pose(text: &str, places: &[usize; 7], width: usize) -> Result<Pose, (Option<&'static str>, String)> {
     let cells: Vec<&str> = text.split(',').collect();
     if cells.len() != width {
         return Err((
             None,
-            format!("there are {} cells and should be {width}; correct or remove the line", cells.len()),
+            format!("there are {} cells but should be {width}; correct or remove the line", cells.len()),
         ));
     }
     let mut numbers = [0.0; 7];
@@ -80,11 +79,11 @@ fn pose(text: &str, places: &[usize; 7], width: usize) -> Result<Pose, (Option<&
     pose_of(numbers).map_err(|problem| (Some("qx"), problem))
 }
 
-/// The pose of these numbers, in the order of [`POSE_COLUMNS`].
+/// Returns the pose with these numbers, which are in the order of [`POSE_COLUMNS`].
 ///
 /// # Errors
-/// Fails with a sentence if a number is not finite, or the quaternion not of unit length within
-/// 1e-3.
+/// Fails with a description of the problem if a number is not finite or if the length of the
+/// quaternion differs from 1 by more than 1e-3.
 pub fn pose_of(numbers: [f64; 7]) -> Result<Pose, String> {
     if let Some((number, column)) = numbers.iter().zip(POSE_COLUMNS).find(|(number, _)| !number.is_finite()) {
         return Err(format!("{column} is {number:?}, which is not a finite number; correct it"));
@@ -94,7 +93,7 @@ pub fn pose_of(numbers: [f64; 7]) -> Result<Pose, String> {
     let length = rotation.length();
     if (length - 1.0).abs() > QUATERNION_SLACK {
         return Err(format!(
-            "the quaternion has length {length:?} and must have 1; normalise it (the order is x, y, z, w)"
+            "the quaternion has length {length:?} but must have 1; normalise it (the order is x, y, z, w)"
         ));
     }
     Ok(Pose::new(rotation, DVec3::new(tx, ty, tz)))

@@ -1,4 +1,4 @@
-//! Writes the answers of queries.
+//! Writes the results of queries.
 
 use std::fmt;
 use std::io::{self, Write};
@@ -51,29 +51,29 @@ pub const CONTACT_COLUMNS: [&str; 16] = [
     "feature_b",
 ];
 
-/// The answer for one pose, in b's frame and model units;
-/// `point_a − point_b = separation · normal`. Serialized, it has the names of the table's columns.
+/// The result for one pose, in b's frame and model units, where `point_a − point_b = separation ·
+/// normal`. The serialized fields have the names of the table's columns.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct QueryRow {
     /// Index of the pose, from 0.
     pub frame: u64,
-    /// The nearest distance, or minus the depth of the deepest contact.
+    /// Smallest distance, or minus the depth of the deepest contact.
     pub separation: f64,
-    /// Unit, from b into a.
+    /// Unit vector from b into a.
     pub normal: DVec3,
-    /// On a.
+    /// Contact point on a.
     pub point_a: DVec3,
-    /// On b.
+    /// Contact point on b.
     pub point_b: DVec3,
-    /// Leaf contacts within the tolerance.
+    /// Number of leaf contacts within the tolerance.
     pub contacts: u32,
-    /// True when the depth is proven global (and for every distance).
+    /// True if the depth is proven to be global; always true for a distance.
     pub certified: bool,
-    /// Whether one body lies inside the other. The separation is then that of the nearest surfaces
-    /// or pieces, not the translation that frees the bodies.
+    /// Whether one body lies inside the other. In that case, `separation` refers to the nearest
+    /// surfaces or pieces and is not the length of a translation that separates the bodies.
     #[serde(serialize_with = "as_number")]
     pub contained: Containment,
-    /// The engine call alone, µs.
+    /// Duration of the engine call without input and output, in µs.
     pub query_us: f64,
 }
 
@@ -94,7 +94,7 @@ impl<W: Write> QueryWriter<W> {
         Ok(Self { out, line: Line::default() })
     }
 
-    /// Writes one line.
+    /// Writes the result of one pose.
     pub fn write(&mut self, row: &QueryRow) -> io::Result<()> {
         let line = &mut self.line;
         line.clear();
@@ -108,7 +108,7 @@ impl<W: Write> QueryWriter<W> {
         self.out.write_all(line.end())
     }
 
-    /// Flushes and gives `out` back.
+    /// Flushes and returns `out`.
     pub fn finish(mut self) -> io::Result<W> {
         self.out.flush()?;
         Ok(self.out)
@@ -146,14 +146,14 @@ impl<W: Write> ContactWriter<W> {
         Ok(())
     }
 
-    /// Flushes and gives `out` back.
+    /// Flushes and returns `out`.
     pub fn finish(mut self) -> io::Result<W> {
         self.out.flush()?;
         Ok(self.out)
     }
 }
 
-/// A feature as it is written.
+/// A feature in the form of the file.
 struct Name(Feature);
 
 impl fmt::Display for Name {

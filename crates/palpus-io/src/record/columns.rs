@@ -1,6 +1,6 @@
-//! The columns of a recording: [`visit`] lists them, with their names, their kinds and what of a
-//! row stands in each, in one order for all formats. A new column is one line there, in a new
-//! version of the format.
+//! The columns of a recording. [`visit`] lists the columns with their names and kinds and the
+//! corresponding field of a row, in the same order for all formats. A new column needs one line
+//! there and a new version of the format.
 
 use std::convert::Infallible;
 use std::num::NonZeroU64;
@@ -11,7 +11,7 @@ use palpus::algebra::{Pose, Twist, Wrench};
 
 use super::{FORMAT, RawState, RecordRow, ServoRecord};
 
-/// Goes through the columns of recordings of `format`, in their order.
+/// Visits the columns of recordings of version `format`, in their order.
 fn visit<V: Visit>(format: u32, row: &mut RecordRow, to: &mut V) -> Result<(), V::Error> {
     to.long("tick", &mut row.tick)?;
     to.long("time_ns", &mut row.time_ns)?;
@@ -43,7 +43,7 @@ fn visit<V: Visit>(format: u32, row: &mut RecordRow, to: &mut V) -> Result<(), V
     Ok(())
 }
 
-/// Values that the loop adds to the tick.
+/// Visits the columns with the values that the loop adds to a tick.
 fn visit_servo<V: Visit>(servo: &mut ServoRecord, to: &mut V) -> Result<(), V::Error> {
     to.long("utc_ns", &mut servo.utc_ns)?;
     to.double("lateness_s", &mut servo.lateness_s)?;
@@ -63,7 +63,7 @@ fn visit_servo<V: Visit>(servo: &mut ServoRecord, to: &mut V) -> Result<(), V::E
     Ok(())
 }
 
-/// The columns of a state that the gate replaced.
+/// The columns of a device state that the safety chain's gate replaced.
 const RAW: [&str; 13] = [
     "raw_tx",
     "raw_ty",
@@ -91,7 +91,7 @@ impl RawState {
         all
     }
 
-    /// `None` if no column has a value.
+    /// Returns the state; `None` if no column has a value.
     fn of_columns(values: &[Option<f64>; RAW.len()]) -> Option<Self> {
         values.iter().any(Option::is_some).then(|| {
             let [tx, ty, tz, qx, qy, qz, qw, ax, ay, az, lx, ly, lz] = values.map(|value| value.unwrap_or(f64::NAN));
@@ -102,7 +102,8 @@ impl RawState {
     }
 }
 
-/// Sees the columns one after the other, with their names, and may replace the values.
+/// Visits the columns in order. Each method receives the name of a column and its value, which it
+/// may replace.
 trait Visit {
     type Error;
 
@@ -116,7 +117,7 @@ trait Visit {
         names.into_iter().zip(value.as_mut()).try_for_each(|(name, value)| self.double(name, value))
     }
 
-    /// Not normalised: that could change bits.
+    /// The quaternion is not normalised, because that could change bits.
     fn rotation(&mut self, names: [&'static str; 4], value: &mut DQuat) -> Result<(), Self::Error> {
         let mut numbers = value.to_array();
         names.into_iter().zip(&mut numbers).try_for_each(|(name, value)| self.double(name, value))?;
@@ -125,37 +126,37 @@ trait Visit {
     }
 }
 
-/// Takes the values of a row, in the order of the columns.
+/// Receives the values of a row, in the order of the columns.
 pub(super) trait Put {
-    /// For tick and times.
+    /// Receives the tick or a time.
     fn long(&mut self, value: u64);
-    /// For counts and bits.
+    /// Receives a count or a bit field.
     fn whole(&mut self, value: u32);
-    /// Keeps all 64 bits.
+    /// Receives a double; all 64 bits must be kept.
     fn double(&mut self, value: f64);
-    /// A double that may be missing.
+    /// Receives a double that may be missing.
     fn optional(&mut self, value: Option<f64>);
-    /// Yes or no.
+    /// Receives a boolean.
     fn flag(&mut self, value: bool);
 }
 
-/// Gives the values of a row, in the order of the columns.
+/// Returns the values of a row, in the order of the columns.
 pub(super) trait Take {
-    /// Why a value is not to be had.
+    /// Why a value cannot be read.
     type Error;
-    /// See [`Put::long`].
+    /// Counterpart of [`Put::long`].
     fn long(&mut self) -> Result<u64, Self::Error>;
-    /// See [`Put::whole`].
+    /// Counterpart of [`Put::whole`].
     fn whole(&mut self) -> Result<u32, Self::Error>;
-    /// See [`Put::double`].
+    /// Counterpart of [`Put::double`].
     fn double(&mut self) -> Result<f64, Self::Error>;
-    /// See [`Put::optional`].
+    /// Counterpart of [`Put::optional`].
     fn optional(&mut self) -> Result<Option<f64>, Self::Error>;
-    /// See [`Put::flag`].
+    /// Counterpart of [`Put::flag`].
     fn flag(&mut self) -> Result<bool, Self::Error>;
 }
 
-/// Passes the values of a row to `out`, in the order of the columns of `format`.
+/// Passes the values of a row to `out`, in the order of the columns of version `format`.
 pub(super) fn put(row: &RecordRow, format: u32, out: &mut impl Put) {
     let Ok(()) = visit(format, &mut { *row }, &mut Putting(out));
 }
@@ -191,7 +192,7 @@ impl<P: Put> Visit for Putting<'_, P> {
     }
 }
 
-/// Makes a row of its values; see [`put`].
+/// Builds a row from its values; the counterpart of [`put`].
 pub(super) fn take<T: Take>(format: u32, from: &mut T) -> Result<RecordRow, T::Error> {
     let mut row = NO_ROW;
     visit(format, &mut row, &mut Taking(from))?;
@@ -224,11 +225,11 @@ impl<T: Take> Visit for Taking<'_, T> {
     }
 }
 
-/// Stands for a pose that is not known.
+/// Placeholder for an unknown pose.
 const NO_POSE: Pose =
     Pose { rotation: DQuat::from_xyzw(f64::NAN, f64::NAN, f64::NAN, f64::NAN), translation: DVec3::NAN };
 
-/// A row of nothing, to be filled.
+/// A row of placeholder values, which are then replaced.
 const NO_ROW: RecordRow = RecordRow {
     tick: 0,
     time_ns: 0,
@@ -250,25 +251,25 @@ const NO_ROW: RecordRow = RecordRow {
     servo: None,
 };
 
-/// A value of a column.
+/// Kind of a column's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// 64 bits, no sign.
+    /// Unsigned integer of 64 bits.
     Long,
-    /// 32 bits, no sign.
+    /// Unsigned integer of 32 bits.
     Whole,
     /// A double.
     Double,
-    /// A double or nothing.
+    /// A double that may be missing.
     Optional,
-    /// Yes or no.
+    /// A boolean.
     Flag,
 }
 
-/// A column's name and kind.
+/// Name and kind of a column.
 pub(super) type Column = (&'static str, Kind);
 
-/// Returns the columns of recordings of `format`, in their order.
+/// Returns the columns of recordings of version `format`, in their order.
 pub(super) fn columns_of(format: u32) -> &'static [Column] {
     static COLUMNS: LazyLock<Vec<Vec<Column>>> = LazyLock::new(|| (1..=FORMAT).map(list).collect());
     &COLUMNS[(format.clamp(1, FORMAT) - 1) as usize]
@@ -279,7 +280,7 @@ pub fn column_names() -> Vec<&'static str> {
     names_of(FORMAT)
 }
 
-/// Returns the names of the columns of recordings of `format`, in their order.
+/// Returns the names of the columns of recordings of version `format`, in their order.
 pub(super) fn names_of(format: u32) -> Vec<&'static str> {
     columns_of(format).iter().map(|(name, _)| *name).collect()
 }

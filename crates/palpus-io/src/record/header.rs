@@ -1,4 +1,4 @@
-//! Header of a recording.
+//! The header of a recording.
 
 use std::io;
 
@@ -14,46 +14,48 @@ use crate::one_line::one_line;
 /// Describes a run: scene, device, settings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RecordingHeader {
-    /// Version of the recording's format, from 1 to [`FORMAT`](super::FORMAT).
+    /// Version of the recording format, from 1 to [`FORMAT`](super::FORMAT).
     pub format: u32,
     /// Version of palpus that wrote the recording.
     pub palpus_version: String,
-    /// The device, as the program names it.
+    /// Name of the device.
     pub device: String,
     /// Nominal rate of the loop, Hz.
     pub rate_hz: f64,
-    /// When the recording was begun, UTC, as RFC 3339 has it; `None` before format 3.
+    /// Start of the recording (UTC, RFC 3339); `None` before format 3.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start_utc: Option<String>,
-    /// Seed of everything random in the run.
+    /// Seed of all random numbers of the run.
     #[serde(with = "seed_as_text")]
     pub seed: u64,
-    /// The scene with everything that changes an answer.
+    /// The scene, with everything that affects the results.
     pub scene: RecordedScene,
 }
 
-/// A scene, as far as a replay needs it.
+/// The parts of a scene that a replay needs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RecordedScene {
     /// Source of the scene.
     pub source: SceneSource,
-    /// The text of the scene's file, so that the recording can be replayed without it; `None` for a
-    /// built-in scene, a text of more than [`MOST_SCENE_TEXT`] bytes, and before format 3.
+    /// Text of the scene file, so that the recording can be replayed without the file. `None` for a
+    /// built-in scene, for a text of more than [`MOST_SCENE_TEXT`] bytes, and before format 3.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub text: Option<String>,
-    /// Metres for each unit of the mesh files.
+    /// Length of one unit of the mesh files, in metres.
     pub metres_per_unit: f64,
-    /// Body a.
+    /// Body a, the probe.
     pub probe: RecordedBody,
-    /// Body b.
+    /// Body b, the environment.
     pub environment: RecordedBody,
-    /// Objects beside the environment; empty in recordings from before there were any.
+    /// Objects in addition to the environment; empty in recordings that were written before objects
+    /// existed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub objects: Vec<RecordedBody>,
     /// The engine's settings.
     #[serde(deserialize_with = "valid_settings")]
     pub render: Settings,
-    /// Whatever else decided the run: coupling, safety chain, hand, preparation.
+    /// Other settings of the run: coupling, safety chain, simulated operator, preparation of the
+    /// bodies.
     #[serde(default)]
     pub more: toml::Table,
 }
@@ -62,53 +64,53 @@ pub struct RecordedScene {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SceneSource {
-    /// One of the program's own scenes, by name.
+    /// Name of a built-in scene.
     BuiltIn(String),
-    /// A scene file, by path.
+    /// Path of a scene file.
     File(String),
 }
 
 /// A body of a scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RecordedBody {
-    /// Its mesh file or built-in name.
+    /// Path of the mesh file, or name of the built-in mesh.
     pub mesh: String,
-    /// Content hash of the mesh before scaling: a replay refuses another mesh.
+    /// Content hash of the mesh before scaling; a replay rejects a mesh with another hash.
     pub content: ContentHash,
-    /// Its placement in the world at the start, m.
+    /// Pose in the world at the start, in metres.
     pub pose: Pose,
 }
 
-/// The format's number, which decides how the rest is read.
+/// The version of the format, which is read first because the other fields depend on it.
 #[derive(Deserialize)]
 struct Version {
     format: i64,
 }
 
-/// Bytes of the longest scene file that a header holds.
+/// Size of the largest scene file that a header contains, in bytes.
 pub const MOST_SCENE_TEXT: usize = 1 << 18;
 
-/// Bytes of the longest text that is taken for a header: hundreds of times one.
+/// Size of the largest text that is accepted as a header: hundreds of times the usual size.
 pub(super) const MOST_TEXT: usize = 1 << 20;
 
-/// Why a header was not read.
+/// Why a header cannot be read.
 pub(super) struct HeaderError {
-    /// Line of the header's text, from 1; 0 if unknown.
+    /// Line in the header's text, counted from 1; 0 if unknown.
     pub(super) line: u64,
-    /// The problem, in one line.
+    /// Description of the problem, on one line.
     pub(super) problem: String,
 }
 
 impl RecordingHeader {
-    /// True if the recorded device poses are those of the grip, as devices report them. In format 1
-    /// they are those of the origin of the probe's mesh, which is the same only if the grip is
-    /// there.
+    /// Returns true if the recorded device poses are poses of the grip, as devices report them. In
+    /// format 1 they are poses of the origin of the probe's mesh. Both are equal only if the grip
+    /// is at that origin.
     pub fn has_grip_poses(&self) -> bool {
         self.format >= 2 || self.scene.render.grip_a == DVec3::ZERO
     }
 
-    /// Returns the header as TOML. Fails for values that TOML cannot represent (a very large
-    /// integer in `more`).
+    /// Returns the header as TOML. Fails if TOML cannot represent a value, for example a very large
+    /// integer in `more`.
     pub(super) fn to_text(&self) -> io::Result<String> {
         toml::to_string(self).map_err(io::Error::other)
     }
@@ -117,15 +119,15 @@ impl RecordingHeader {
     pub(super) fn of_text(text: &str) -> Result<Self, HeaderError> {
         let wrong = |error: toml::de::Error| HeaderError {
             line: error.span().map_or(0, |span| 1 + text[..span.start.min(text.len())].matches('\n').count() as u64),
-            problem: format!("the header is wrong: {}", one_line(error.message())),
+            problem: format!("the header is invalid: {}", one_line(error.message())),
         };
         if text.len() > MOST_TEXT {
-            return Err(HeaderError { line: 0, problem: "the header is far too long; is it a recording?".to_owned() });
+            return Err(HeaderError { line: 0, problem: "the header is too long; is it a recording?".to_owned() });
         }
         let version: Version = toml::from_str(text).map_err(wrong)?;
         if !(1..=i64::from(FORMAT)).contains(&version.format) {
             let problem = format!(
-                "recordings of format {} are not read, only 1 to {FORMAT}; use the palpus that wrote it",
+                "recordings of format {} are not supported, only 1 to {FORMAT}; use the palpus version that wrote it",
                 version.format
             );
             return Err(HeaderError { line: 1, problem });
@@ -134,7 +136,7 @@ impl RecordingHeader {
     }
 }
 
-/// Seeds use all 64 bits and TOML's integers have 63.
+/// Writes seeds as text, because seeds have 64 bits and TOML integers only 63.
 mod seed_as_text {
     use super::{Deserialize, Deserializer, Serializer};
 
@@ -147,7 +149,7 @@ mod seed_as_text {
     }
 }
 
-/// Fails if the settings are invalid.
+/// Reads settings; fails if they are invalid.
 pub(super) fn valid_settings<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Settings, D::Error> {
     let settings = Settings::deserialize(deserializer)?;
     settings.validate().map_err(serde::de::Error::custom)?;

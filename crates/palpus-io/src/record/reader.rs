@@ -1,4 +1,4 @@
-//! Reads a recording, whatever its format.
+//! Reads a recording in any format.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor};
@@ -9,28 +9,29 @@ use palpus::render::Settings;
 use super::{RecordRow, RecordingFormat, RecordingHeader, csv, mcap, parquet};
 use crate::table::TableError;
 
-/// A recording, whole.
+/// A complete recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     /// The header.
     pub header: RecordingHeader,
-    /// Its ticks, as recorded.
+    /// The ticks, as recorded.
     pub rows: Vec<RecordRow>,
-    /// From which tick on the engine had other settings than before, and which: in the order of the
-    /// ticks. Those before the first are in the header.
+    /// Changes of the engine's settings: the first tick with the new settings, and the settings;
+    /// sorted by tick. The header contains the initial settings.
     pub changes: Vec<(u64, Settings)>,
-    /// Says what was cut off and left out, if so.
+    /// Describes what was omitted from a truncated or damaged file; `None` for a complete file.
     pub notice: Option<String>,
 }
 
 impl Recording {
-    /// One without ticks.
+    /// Returns a recording without ticks.
     pub(super) fn empty(header: RecordingHeader) -> Self {
         Self { header, rows: Vec::new(), changes: Vec::new(), notice: None }
     }
 }
 
-/// Reads a recording of any format from a file. Its first bytes tell the format, not its name.
+/// Reads a recording of any format from a file. The format is recognised by the first bytes, not by
+/// the file name.
 pub fn read_recording(path: &Path) -> Result<Recording, TableError> {
     let name = path.display().to_string();
     let problem = |error| TableError::at(&name, 0, format!("cannot be read ({error}); check the path"));
@@ -42,7 +43,8 @@ pub fn read_recording(path: &Path) -> Result<Recording, TableError> {
     }
 }
 
-/// Reads a recording of any format; `name` is how errors call it. Its first bytes tell the format.
+/// Reads a recording of any format, which is recognised by the first bytes; `name` is the name of
+/// the file in error messages.
 pub fn read_recording_from(mut input: impl BufRead, name: &str) -> Result<Recording, TableError> {
     let problem = |error| TableError::at(name, 0, format!("cannot be read ({error})"));
     let format = format_of(&mut input).map_err(problem)?;
@@ -65,7 +67,7 @@ fn read_stream(format: RecordingFormat, input: impl BufRead, name: &str) -> Resu
     })
 }
 
-/// A change may have been written late.
+/// Sorts the changes by tick, because a change may have been written late.
 fn in_order(recording: Result<Recording, TableError>) -> Result<Recording, TableError> {
     let mut recording = recording?;
     recording.changes.sort_by_key(|(tick, _)| *tick);

@@ -10,34 +10,36 @@ use palpus::render::Settings;
 use super::change::{self, Pending};
 use super::{Piece, RecordRow, RecordingHeader, csv, mcap, parquet};
 
-/// Interval between writes. Together with the writer's queue it bounds the loss if the program is
-/// killed: less than a second.
+/// Time between writes. This time and the writer's queue limit the loss to less than a second if
+/// the program is killed.
 const BETWEEN_PIECES: Duration = Duration::from_millis(500);
 
-/// Most rows that wait, since a run with `--fast` produces rows quickly.
+/// Largest number of rows that are collected before a write; a run with `--fast` produces rows
+/// quickly.
 const MOST_WAITING: usize = 1 << 12;
 
-/// The formats of a recording.
+/// The file formats of a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RecordingFormat {
-    /// A table of text.
+    /// A text table (CSV).
     Csv,
-    /// A table of columns, for data frames.
+    /// A table stored by columns, for data frames.
     Parquet,
-    /// Messages, for robotics tools.
+    /// Messages for robotics tools.
     Mcap,
 }
 
 impl RecordingFormat {
-    /// The format that a file's name asks for: `.csv`, `.parquet` or `.mcap`.
+    /// Returns the format for the extension of a file name: `.csv`, `.parquet` or `.mcap`; `None`
+    /// for others.
     pub fn of_name(path: &Path) -> Option<Self> {
         let extension = path.extension()?.to_str()?;
         let formats = [("csv", Self::Csv), ("parquet", Self::Parquet), ("mcap", Self::Mcap)];
         formats.iter().find(|(name, _)| extension.eq_ignore_ascii_case(name)).map(|(_, format)| *format)
     }
 
-    /// Returns the format of a file by its first bytes. A file that is neither Parquet nor MCAP is
-    /// read as CSV.
+    /// Returns the format of a file, recognised by its first bytes. A file that is neither Parquet
+    /// nor MCAP is read as CSV.
     pub fn of_content(beginning: &[u8]) -> Self {
         if beginning.starts_with(parquet::MAGIC) {
             Self::Parquet
@@ -49,9 +51,10 @@ impl RecordingFormat {
     }
 }
 
-/// Writes a recording. Not for the servo thread: it allocates and waits for the stream.
+/// Writes a recording. Do not use it on the servo thread: it allocates memory and waits for the
+/// stream.
 ///
-/// Rows are gathered and handed over in one piece, which leaves a whole file each time; see
+/// Rows are collected and written as one piece. After each piece the file is complete; see
 /// [`RecordingWriter::flush`].
 pub struct RecordingWriter<W: Write + Seek> {
     out: W,
@@ -59,9 +62,9 @@ pub struct RecordingWriter<W: Write + Seek> {
     pending: Pending,
     waiting: usize,
     handed_over: Instant,
-    /// Bytes of the file.
+    /// Length of the file in bytes.
     length: u64,
-    /// Length of the file, if it can be truncated.
+    /// Path of the file, if it can be made smaller at the end.
     path: Option<PathBuf>,
 }
 
@@ -72,14 +75,14 @@ enum Encoder {
 }
 
 impl RecordingWriter<File> {
-    /// Creates a file for a recording in the format that its name asks for, and writes the header.
-    /// Fails if there is such a file already (a recording is never written over), and with
-    /// errors of the file, a name that asks for no format, or a header that TOML cannot hold.
+    /// Creates a file for a recording, in the format of its extension, and writes the header. Fails
+    /// if the file already exists (a recording is never overwritten), if the extension is unknown,
+    /// if TOML cannot represent the header, or if the file cannot be written.
     pub fn create(path: &Path, header: &RecordingHeader) -> io::Result<Self> {
         let format = RecordingFormat::of_name(path).ok_or_else(|| {
             io::Error::new(
                 io::ErrorKind::InvalidInput,
-                "its name must end in .csv, .parquet or .mcap, which choose the format",
+                "its name must end in .csv, .parquet or .mcap, which select the format",
             )
         })?;
         let writer = Self::new(File::create_new(path)?, format, header)?;
@@ -88,8 +91,9 @@ impl RecordingWriter<File> {
 }
 
 impl<W: Write + Seek> RecordingWriter<W> {
-    /// Writes the header to `out`, which must be empty and need not be buffered. Errors are those
-    /// of `out`, or a header that TOML cannot hold (a very large integer in `more`).
+    /// Writes the header to `out`, which must be empty and needs no buffer. Fails if writing to
+    /// `out` fails, or if TOML cannot represent the header (for example a very large integer in
+    /// `more`).
     pub fn new(out: W, format: RecordingFormat, header: &RecordingHeader) -> io::Result<Self> {
         let text = header.to_text()?;
         let encoder = match format {
@@ -104,13 +108,13 @@ impl<W: Write + Seek> RecordingWriter<W> {
     }
 
     /// Records new settings of the engine from tick `tick` on. They are written before the first
-    /// row from that tick on; without such a row they are not written. Of several changes before
-    /// the same tick, only the last is written.
+    /// row of that tick or a later one; without such a row they are not written. If there are
+    /// several changes before the same tick, only the last is written.
     pub fn change(&mut self, tick: u64, settings: &Settings) {
         self.pending.add(tick, settings);
     }
 
-    /// Takes one tick, and writes the gathered rows when it is time to.
+    /// Adds one tick, and writes the collected rows if enough time has passed.
     pub fn write(&mut self, row: &RecordRow) -> io::Result<()> {
         for (tick, settings) in self.pending.before(row.tick) {
             let text = change::write(tick, &settings)?;
@@ -129,14 +133,14 @@ impl<W: Write + Seek> RecordingWriter<W> {
         self.flush_when_due()
     }
 
-    /// Writes the gathered rows if they have waited long enough. Call it regularly while no rows
-    /// come.
+    /// Writes the collected rows if enough time has passed. Call this regularly while there are no
+    /// new rows.
     pub fn flush_when_due(&mut self) -> io::Result<()> {
         let due = self.waiting >= MOST_WAITING || (self.waiting > 0 && self.handed_over.elapsed() >= BETWEEN_PIECES);
         if due { self.flush() } else { Ok(()) }
     }
 
-    /// Writes the gathered rows, in one piece after which the file is whole.
+    /// Writes the collected rows as one piece, after which the file is complete.
     pub fn flush(&mut self) -> io::Result<()> {
         let Piece { at, bytes } = match &mut self.encoder {
             Encoder::Csv(writer) => writer.flush(),
@@ -151,14 +155,14 @@ impl<W: Write + Seek> RecordingWriter<W> {
         self.out.flush()
     }
 
-    /// Returns the length of the file so far, in bytes, without what has gathered since the last
+    /// Returns the current length of the file in bytes, without the rows added since the last
     /// [`Self::flush`].
     pub fn length(&self) -> u64 {
         self.length
     }
 
-    /// Hands over the rest and gives `out` back. A Parquet file is then made smaller: into a new
-    /// file beside it, which takes its place.
+    /// Writes the remaining rows and returns `out`. A Parquet file is then made smaller: its
+    /// content is copied to a new file, which replaces it.
     pub fn finish(mut self) -> io::Result<W> {
         self.flush()?;
         if let (Some(path), Encoder::Parquet(writer)) = (&self.path, &self.encoder) {

@@ -1,13 +1,14 @@
-//! Default values of a scene's coupling, from the device's limits and the loop's period.
+//! Default values of a scene's coupling, computed from the device's limits and the period of the
+//! loop.
 
 use palpus::render::{Saturation, Settings, VirtualCoupling};
 
 use super::{CouplingMode, SceneCoupling};
 
 impl SceneCoupling {
-    /// Returns `render` with this coupling, for a loop that turns every `period` seconds.
-    /// `render.limits` are those of device and scene together; they give what the scene leaves
-    /// open.
+    /// Returns `render` with this coupling, for a loop with a period of `period` seconds.
+    /// `render.limits` are the combined limits of the device and the scene. Values that the scene
+    /// does not set are computed from them.
     pub fn settings(&self, render: &Settings, period: f64) -> Settings {
         let mut settings = *render;
         let limits = settings.limits;

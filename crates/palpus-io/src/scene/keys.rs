@@ -1,5 +1,5 @@
-//! Keys and values of a TOML text with their places: each getter either gives the value, says that
-//! it is absent, or gives an error that names line, column and what should stand there.
+//! Reads keys and values of a TOML text with their locations. Each getter returns the value, `None`
+//! if the key is missing, or an error that names the line, the column and the expected type.
 
 use std::ops::Range;
 
@@ -8,7 +8,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::SceneError;
 
-/// The text that places refer to.
+/// The text that locations refer to.
 #[derive(Clone, Copy)]
 pub(super) struct Source<'a> {
     pub(super) file: &'a str,
@@ -16,7 +16,7 @@ pub(super) struct Source<'a> {
 }
 
 impl Source<'_> {
-    /// An error at a place in the text.
+    /// Returns an error at a location in the text.
     pub(super) fn error(&self, span: &Range<usize>, problem: impl Into<String>) -> SceneError {
         let before = self.text.get(..span.start).unwrap_or(self.text);
         let line = 1 + before.matches('\n').count();
@@ -25,25 +25,25 @@ impl Source<'_> {
     }
 }
 
-/// A table of the file whose keys are all known.
+/// A table of the file, all of whose keys are valid.
 #[derive(Clone)]
 pub(super) struct Section<'a> {
     source: Source<'a>,
-    /// As written, with brackets; empty for the top.
+    /// The title with brackets, as written; empty for the top-level table.
     title: String,
     table: Option<&'a DeTable<'a>>,
     span: Range<usize>,
 }
 
 impl<'a> Section<'a> {
-    /// The file itself; `keys` are those that it may have.
+    /// Returns the top-level table, whose keys must be among `keys`.
     pub(super) fn top(source: Source<'a>, root: &'a Spanned<DeTable<'a>>, keys: &[&str]) -> Result<Self, SceneError> {
         let section = Self { source, title: String::new(), table: Some(root.get_ref()), span: 0..0 };
         section.refuse_others(keys)?;
         Ok(section)
     }
 
-    /// Returns the table under a key; an empty one if the key is missing.
+    /// Returns the table under a key; an empty table if the key is missing.
     pub(super) fn section(&self, key: &str, keys: &[&str]) -> Result<Section<'a>, SceneError> {
         let title = if self.title.is_empty() { format!("[{key}]") } else { format!("{}, {key}", self.title) };
         let (table, span) = match self.find(key) {
@@ -58,14 +58,14 @@ impl<'a> Section<'a> {
         Ok(section)
     }
 
-    /// The tables of the list under a key, in their order.
+    /// Returns the tables of the list under a key, in their order.
     pub(super) fn sections(&self, key: &str, keys: &[&str]) -> Result<Vec<Section<'a>>, SceneError> {
         let Some(value) = self.find(key) else { return Ok(Vec::new()) };
         let DeValue::Array(tables) = value.get_ref() else {
             return Err(self.wrong(
                 key,
                 value.span(),
-                &format!("a list of tables, each begun by [[{key}]]"),
+                &format!("a list of tables, each starting with [[{key}]]"),
                 value.get_ref(),
             ));
         };
@@ -76,43 +76,45 @@ impl<'a> Section<'a> {
                 section.refuse_others(keys)?;
                 Ok(section)
             }
-            other => Err(self.wrong(key, table.span(), &format!("a list of tables, each begun by [[{key}]]"), other)),
+            other => {
+                Err(self.wrong(key, table.span(), &format!("a list of tables, each starting with [[{key}]]"), other))
+            }
         };
         tables.iter().map(section).collect()
     }
 
-    /// True when the table has one of `keys`.
+    /// Returns true if the table has one of `keys`.
     pub(super) fn has(&self, keys: &[&str]) -> bool {
         keys.iter().any(|key| self.find(key).is_some())
     }
 
-    /// True when the table under `key` has one of `keys`.
+    /// Returns true if the table under `key` has one of `keys`.
     pub(super) fn says(&self, key: &str, keys: &[&str]) -> bool {
         let Some(DeValue::Table(table)) = self.find(key).map(Spanned::get_ref) else { return false };
         table.keys().any(|name| keys.contains(&name.get_ref().as_ref()))
     }
 
-    /// Returns the place of the value under `key`; `None` if the key is missing.
+    /// Returns the location of the value under `key`; `None` if the key is missing.
     pub(super) fn place(&self, key: &str) -> Option<Range<usize>> {
         self.find(key).map(Spanned::span)
     }
 
-    /// How the table is written: `[probe]`, `[[tool]]`.
+    /// Returns the title of the table as written: `[probe]`, `[[tool]]`.
     pub(super) fn title(&self) -> &str {
         &self.title
     }
 
-    /// True when the file has this table.
+    /// Returns true if the file contains this table.
     pub(super) fn exists(&self) -> bool {
         self.table.is_some()
     }
 
-    /// An error about the whole table.
+    /// Returns an error about the whole table.
     pub(super) fn error(&self, problem: impl Into<String>) -> SceneError {
         self.source.error(&self.span, problem)
     }
 
-    /// An error at a place in the file.
+    /// Returns an error at a location in the file.
     pub(super) fn error_at(&self, span: &Range<usize>, problem: impl Into<String>) -> SceneError {
         self.source.error(span, problem)
     }
@@ -121,36 +123,37 @@ impl<'a> Section<'a> {
         self.table?.iter().find(|(name, _)| name.get_ref() == key).map(|(_, value)| value)
     }
 
-    /// Every key must be one of `keys`.
+    /// Fails if a key is not one of `keys`.
     fn refuse_others(&self, keys: &[&str]) -> Result<(), SceneError> {
         let Some(table) = self.table else { return Ok(()) };
-        // The first in the file, not in the alphabet.
+        // Reports the first unknown key in the file, not the alphabetically first one.
         let unknown =
             table.keys().filter(|key| !keys.contains(&key.get_ref().as_ref())).min_by_key(|key| key.span().start);
         let Some(key) = unknown else { return Ok(()) };
         let name: String = key.get_ref().chars().take(40).collect();
         let nearest = nearest_name(&name, keys).unwrap_or_default();
-        let here = if self.title.is_empty() { "a scene" } else { self.title.as_str() };
+        let here = if self.title.is_empty() { "a scene file" } else { self.title.as_str() };
         let problem =
-            format!("{here} has no key {name:?}; did you mean {nearest:?}? (it may have {})", keys.join(", "));
+            format!("{here} has no key {name:?}; did you mean {nearest:?}? (valid keys: {})", keys.join(", "));
         Err(self.source.error(&key.span(), problem))
     }
 
     fn wrong(&self, key: &str, span: Range<usize>, expected: &str, found: &DeValue<'_>) -> SceneError {
-        self.source.error(&span, format!("{key} must be {expected} and is a value of type {}", found.type_str()))
+        self.source.error(&span, format!("{key} must be {expected} but has type {}", found.type_str()))
     }
 
-    /// A finite number for which `holds`; `rule` says so in words.
+    /// Returns a finite number for which `holds` returns true; `rule` describes the condition in
+    /// error messages.
     pub(super) fn number(&self, key: &str, rule: &str, holds: impl Fn(f64) -> bool) -> Result<Option<f64>, SceneError> {
         let Some(value) = self.find(key) else { return Ok(None) };
         match number_of(value.get_ref()) {
             Some(number) if number.is_finite() && holds(number) => Ok(Some(number)),
-            Some(number) => Err(self.source.error(&value.span(), format!("{key} is {number:?} and must be {rule}"))),
+            Some(number) => Err(self.source.error(&value.span(), format!("{key} is {number:?} but must be {rule}"))),
             None => Err(self.wrong(key, value.span(), "a number", value.get_ref())),
         }
     }
 
-    /// `true` or `false`.
+    /// Returns a boolean.
     pub(super) fn boolean(&self, key: &str) -> Result<Option<bool>, SceneError> {
         let Some(value) = self.find(key) else { return Ok(None) };
         match value.get_ref() {
@@ -159,17 +162,17 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// True when the key is there and `false`.
+    /// Returns true if the key is present and its value is `false`.
     pub(super) fn is_false(&self, key: &str) -> bool {
         matches!(self.find(key).map(Spanned::get_ref), Some(DeValue::Boolean(false)))
     }
 
-    /// True when the key is there and a text.
+    /// Returns true if the key is present and its value is text.
     pub(super) fn is_text(&self, key: &str) -> bool {
         matches!(self.find(key).map(Spanned::get_ref), Some(DeValue::String(_)))
     }
 
-    /// A text with its place.
+    /// Returns text and its location.
     pub(super) fn text(&self, key: &str) -> Result<Option<(&'a str, Range<usize>)>, SceneError> {
         let Some(value) = self.find(key) else { return Ok(None) };
         match value.get_ref() {
@@ -178,17 +181,17 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// One of a few names.
+    /// Returns the value for one of the names in `choices`.
     pub(super) fn choice<T: Copy>(&self, key: &str, choices: &[(&str, T)]) -> Result<Option<T>, SceneError> {
         let Some((text, span)) = self.text(key)? else { return Ok(None) };
         if let Some(&(_, choice)) = choices.iter().find(|(name, _)| *name == text) {
             return Ok(Some(choice));
         }
         let names: Vec<String> = choices.iter().map(|(name, _)| format!("\"{name}\"")).collect();
-        Err(self.source.error(&span, format!("{key} is {text:?} and must be {}", names.join(" or "))))
+        Err(self.source.error(&span, format!("{key} is {text:?} but must be {}", names.join(" or "))))
     }
 
-    /// `N` finite numbers.
+    /// Returns `N` finite numbers.
     pub(super) fn vector<const N: usize>(&self, key: &str) -> Result<Option<Spanned<[f64; N]>>, SceneError> {
         let Some(value) = self.find(key) else { return Ok(None) };
         let numbers: Option<Vec<f64>> = match value.get_ref() {
@@ -204,7 +207,7 @@ impl<'a> Section<'a> {
     }
 }
 
-/// The number that a value is, integers included.
+/// Returns a number, which may be written as an integer.
 fn number_of(value: &DeValue<'_>) -> Option<f64> {
     match value {
         DeValue::Float(float) => float.as_str().parse().ok(),
@@ -213,19 +216,20 @@ fn number_of(value: &DeValue<'_>) -> Option<f64> {
     }
 }
 
-/// Returns the one of `known` that `name` is probably a misspelling of; `None` if all are too
+/// Returns the name of `known` that `name` probably misspells; `None` if all names are too
 /// different.
 pub fn similar_name<'k>(name: &str, known: &[&'k str]) -> Option<&'k str> {
     let most = 1 + name.chars().count() / 3;
     nearest_name(name, known).filter(|nearest| edits(name, nearest) <= most)
 }
 
-/// Returns the one of `known` with the fewest edits to `name`; `None` if `known` is empty.
+/// Returns the name of `known` with the fewest edits to `name`; `None` if `known` is empty.
 fn nearest_name<'k>(name: &str, known: &[&'k str]) -> Option<&'k str> {
     known.iter().min_by_key(|known| edits(name, known)).copied()
 }
 
-/// Letters to insert, delete or replace to make one word of the other (Levenshtein).
+/// Returns the number of letters to insert, delete or replace to turn one word into the other
+/// (Levenshtein distance).
 fn edits(a: &str, b: &str) -> usize {
     let b: Vec<char> = b.chars().collect();
     let mut row: Vec<usize> = (0..=b.len()).collect();
@@ -246,7 +250,7 @@ mod tests {
     use super::{edits, similar_name};
 
     #[test]
-    fn only_a_misspelling_is_similar() {
+    fn only_misspellings_are_similar() {
         let known = ["spoon-cup", "stack", "peg-hole"];
         for (name, expected) in
             [("spon-cup", Some("spoon-cup")), ("stak", Some("stack")), ("no-such", None), ("", None)]
@@ -256,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn edits_between_words() {
+    fn edit_distance_counts_changed_letters() {
         for (a, b, expected) in
             [("", "", 0), ("abc", "abc", 0), ("", "abc", 3), ("tolerence", "tolerance", 1), ("kitten", "sitting", 3)]
         {

@@ -1,103 +1,102 @@
-//! Scene files: the bodies, their unit, and the contact between them, in TOML. Only `unit` and the
+//! Scene files in TOML: the bodies, their unit, and the contact between them. Only `unit` and the
 //! two meshes are required.
 //!
 //! ```toml
-//! unit = "mm"               # of meshes and lengths: um, mm, cm, dm, m, km, inch, ft, or in m
-//! gravity = [0, 0, -9.81]   # m/s²; the default if there are free objects, else none
+//! unit = "mm"               # of meshes and lengths: um, mm, cm, dm, m, km, inch, ft, or metres
+//! gravity = [0, 0, -9.81]   # m/s²; this is the default with free objects; otherwise zero
 //!
-//! [probe]                   # body a, held in the hand
-//! mesh = "spoon.obj"        # beside this file or below
-//! unit = "mm"               # of this mesh alone; lengths here stay in the scene's unit
-//! position = [0, 0, 0]      # where it starts: its mesh's origin in the world
+//! [probe]                   # body a, held by the user's hand
+//! mesh = "spoon.obj"        # in the folder of this file or a subfolder
+//! unit = "mm"               # of this mesh only; lengths in this table use the scene's unit
+//! position = [0, 0, 0]      # of the mesh's origin in the world at the start
 //! orientation = [0, 0, 0, 1]   # unit quaternion x, y, z, w
-//! grip = [0, 0, 0]          # where the hand holds it, in its mesh's frame: what a device moves
+//! grip = [0, 0, 0]          # point that the device moves, in the mesh's frame
 //!
 //! [environment]             # body b
 //! mesh = "cup.obj"
-//! unit = "mm"               # likewise
+//! unit = "mm"               # of this mesh only
 //! position = [0, 0, 0]
 //! orientation = [0, 0, 0, 1]
 //!
 //! [contact]
-//! tolerance = 1.0           # else 1 mm, whatever the unit; coupled, it decides the skin
-//! cluster_radius = 4.0      # else 4 mm; of linkage, and how far friction holds on
-//! clustering = "smooth"     # forces that never jump when contacts meet; or "linkage", the paper's
-//! split_angle = 130         # degrees, or false for no cut; of linkage
-//! stiffness = 800           # N/m, as felt; else the largest force at half the skin; direct: 800
+//! tolerance = 1.0           # default 1 mm; when coupled, it determines the contact offset
+//! cluster_radius = 4.0      # default 4 mm; for linkage and for the range of friction
+//! clustering = "smooth"     # continuous forces; or "linkage", the paper's method
+//! split_angle = 130         # degrees, or false for no splitting; for linkage
+//! stiffness = 800           # N/m; default: largest force / (contact offset / 2); direct: 800
 //! damping = 0               # N·s/m
-//! # else none; N/m, else the contact's stiffness
+//! # default: no friction; stiffness in N/m, default: contact stiffness
 //! friction = { static = 0.4, dynamic = 0.3, stiffness = 800 }
-//! # rubber, wood, steel, or { frequency, decay, gain } in Hz, 1/s, N·s/m; else none
+//! # rubber, wood, steel, or { frequency, decay, gain } in Hz, 1/s, N·s/m; default: none
 //! material = "wood"
-//! shading = true            # else false
-//! crease_angle = 40         # degrees: sharper edges stay sharp
-//! shading_limit = 45        # degrees: the farthest that shading turns a force
-//! time_budget = 300         # µs that a step should take, else 0.6 of the period
+//! shading = true            # default false
+//! crease_angle = 40         # degrees; sharper edges are not smoothed
+//! shading_limit = 45        # degrees; largest rotation of a force by shading
+//! time_budget = 300         # µs for a step; default: 0.6 of the period
 //!
 //! [coupling]
 //! mode = "coupled"          # or "direct"
-//! stiffness = 800           # N/m; these follow from the device when left out
+//! stiffness = 800           # N/m; defaults are computed from the device
 //! damping = 2               # N·s/m
 //! angular_stiffness = 2     # N·m/rad
 //! angular_damping = 0.005   # N·m·s/rad
-//! skin = 0.1                # contact offset: contacts push from this separation on
-//! mass = 0                  # kg, of the probe; with 0 it is where all forces balance
+//! skin = 0.1                # contact offset: largest separation with a force
+//! mass = 0                  # kg, of the probe; 0: the probe is in force equilibrium
 //!
 //! [device]
 //! force_limit = 8.5         # N
 //! torque_limit = 0.188      # N·m
-//! saturation = "separate"   # or "joint", or "under-actuated": forces only, for three driven axes
+//! saturation = "separate"   # or "joint", or "under-actuated": forces only (three axes)
 //! rate = 1000               # Hz
 //!
 //! [hand]
 //! preset = "normal"         # or relaxed, firm, tight, none
-//! path = "stir.csv"         # poses half a second apart, or a recorded hand ([`crate::hand`])
-//! path_scale = 1            # of a recorded hand's way
-//! path_speed = 1            # so many times as fast
-//! tremor = 0                # a length
+//! path = "stir.csv"         # poses half a second apart, or a recorded motion (`crate::hand`)
+//! path_scale = 1            # factor of the translations of a recorded motion
+//! path_speed = 1            # factor of the speed
+//! tremor = 0                # amplitude, a length
 //! seed = 1
 //!
-//! [second]                  # another tool, in another hand; everything else holds for both
+//! [second]                  # another tool, in another hand; other tables apply to both
 //! mesh = "lid.obj"
-//! position = [0, 0, 50]     # and orientation, grip, unit, as of the probe
+//! position = [0, 0, 50]     # and orientation, grip, unit, as in [probe]
 //!
-//! [second.hand]             # as [hand]
+//! [second.hand]             # same keys as [hand]
 //! preset = "firm"
 //!
-//! [[object]]                # any number; not held by a hand
+//! [[object]]                # any number of objects, which no hand holds
 //! mesh = "nut.obj"
-//! position = [20, 0, 0]     # and orientation, unit, as of the probe
-//! motion = "free"           # it falls, slides and can be pushed; or "driven", or "fixed"
-//! density = 7800            # kg/m³, of a free one, else 1000; or mass, kg
+//! position = [20, 0, 0]     # and orientation, unit, as in [probe]
+//! motion = "free"           # it falls, slides and can be pushed; or "driven", "fixed"
+//! density = 7800            # kg/m³, for "free", default 1000; or mass, in kg
 //!
 //! [[object]]
 //! mesh = "belt.obj"
-//! motion = "driven"         # it moves so, whatever touches it
-//! velocity = [200, 0, 0]    # lengths per second, of its frame's origin
+//! motion = "driven"         # it moves at this velocity and ignores contact
+//! velocity = [200, 0, 0]    # lengths per second, of the origin of its frame
 //! angular_velocity = [0, 0, 0]   # rad/s
 //! ```
 //!
-//! In place of `[probe]`, `[second]` and `[hand]`, a scene may have any number of tools, each in a
-//! hand and on a device of its own:
+//! Instead of `[probe]`, `[second]` and `[hand]`, a scene may have any number of tools. Each tool
+//! has its own hand and its own device:
 //!
 //! ```toml
-//! [[tool]]                  # the first is what [probe] is, the second what [second] is
-//! mesh = "lid.obj"          # and position, orientation, grip, unit, as of the probe
-//! hand = { preset = "firm" }            # as [hand]
-//! coupling = { stiffness = 500 }        # as [coupling], which has the other values
-//! device = { force_limit = 3.0 }        # as [device], likewise, without rate
+//! [[tool]]                  # the first replaces [probe], the second [second]
+//! mesh = "lid.obj"          # and position, orientation, grip, unit, as in [probe]
+//! hand = { preset = "firm" }            # same keys as [hand]
+//! coupling = { stiffness = 500 }        # overrides [coupling]
+//! device = { force_limit = 3.0 }        # overrides [device]; without rate
 //! ```
 //!
-//! 1. The text is parsed with the place of every key and value, so that whatever is wrong is named
-//!    with line and column.
-//! 2. An unknown key is an error that names the nearest valid one: a mistyped key that is ignored
-//!    would change the feel without a message.
-//! 3. Lengths are multiplied by the unit, degrees become radians. This is the only place where
-//!    units are converted; results are SI, and meshes must be multiplied by their
-//!    [`SceneBody::metres_per_unit`].
-//! 4. Files that a scene names must lie in its folder or below, also behind symbolic links, unless
-//!    the caller says [`FilePolicy::Anywhere`]: a scene from elsewhere must not make the program
-//!    read other files.
+//! 1. The text is parsed with the location of every key and value, so that each error names the
+//!    line and the column.
+//! 2. An unknown key is an error that suggests the nearest valid key. If a misspelled key were
+//!    ignored, the scene would feel different without any message.
+//! 3. Lengths are multiplied by the unit, and degrees are converted to radians. Results are in SI
+//!    units. The coordinates of a mesh must be multiplied by its [`SceneBody::metres_per_unit`].
+//! 4. Files that a scene refers to must be in its folder or a subfolder, also after symbolic links
+//!    are resolved, so that a downloaded scene cannot make the program read other files. The caller
+//!    can allow other files by [`FilePolicy::Anywhere`].
 
 mod coupling;
 mod keys;
@@ -123,29 +122,30 @@ pub use unit::metres;
 /// A scene, in SI units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneFile {
-    /// The file's text, as it was read.
+    /// Text of the file, as read.
     pub text: String,
-    /// Metres for each unit of the scene's lengths, and of the meshes that have none of their own.
+    /// Length of one unit of the scene's lengths in metres; also used for meshes without a separate
+    /// unit.
     pub metres_per_unit: f64,
-    /// Body a.
+    /// Body a, the probe.
     pub probe: SceneBody,
-    /// Body b.
+    /// Body b, the environment.
     pub environment: SceneBody,
-    /// The engine's settings; they pass [`Settings::validate`].
+    /// Settings of the engine, which [`Settings::validate`] accepts.
     pub render: Settings,
-    /// Between the device and the probe.
+    /// Coupling between the device and the probe.
     pub coupling: SceneCoupling,
-    /// Nominal rate of the loop, Hz; 1000 when the file doesn't say.
+    /// Nominal rate of the loop in Hz; the default is 1000.
     pub rate_hz: f64,
-    /// The simulated hand.
+    /// The simulated operator of the probe.
     pub hand: SceneHand,
-    /// Values that the file leaves out and that depend on the meshes.
+    /// Missing values whose defaults depend on the meshes.
     pub gaps: SceneGaps,
-    /// Tools beside the probe, each on a device of its own.
+    /// Tools in addition to the probe, each on a separate device.
     pub others: Vec<SceneTool>,
-    /// Objects beside the environment.
+    /// Objects in addition to the environment.
     pub objects: Vec<SceneObject>,
-    /// m/s², along the world's axes.
+    /// Gravity along the world's axes (m/s²).
     pub gravity: DVec3,
 }
 
@@ -161,18 +161,19 @@ pub struct SceneObject {
 /// How an object moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ObjectMotion {
-    /// Not at all.
+    /// It does not move.
     Fixed,
-    /// With this velocity of its frame's origin, m/s and rad/s, whatever touches it.
+    /// It moves with this velocity of the origin of its frame (m/s, rad/s) and ignores contact.
     Driven(Twist),
-    /// By gravity, contact and friction; kg/m³.
+    /// It moves by gravity, contact and friction; density in kg/m³.
     FreeOfDensity(f64),
-    /// The same; kg.
+    /// It moves by gravity, contact and friction; mass in kg.
     FreeOfMass(f64),
 }
 
 impl ObjectMotion {
-    /// The object of a world that moves like this; the pose is that of its frame at the start.
+    /// Returns an object of a world with this motion. `pose` is the pose of the body's frame at the
+    /// start.
     pub fn object(&self, body: Arc<Body>, pose: Pose) -> Object {
         match *self {
             Self::Fixed => Object::fixed(body, pose),
@@ -183,117 +184,118 @@ impl ObjectMotion {
     }
 }
 
-/// Values that a scene file leaves out: the defaults in their place may not suit the meshes.
+/// Values that a scene file does not set and whose defaults may not suit the meshes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SceneGaps {
-    /// The contact tolerance.
+    /// True if the contact tolerance is missing.
     pub tolerance: bool,
-    /// The poses of the two bodies: neither has a position or an orientation.
+    /// True if neither body has a position or an orientation.
     pub places: bool,
-    /// The grip of the probe.
+    /// True if the grip of the probe is missing.
     pub grip: bool,
 }
 
-/// A tool beside the probe, and its hand.
+/// A tool in addition to the probe, and its simulated operator.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneTool {
     /// Mesh and start pose.
     pub body: SceneBody,
-    /// Grip, m, in the frame of its mesh; `None` if the file does not set it.
+    /// Grip in the frame of the tool's mesh (m); `None` if the file does not set it.
     pub grip: Option<DVec3>,
-    /// The simulated hand.
+    /// The simulated operator of the tool.
     pub hand: SceneHand,
-    /// Between its device and the tool.
+    /// Coupling between the device and the tool.
     pub coupling: SceneCoupling,
-    /// Largest force and torque of its device.
+    /// Largest force and torque of the device.
     pub limits: Limits,
-    /// How a wrench beyond them is cut.
+    /// How a wrench beyond the limits is limited.
     pub saturation: Saturation,
 }
 
 /// A body of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneBody {
-    /// Its mesh file, with the scene file's folder in front.
+    /// Path of the mesh file, relative to the folder of the scene file and starting with that
+    /// folder's path.
     pub mesh: PathBuf,
-    /// Metres for each unit of that file: what to multiply its coordinates by.
+    /// Length of one unit of the mesh file in metres: the factor for its coordinates.
     pub metres_per_unit: f64,
-    /// Pose of the body in the world at the start, m; identity if the file states no pose.
+    /// Pose of the body in the world at the start (m); identity if the file does not set it.
     pub pose: Pose,
 }
 
-/// Coupling between device and probe. The program chooses values that are `None`.
+/// Coupling between a device and its tool. The program computes the values that are `None`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SceneCoupling {
-    /// How the probe follows the device.
+    /// How the tool follows the device.
     pub mode: CouplingMode,
-    /// N/m.
+    /// Stiffness (N/m).
     pub stiffness: Option<f64>,
-    /// N·s/m.
+    /// Damping (N·s/m).
     pub damping: Option<f64>,
-    /// N·m/rad.
+    /// Angular stiffness (N·m/rad).
     pub angular_stiffness: Option<f64>,
-    /// N·m·s/rad.
+    /// Angular damping (N·m·s/rad).
     pub angular_damping: Option<f64>,
-    /// m: contacts push from this separation on.
+    /// Contact offset: the largest separation at which a contact produces a force (m).
     pub skin: Option<f64>,
-    /// Mass of the probe, kg; 0 for none.
+    /// Mass of the tool (kg); 0 for a tool without mass.
     pub mass: Option<f64>,
-    /// Contact stiffness, N/m; [`SceneFile::render`] has this or the default.
+    /// Contact stiffness (N/m); [`SceneFile::render`] contains this value or the default.
     pub contact_stiffness: Option<f64>,
-    /// Tangential stiffness of sticking contacts, N/m; also in [`SceneFile::render`].
+    /// Tangential stiffness of sticking contacts (N/m); also in [`SceneFile::render`].
     pub friction_stiffness: Option<f64>,
 }
 
-/// How the probe follows the device.
+/// How the tool follows the device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CouplingMode {
-    /// Through a virtual coupling: the probe is a body of its own.
+    /// Through a virtual coupling: the tool is a separate body.
     #[default]
     Coupled,
-    /// The probe is where the device is, as in the paper.
+    /// The tool is rigidly attached to the device, as in the paper.
     Direct,
 }
 
-/// The simulated hand.
+/// A simulated operator.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SceneHand {
-    /// How it holds.
+    /// Grip of the operator.
     pub preset: HandPreset,
-    /// A file that it follows ([`crate::read_hand`]), with the scene file's folder in front; `None`
-    /// for the scene's own motion. Poses without times are in the scene's unit: multiply their
-    /// translations by [`SceneFile::metres_per_unit`].
+    /// File with the motion of the hand ([`crate::read_hand`]), with the folder of the scene file;
+    /// `None` for the built-in motion of the scene. Poses without times are in the scene's unit:
+    /// multiply their translations by [`SceneFile::metres_per_unit`].
     pub path: Option<PathBuf>,
-    /// Factor of the translations of a recorded hand.
+    /// Factor of the translations of a recorded hand motion.
     pub path_scale: Option<f64>,
-    /// How many times as fast as recorded.
+    /// Factor of the speed of a recorded hand motion.
     pub path_speed: Option<f64>,
-    /// Amplitude of its tremor, m; 0 for none.
+    /// Amplitude of the tremor (m); 0 for no tremor.
     pub tremor: f64,
     /// Seed of the tremor.
     pub seed: u32,
 }
 
-/// How a simulated hand holds.
+/// Grip of a simulated operator.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum HandPreset {
-    /// A stylus held loosely.
+    /// A loosely held stylus.
     Relaxed,
     /// The usual grip.
     #[default]
     Normal,
     /// A firm grip.
     Firm,
-    /// As tight as it goes.
+    /// The tightest grip.
     Tight,
-    /// No hand at all: the worst case for stability.
+    /// No hand: the worst case for stability.
     None,
 }
 
 impl HandPreset {
-    /// As it is written in a scene file.
+    /// Returns the name in a scene file.
     pub fn name(self) -> &'static str {
         match self {
             Self::Relaxed => "relaxed",
@@ -305,29 +307,29 @@ impl HandPreset {
     }
 }
 
-/// Which files a scene may name.
+/// The files that a scene may refer to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FilePolicy {
-    /// Only files in the scene file's folder or below.
+    /// Only files in the folder of the scene file and its subfolders.
     Inside,
-    /// Any file: the user asked for it.
+    /// Any file, because the user allowed it.
     Anywhere,
 }
 
-/// Why a scene file was not read.
+/// Why a scene file cannot be read.
 ///
-/// Shows as `cup.toml, line 9, column 1: [contact] has no key "tolerence"; did you mean
-/// "tolerance"? (…)`.
+/// Displayed for example as `cup.toml, line 9, column 1: [contact] has no key "tolerence"; did you
+/// mean "tolerance"? (…)`.
 #[derive(Debug, thiserror::Error)]
 #[error("{file}{}: {problem}", place(*.line, *.column))]
 pub struct SceneError {
-    /// The file as the caller named it.
+    /// Name of the file, as given by the caller.
     pub file: String,
-    /// Counted from 1; 0 when it is about the whole file.
+    /// Line, counted from 1; 0 if the error concerns the whole file.
     pub line: usize,
-    /// Counted from 1, in characters; 0 with the line.
+    /// Column in characters, counted from 1; 0 if the line is 0.
     pub column: usize,
-    /// The problem, and what to do.
+    /// The problem, and how to fix it.
     pub problem: String,
 }
 

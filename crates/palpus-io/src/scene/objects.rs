@@ -1,4 +1,5 @@
-//! The objects of a scene beside probe and environment: `[[object]]`, and `gravity`.
+//! The objects of a scene in addition to the probe and the environment: `[[object]]`, and
+//! `gravity`.
 
 use glam::DVec3;
 use palpus::algebra::Twist;
@@ -7,9 +8,9 @@ use super::keys::Section;
 use super::read::{Files, read_body};
 use super::{ObjectMotion, SceneError, SceneObject};
 
-/// The most objects of a scene: every pair of objects can touch.
+/// Largest number of objects in a scene, because every pair of objects can touch.
 const MOST: usize = 200;
-/// Default density of a free body, kg/m³: that of water.
+/// Default density of a free body in kg/m³: the density of water.
 const DENSITY: f64 = 1000.0;
 /// Default gravity of a scene with free bodies, m/s².
 const GRAVITY: DVec3 = DVec3::new(0.0, 0.0, -9.81);
@@ -28,9 +29,8 @@ enum Kind {
 pub(super) fn read_objects(top: &Section<'_>, unit: f64, files: Files<'_>) -> Result<Vec<SceneObject>, SceneError> {
     let sections = top.sections("object", &KEYS)?;
     if let Some(one_too_many) = sections.get(MOST) {
-        return Err(
-            one_too_many.error(format!("a scene may have {MOST} objects; join those that never move into one mesh"))
-        );
+        return Err(one_too_many
+            .error(format!("a scene may have at most {MOST} objects; merge the fixed objects into one mesh")));
     }
     sections.iter().map(|section| read_object(section, unit, files)).collect()
 }
@@ -45,12 +45,10 @@ fn read_object(section: &Section<'_>, unit: f64, files: Files<'_>) -> Result<Sce
     let linear = section.vector("velocity")?.map(|velocity| DVec3::from_array(velocity.into_inner()) * unit);
     let angular = section.vector("angular_velocity")?.map(|velocity| DVec3::from_array(velocity.into_inner()));
     if kind != Kind::Free && (density.is_some() || mass.is_some()) {
-        return Err(section.error("density and mass are of objects with motion = \"free\"; leave them out"));
+        return Err(section.error("density and mass need motion = \"free\"; remove them"));
     }
     if kind != Kind::Driven && (linear.is_some() || angular.is_some()) {
-        return Err(
-            section.error("velocity and angular_velocity are of objects with motion = \"driven\"; leave them out")
-        );
+        return Err(section.error("velocity and angular_velocity need motion = \"driven\"; remove them"));
     }
     let motion = match (kind, mass, density) {
         (Kind::Fixed, ..) => ObjectMotion::Fixed,
@@ -58,14 +56,14 @@ fn read_object(section: &Section<'_>, unit: f64, files: Files<'_>) -> Result<Sce
             angular: angular.unwrap_or(DVec3::ZERO),
             linear: linear.unwrap_or(DVec3::ZERO),
         }),
-        (Kind::Free, Some(_), Some(_)) => return Err(section.error("say either density or mass")),
+        (Kind::Free, Some(_), Some(_)) => return Err(section.error("set either density or mass, not both")),
         (Kind::Free, Some(mass), None) => ObjectMotion::FreeOfMass(mass),
         (Kind::Free, None, density) => ObjectMotion::FreeOfDensity(density.unwrap_or(DENSITY)),
     };
     Ok(SceneObject { body, motion })
 }
 
-/// Reads `gravity`, m/s² along the world's axes whatever the scene's unit.
+/// Reads `gravity` along the world's axes, in m/s² for every unit of the scene.
 pub(super) fn read_gravity(top: &Section<'_>, objects: &[SceneObject]) -> Result<DVec3, SceneError> {
     if let Some(gravity) = top.vector("gravity")? {
         return Ok(DVec3::from_array(gravity.into_inner()));

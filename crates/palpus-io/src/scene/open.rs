@@ -1,14 +1,15 @@
-//! From a scene file to a world that a loop can step.
+//! Creates a world that a loop can step from a scene file.
 //!
-//! 1. The file is read ([`super::read_scene`]) and each mesh becomes a body: prepared with all
-//!    cores, or loaded from the cache if there is one. Bodies of the same mesh and unit are shared.
-//! 2. The world gets the environment, the objects in the file's order, and the tools.
-//! 3. Each tool's settings follow from its device's limits ([`super::SceneCoupling::settings`]).
+//! 1. The file is read ([`super::read_scene`]), and each mesh is converted to a body. The body is
+//!    prepared with all cores or loaded from the cache. Bodies with the same mesh and unit are
+//!    shared.
+//! 2. The world receives the environment, the objects in the order of the file, and the tools.
+//! 3. The settings of each tool are computed from the limits of its device
+//!    ([`super::SceneCoupling::settings`]).
 //!
-//! Missing keys ([`super::SceneGaps`]) get fixed defaults here. The program `palpus` instead
-//! chooses values from the meshes: a finer tolerance for small bodies, a free place above the
-//! environment, and a grip within the tool. A host that wants such values sets the keys in the
-//! file.
+//! Missing keys ([`super::SceneGaps`]) have fixed defaults here. The program `palpus` computes them
+//! from the meshes instead: a finer tolerance for small bodies, a free place above the environment,
+//! and a grip within the tool. Other programs should set these keys in the file.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -21,25 +22,25 @@ use super::{FilePolicy, ObjectMotion, SceneBody, SceneError, SceneFile, read_sce
 use crate::cache::{BodyCache, prepared};
 use crate::mesh::{MeshFileError, read_mesh};
 
-/// A scene's world. Its frame is the scene's, in metres.
+/// The world of a scene. Its frame is the frame of the scene, in metres.
 pub struct SceneWorld {
-    /// The bodies, ready to be stepped.
+    /// The world, which contains all bodies.
     pub world: World,
-    /// The file as it was read.
+    /// The content of the scene file.
     pub file: SceneFile,
-    /// The probe, then the other tools in the file's order.
+    /// The probe, then the other tools in the order of the file.
     pub tools: Vec<ToolId>,
-    /// Start of each tool's mesh frame, world. A device's grip is at `pose.with_origin(grip_a)`
-    /// with [`Settings::grip_a`] of the tool.
+    /// Start pose of each tool's mesh frame in the world (m). The grip of a device starts at
+    /// `pose.with_origin(grip_a)`, where `grip_a` is [`Settings::grip_a`] of the tool.
     pub starts: Vec<Pose>,
     /// The environment.
     pub environment: BodyId,
-    /// The objects in the file's order.
+    /// The objects in the order of the file.
     pub objects: Vec<BodyId>,
     driven: Vec<(BodyId, Twist)>,
 }
 
-/// Why a scene cannot be opened. Its text says which file, what is wrong and what to do.
+/// Why a scene cannot be opened. The message names the file, the problem and how to fix it.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
     /// The scene file is invalid.
@@ -48,7 +49,7 @@ pub enum OpenError {
     /// A mesh file is invalid.
     #[error(transparent)]
     Mesh(#[from] MeshFileError),
-    /// A mesh that no body can be made of.
+    /// The mesh does not form a valid body.
     #[error("{} cannot be prepared", .file.display())]
     Body {
         /// The mesh file.
@@ -56,14 +57,14 @@ pub enum OpenError {
         /// The defect of the body.
         source: BodyError,
     },
-    /// The settings that follow from the scene and the device's limits.
+    /// The settings computed from the scene and the device's limits are invalid.
     #[error(transparent)]
     Settings(#[from] SettingsError),
 }
 
 impl SceneWorld {
-    /// Opens the scene file at `path` for devices that give at most `device` (N, N·m), in a loop at
-    /// the scene's rate. Prepared bodies are kept in `cache` and taken from there.
+    /// Opens the scene file at `path` for devices with the limits `device` (N, N·m) and a loop with
+    /// the rate of the scene. Prepared bodies are stored in `cache` and loaded from it.
     ///
     /// # Errors
     /// Fails if a file cannot be read, a mesh cannot be prepared, or a setting is out of range.
@@ -105,8 +106,8 @@ impl SceneWorld {
         Ok(Self { world, file, tools, starts, environment, objects, driven })
     }
 
-    /// Tells the world that its driven objects go on as the file says. Call it before each step, or
-    /// at least ten times a second; a driven object that hears nothing comes to rest.
+    /// Sets the velocities of the driven objects from the scene file. Call this before each step,
+    /// or at least ten times a second; otherwise driven objects stop.
     pub fn drive(&mut self) {
         for &(body, velocity) in &self.driven {
             let pose = self.world.pose(body);

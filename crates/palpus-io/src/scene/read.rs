@@ -1,4 +1,5 @@
-//! From the text of a scene file to a [`SceneFile`]: one function for each table of the file.
+//! Parses the text of a scene file into a [`SceneFile`], with one function for each table of the
+//! file.
 
 use std::io::Read;
 use std::ops::Range;
@@ -18,19 +19,19 @@ use super::{
 };
 use crate::one_line::one_line;
 
-/// The longest scene file that is read.
+/// Size of the largest scene file that is read, in bytes.
 const MAX_BYTES: u64 = 1 << 20;
-/// Edges that bend by more stay sharp unless the file says otherwise: above what a coarse round
-/// mesh has, below a box.
+/// Default crease angle. It is larger than the bends of a coarse round mesh and smaller than the
+/// bends of a box.
 const CREASE_ANGLE_DEGREES: f64 = 40.0;
-/// The farthest that shading turns a force unless the file says otherwise.
+/// Default limit of the rotation of a force by shading.
 const SHADING_LIMIT_DEGREES: f64 = 45.0;
-/// How far the length of a quaternion may be from 1: three written decimals are enough.
+/// Largest deviation of a quaternion's length from 1; sufficient for numbers with three decimals.
 const QUATERNION_SLACK: f64 = 1e-3;
-/// Rate of the loop unless the file says otherwise, Hz.
+/// Default rate of the loop, in Hz.
 const RATE_HZ: f64 = 1000.0;
 
-/// Reads a scene file, and makes sure that the files which it names are there.
+/// Reads a scene file and checks that the files which it refers to exist.
 pub fn read_scene(path: &Path, policy: FilePolicy) -> Result<SceneFile, SceneError> {
     let file = path.display().to_string();
     let whole = |problem: String| SceneError { file: file.clone(), line: 0, column: 0, problem };
@@ -45,16 +46,16 @@ pub fn read_scene(path: &Path, policy: FilePolicy) -> Result<SceneFile, SceneErr
     parse(&text, path, policy, &|named| check_file(path, named, policy))
 }
 
-/// Reads a scene file's text without touching the disk; `path` is where it lies, for errors and for
-/// the files it names.
+/// Parses the text of a scene file without reading other files. `path` is the path of the scene
+/// file; it is used in error messages and to find the other files.
 pub fn parse_scene(text: &str, path: &Path, policy: FilePolicy) -> Result<SceneFile, SceneError> {
     parse(text, path, policy, &|_| Ok(()))
 }
 
-/// Checks a file that the scene names; fails with the reason.
+/// Checks a file that the scene refers to; fails with a description of the problem.
 type Check<'a> = &'a dyn Fn(&Path) -> Result<(), String>;
 
-/// The scene being read: where its files are.
+/// Where the files of a scene are, and how to check them.
 #[derive(Clone, Copy)]
 pub(super) struct Files<'a> {
     folder: &'a Path,
@@ -66,7 +67,7 @@ fn parse(text: &str, path: &Path, policy: FilePolicy, check: Check<'_>) -> Resul
     let file = path.display().to_string();
     let source = Source { file: &file, text };
     let root = DeTable::parse(text).map_err(|error| {
-        let problem = format!("this is not TOML: {}", one_line(error.message()));
+        let problem = format!("this is not valid TOML: {}", one_line(error.message()));
         source.error(&error.span().unwrap_or(0..0), problem)
     })?;
     let files = Files { folder: path.parent().unwrap_or(Path::new("")), policy, check };
@@ -87,7 +88,7 @@ fn parse(text: &str, path: &Path, policy: FilePolicy, check: Check<'_>) -> Resul
     let top = Section::top(source, &root, &keys)?;
     let unit = read_unit(&top)?.ok_or_else(|| {
         top.error(
-            "unit is missing: a mesh file has none, so write unit = \"mm\" (or cm, m, inch, …) above the first section",
+            "unit is missing: mesh files contain no unit, so write unit = \"mm\" (or cm, m, inch, …) above the first section",
         )
     })?;
     let sections = tool_sections(&top)?;
@@ -134,29 +135,31 @@ fn parse(text: &str, path: &Path, policy: FilePolicy, check: Check<'_>) -> Resul
     })
 }
 
-/// Metres for each unit of length of the file, or of one mesh.
+/// Reads the length of one unit in metres, for the whole file or for one mesh.
 fn read_unit(section: &Section<'_>) -> Result<Option<f64>, SceneError> {
     if section.is_text("unit") {
         let (name, span) = section.text("unit")?.unwrap_or_default();
-        let unknown =
-            |names| section.error_at(&span, format!("{name:?} is no unit; use one of {names}, or metres as a number"));
+        let unknown = |names| {
+            section.error_at(&span, format!("{name:?} is not a unit; use one of {names}, or metres as a number"))
+        };
         return unit::metres(name).map(Some).map_err(unknown);
     }
     section.number("unit", "the metres in one unit, from 1e-9 to 1e9", |x| (1e-9..=1e9).contains(&x))
 }
 
-/// Keys of a tool's table.
+/// Keys of the table of a tool.
 const TOOL_KEYS: [&str; 8] = ["mesh", "unit", "position", "orientation", "grip", "hand", "coupling", "device"];
-/// The most tools of a scene: every pair of tools can touch, and each tool needs a device.
+/// Largest number of tools in a scene, because every pair of tools can touch and each tool needs a
+/// device.
 const MOST_TOOLS: usize = 16;
 
-/// The tables of all tools: `[[tool]]` as often as it is there, else `[probe]` and perhaps
-/// `[second]`. Beside each, the table in which its hand is described.
+/// Returns the tables of all tools, each with the table of its hand. The tables are the `[[tool]]`
+/// entries or, without them, `[probe]` and optionally `[second]`.
 fn tool_sections<'a>(top: &Section<'a>) -> Result<Vec<(Section<'a>, Section<'a>)>, SceneError> {
     let tools = top.sections("tool", &TOOL_KEYS)?;
     let own = |tool: Section<'a>| (tool.clone(), tool);
     if let Some(one_too_many) = tools.get(MOST_TOOLS) {
-        return Err(one_too_many.error(format!("a scene may have {MOST_TOOLS} tools")));
+        return Err(one_too_many.error(format!("a scene may have at most {MOST_TOOLS} tools")));
     }
     if tools.is_empty() {
         let probe = top.section("probe", &["mesh", "unit", "position", "orientation", "grip"])?;
@@ -170,14 +173,15 @@ fn tool_sections<'a>(top: &Section<'a>) -> Result<Vec<(Section<'a>, Section<'a>)
         ("hand", "write hand = { … } in each [[tool]]"),
     ] {
         if let Some(place) = top.place(other_way) {
-            let problem = format!("[{other_way}] and [[tool]] are two ways to write the same; {instead}");
+            let problem = format!("[{other_way}] and [[tool]] cannot be combined; {instead}");
             return Err(top.error_at(&place, problem));
         }
     }
     Ok(tools.into_iter().map(own).collect())
 }
 
-/// Reads a tool; what its table does not say of coupling and device is that of the `usual` one.
+/// Reads a tool; values of the coupling and the device that its table does not set are taken from
+/// `usual`.
 fn read_tool(
     tool: &Section<'_>,
     with_hand: &Section<'_>,
@@ -205,7 +209,7 @@ pub(super) fn read_body(section: &Section<'_>, unit: f64, files: Files<'_>) -> R
         let length = rotation.length();
         if (length - 1.0).abs() > QUATERNION_SLACK {
             let problem =
-                format!("orientation has length {length:?} and must have 1; normalise it (the order is x, y, z, w)");
+                format!("orientation has length {length:?} but must have 1; normalise it (the order is x, y, z, w)");
             return Err(section.error_at(&quaternion.span(), problem));
         }
     }
@@ -278,7 +282,7 @@ fn read_contact(
     Ok(())
 }
 
-/// Friction, and its stiffness if the file says it.
+/// Reads the friction and, if the file sets it, its stiffness.
 fn read_friction(contact: &Section<'_>, stiffness: f64) -> Result<(Option<FrictionSettings>, Option<f64>), SceneError> {
     let friction = contact.section("friction", &["static", "dynamic", "stiffness"])?;
     if !friction.exists() {
@@ -294,7 +298,7 @@ fn read_friction(contact: &Section<'_>, stiffness: f64) -> Result<(Option<Fricti
     let static_coefficient = sticking.unwrap_or(dynamic_coefficient);
     if static_coefficient < dynamic_coefficient {
         let problem = format!(
-            "static friction is {static_coefficient:?} and must be at least the dynamic {dynamic_coefficient:?}"
+            "static friction is {static_coefficient:?} but must not be less than the dynamic friction {dynamic_coefficient:?}"
         );
         return Err(friction.error(problem));
     }
@@ -303,7 +307,7 @@ fn read_friction(contact: &Section<'_>, stiffness: f64) -> Result<(Option<Fricti
     Ok((Some(FrictionSettings { static_coefficient, dynamic_coefficient, tangential_stiffness }), chosen))
 }
 
-/// How impacts ring: a material by name, or its three numbers.
+/// Reads the vibration after impacts: the name of a material, or its three numbers.
 fn read_material(contact: &Section<'_>) -> Result<Option<Material>, SceneError> {
     if contact.is_text("material") {
         return contact.choice("material", &Material::NAMED);
@@ -323,14 +327,14 @@ fn read_material(contact: &Section<'_>) -> Result<Option<Material>, SceneError> 
     }
 }
 
-/// Values for tools whose own tables leave them out.
+/// Values for tools whose tables do not set them.
 struct Usual {
     coupling: SceneCoupling,
     limits: Limits,
     saturation: Saturation,
 }
 
-/// The table `coupling`, over what is `usual`.
+/// Reads the table `coupling`; missing values are taken from `usual`.
 fn read_coupling(top: &Section<'_>, unit: f64, usual: &SceneCoupling) -> Result<SceneCoupling, SceneError> {
     let keys = ["mode", "stiffness", "damping", "angular_stiffness", "angular_damping", "skin", "mass"];
     let coupling = top.section("coupling", &keys)?;
@@ -353,7 +357,8 @@ fn read_coupling(top: &Section<'_>, unit: f64, usual: &SceneCoupling) -> Result<
 const SATURATIONS: [(&str, Saturation); 3] =
     [("separate", Saturation::Separate), ("joint", Saturation::Joint), ("under-actuated", Saturation::UnderActuated)];
 
-/// The table `device`, over what is `usual`, and the rate of the loop, if `more` keys allow it, Hz.
+/// Reads the table `device` and, if `more` contains that key, the rate of the loop in Hz. Missing
+/// values are taken from `usual`.
 fn read_device(top: &Section<'_>, more: &[&str], usual: &Usual) -> Result<(Usual, f64), SceneError> {
     let device = top.section("device", &[&["force_limit", "torque_limit", "saturation"], more].concat())?;
     let limits = Limits {
@@ -386,15 +391,15 @@ fn read_hand(top: &Section<'_>, unit: f64, files: Files<'_>) -> Result<SceneHand
     })
 }
 
-/// Resolves the path of a file that the scene names.
+/// Returns the path of a file that the scene refers to.
 fn resolve(section: &Section<'_>, named: &str, span: &Range<usize>, files: Files<'_>) -> Result<PathBuf, SceneError> {
-    // Errors name the file, in one line.
+    // Error messages contain the name and must be one line.
     if named.is_empty() || named.contains(char::is_control) {
         return Err(section.error_at(span, "a file name is expected here, without control characters"));
     }
     let relative = Path::new(named);
-    // A backslash separates on Windows only: refused everywhere, so that a scene means the same
-    // everywhere.
+    // A backslash separates folders only on Windows. It is rejected on all systems, so that a scene
+    // has the same meaning everywhere.
     let stays = relative.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
     let stays = stays && !named.contains('\\') && !has_drive(named);
     if files.policy == FilePolicy::Inside && !stays {
@@ -405,18 +410,19 @@ fn resolve(section: &Section<'_>, named: &str, span: &Range<usize>, files: Files
     Ok(path)
 }
 
-/// True for `c:…`.
+/// Returns true for names of the form `c:…`.
 fn has_drive(named: &str) -> bool {
     named.as_bytes().get(1) == Some(&b':')
 }
 
 fn outside(named: &str) -> String {
     format!(
-        "{named:?} lies outside the scene file's folder; move it there, or allow files from anywhere if you trust the scene"
+        "{named:?} is outside the scene file's folder; move it there, or allow files from anywhere if you trust the scene"
     )
 }
 
-/// Makes sure that a file which the scene names is there and, behind all links, where it may be.
+/// Checks that a file which the scene refers to exists and, after all links are resolved, is in an
+/// allowed folder.
 fn check_file(scene: &Path, named: &Path, policy: FilePolicy) -> Result<(), String> {
     let missing = |error| format!("{} cannot be found ({error}); check the name", named.display());
     let real = named.canonicalize().map_err(missing)?;

@@ -1,6 +1,6 @@
-//! Units of length by name.
+//! Names of units of length.
 
-/// Names and metres, the usual spelling first.
+/// Names and lengths in metres, with the usual spellings first.
 const UNITS: [(&str, f64); 17] = [
     ("mm", 1e-3),
     ("cm", 1e-2),
@@ -21,13 +21,13 @@ const UNITS: [(&str, f64); 17] = [
     ("foot", 0.3048),
 ];
 
-/// How many of the names an error lists.
+/// Number of names that an error lists.
 const LISTED: usize = 8;
 
-/// Returns the metres of one of a unit.
+/// Returns the length of a unit in metres.
 ///
 /// # Errors
-/// Fails if the name is unknown; the error lists the usual ones.
+/// Fails if the name is unknown; the error lists the usual names.
 pub fn metres(name: &str) -> Result<f64, String> {
     match UNITS.iter().find(|(known, _)| *known == name) {
         Some(&(_, metres)) => Ok(metres),

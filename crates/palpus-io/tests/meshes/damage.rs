@@ -1,4 +1,4 @@
-//! Wrong files: one sentence each, and never a panic.
+//! Damaged files give an error of one sentence and never a panic.
 
 use palpus::body::PolygonSoup;
 use palpus_io::MeshFileError;
@@ -12,7 +12,7 @@ type Parse = fn(&[u8], &str) -> Result<PolygonSoup, MeshFileError>;
 
 const PARSERS: [Parse; 5] = [obj::parse, stl::parse, ply::parse, off::parse, gltf::parse];
 
-/// Seed of every random test here.
+/// Seed of all random tests in this file.
 const SEED: [u8; 32] = *b"palpus-io damaged mesh files 001";
 
 fn runner(cases: u32) -> TestRunner {
@@ -20,7 +20,7 @@ fn runner(cases: u32) -> TestRunner {
     TestRunner::new_with_rng(config, TestRng::from_seed(RngAlgorithm::ChaCha, &SEED))
 }
 
-/// The parser for an extension.
+/// Returns the parser for an extension.
 fn parser(extension: &str) -> Parse {
     match extension {
         "obj" => obj::parse,
@@ -31,7 +31,7 @@ fn parser(extension: &str) -> Parse {
     }
 }
 
-/// Checks the invariants of a soup that a reader returns.
+/// Checks the invariants of a soup.
 fn check(soup: &PolygonSoup) {
     assert!(soup.vertices.iter().all(|v| v.is_finite()));
     assert!(soup.face_vertices.iter().all(|&v| (v as usize) < soup.vertices.len()));
@@ -46,7 +46,7 @@ fn check_error(error: &MeshFileError) {
 }
 
 #[test]
-fn any_bytes_are_read_or_refused() {
+fn random_bytes_never_panic() {
     let words = prop::sample::select(vec![
         &b"v 1 2 3\n"[..],
         b"f 1 2 3\n",
@@ -104,7 +104,7 @@ fn any_bytes_are_read_or_refused() {
 }
 
 #[test]
-fn damaged_files_are_read_or_refused() {
+fn damaged_files_never_panic() {
     let files = samples::all(&prism());
     let byte = prop_oneof![any::<u8>(), prop::sample::select(b"0123456789-.eE \n/\"{}[],:\xFF\0".to_vec())];
     let edits = prop::collection::vec((any::<prop::sample::Index>(), byte, 0..4u8), 1..6);
@@ -128,7 +128,7 @@ fn damaged_files_are_read_or_refused() {
     run.unwrap_or_else(|failure| panic!("seed {}: {failure}", SEED.escape_ascii()));
 }
 
-/// The runs of digits of a text, as ranges.
+/// Returns the ranges of all sequences of digits in a text.
 fn numbers(bytes: &[u8]) -> Vec<std::ops::Range<usize>> {
     let is_start = |at: usize| bytes[at].is_ascii_digit() && (at == 0 || !bytes[at - 1].is_ascii_digit());
     let end = |at: usize| at + bytes[at..].iter().take_while(|b| b.is_ascii_digit()).count();
@@ -136,12 +136,12 @@ fn numbers(bytes: &[u8]) -> Vec<std::ops::Range<usize>> {
 }
 
 #[test]
-fn any_number_of_a_file_may_be_absurd() {
+fn absurd_numbers_never_panic() {
     let absurd =
         ["", "-1", "0", "255", "65536", "4294967295", "9223372036854775807", "18446744073709551615", "1e308", "99e999"];
     for (extension, bytes) in samples::all(&prism()) {
-        // The JSON of GLB keeps its length, so that the reader meets the change behind the
-        // container.
+        // The length of the GLB container's JSON is kept, so that the reader parses the changed
+        // number.
         let glb = bytes.starts_with(b"glTF");
         for place in numbers(&bytes) {
             for number in absurd.map(str::as_bytes) {
@@ -162,13 +162,13 @@ fn any_number_of_a_file_may_be_absurd() {
 }
 
 #[test]
-fn every_cut_of_a_binary_file_is_noticed() {
+fn truncated_binary_files_are_detected() {
     for (extension, bytes) in samples::all(&prism()) {
         let is_text = bytes.is_ascii() && !bytes.starts_with(b"glTF") && bytes.iter().all(|&b| b != 0);
         for length in 0..bytes.len() {
             match parser(extension)(&bytes[..length], "x") {
-                // Text formats may lose their end without losing a face: a colour, a name, a line
-                // break.
+                // A text file may lose a colour, a name or a line break at its end without losing a
+                // face.
                 Ok(soup) => assert!(is_text, "{extension} cut at {length}: {} faces", soup.face_count()),
                 Err(error) => check_error(&error),
             }
@@ -177,7 +177,7 @@ fn every_cut_of_a_binary_file_is_noticed() {
 }
 
 #[test]
-fn numbers_that_cannot_be_survive_a_round_trip() {
+fn extreme_coordinates_survive_a_round_trip() {
     let coordinate = prop_oneof![-1e6..1e6f64, prop::num::f64::NORMAL.prop_filter("in range", |x| x.abs() < 1e30)];
     let strategy = prop::collection::vec([coordinate.clone(), coordinate.clone(), coordinate], 3..9);
     let run = runner(500).run(&strategy, |vertices| {
@@ -196,9 +196,9 @@ fn numbers_that_cannot_be_survive_a_round_trip() {
     run.unwrap_or_else(|failure| panic!("seed {}: {failure}", SEED.escape_ascii()));
 }
 
-/// Files and what is said about them, whole.
+/// Files and their complete error messages.
 #[test]
-fn errors_say_what_where_and_what_to_do() {
+fn errors_name_problem_place_and_remedy() {
     let mut nan = samples::stl_binary(&prism());
     nan[84 + 50 + 12..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
     let mut absurd = samples::stl_binary(&prism());
@@ -224,31 +224,31 @@ fn errors_say_what_where_and_what_to_do() {
         (
             obj::parse,
             b"v 0 0 -1e31\n".to_vec(),
-            "x, line 1: coordinate -1e31 is absurdly large (the limit is 1e30); repair the vertex or export the mesh again",
+            "x, line 1: coordinate -1e31 is too large (the limit is 1e30); repair the vertex or export the mesh again",
         ),
         (
             obj::parse,
             b"v 0 0\n".to_vec(),
             "x, line 1: a vertex has 2 coordinates and needs 3; repair it or export the mesh again",
         ),
-        (obj::parse, b"v 0,5 0 0\n".to_vec(), "x, line 1: \"0,5\" is not a number; write decimals with a point"),
+        (obj::parse, b"v 0,5 0 0\n".to_vec(), "x, line 1: \"0,5\" is not a number; use a decimal point"),
         (
             obj::parse,
             b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 7\nf 1 2 9\n".to_vec(),
-            "x, line 5: the face names vertex 7, but the file has 3 vertices, counted from 1; \
-          the file is damaged or cut off: export the mesh again",
+            "x, line 5: the face refers to vertex 7, but the file has 3 vertices, counted from 1; \
+          the file is damaged or truncated: export the mesh again",
         ),
         (
             obj::parse,
             b"v 0 0 0\nf 0 1 1\n".to_vec(),
-            "x, line 2: the face names vertex 0, but the file has 1 vertices, counted from 1; \
-          the file is damaged or cut off: export the mesh again",
+            "x, line 2: the face refers to vertex 0, but the file has 1 vertices, counted from 1; \
+          the file is damaged or truncated: export the mesh again",
         ),
         (
             obj::parse,
             b"v 0 0 0\nf -1 -2 1\n".to_vec(),
-            "x, line 2: the face names vertex -2, but the file has 1 vertices, counted from 1; \
-          the file is damaged or cut off: export the mesh again",
+            "x, line 2: the face refers to vertex -2, but the file has 1 vertices, counted from 1; \
+          the file is damaged or truncated: export the mesh again",
         ),
         (
             obj::parse,
@@ -258,7 +258,7 @@ fn errors_say_what_where_and_what_to_do() {
         (
             obj::parse,
             b"v 0 0 0\nvw 1 2 3\n".to_vec(),
-            "x, line 2: \"vw\" is no statement of OBJ; repair or remove the line",
+            "x, line 2: \"vw\" is not an OBJ statement; repair or remove the line",
         ),
         (obj::parse, b"\xFF\xFEv\0".to_vec(), "x: the text is UTF-16; save it as UTF-8 or ASCII"),
         (
@@ -269,30 +269,30 @@ fn errors_say_what_where_and_what_to_do() {
         (
             stl::parse,
             absurd,
-            "x, triangle 8: the file's triangle count is 4294967295, more than its remaining 400 bytes can hold; \
-          it is damaged or cut off: copy or export it again",
+            "x, triangle 8: the file's triangle count is 4294967295, more than its remaining 400 bytes can contain; \
+          it is damaged or truncated: copy or export it again",
         ),
         (
             stl::parse,
             b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n".to_vec(),
-            "x, line 4: the file ends inside a facet; it was cut off: copy or export it again",
+            "x, line 4: the file ends inside a facet; it is truncated: copy or export it again",
         ),
         (
             stl::parse,
             b"solid a\nvertex 0 0 0\n".to_vec(),
-            "x, line 2: \"vertex\" stands where `facet` or `endsolid` is expected; the file is damaged: export the mesh again",
+            "x, line 2: \"vertex\" was found where `facet` or `endsolid` is expected; the file is damaged: export the mesh again",
         ),
         (
             ply::parse,
             ply_index,
-            "x, face 4: the face names vertex 77, but the file has 6 vertices, counted from 0; \
-          the file is damaged or cut off: export the mesh again",
+            "x, face 4: the face refers to vertex 77, but the file has 6 vertices, counted from 0; \
+          the file is damaged or truncated: export the mesh again",
         ),
         (
             ply::parse,
             ply_absurd.into_bytes(),
-            "x: the file's vertex count is 999999999999, more than its remaining 112 bytes can hold; \
-          it is damaged or cut off: copy or export it again",
+            "x: the file's vertex count is 999999999999, more than its remaining 112 bytes can contain; \
+          it is damaged or truncated: copy or export it again",
         ),
         (
             off::parse,
@@ -302,12 +302,12 @@ fn errors_say_what_where_and_what_to_do() {
         (
             off::parse,
             b"OFF BINARY\n".to_vec(),
-            "x, line 1: only ASCII OFF files with three coordinates are read; export the mesh as ASCII OFF or PLY",
+            "x, line 1: only ASCII OFF files with three coordinates are supported; export the mesh as ASCII OFF or PLY",
         ),
         (
             gltf::parse,
             gltf("\"asset\"", "\"extensionsRequired\": [\"KHR_draco_mesh_compression\"], \"asset\"").into_bytes(),
-            "x: it needs the extension \"KHR_draco_mesh_compression\", which is not read; export the mesh without it (no compression)",
+            "x: it needs the extension \"KHR_draco_mesh_compression\", which is not supported; export the mesh without it (no compression)",
         ),
         (
             gltf::parse,
@@ -317,8 +317,8 @@ fn errors_say_what_where_and_what_to_do() {
         (
             gltf::parse,
             gltf("\"count\": 6,", "\"count\": 600000000,").into_bytes(),
-            "x, accessor 0: the file's item count is 600000000, more than its remaining 72 bytes can hold; \
-          it is damaged or cut off: copy or export it again",
+            "x, accessor 0: the file's item count is 600000000, more than its remaining 72 bytes can contain; \
+          it is damaged or truncated: copy or export it again",
         ),
         (
             gltf::parse,
@@ -328,12 +328,12 @@ fn errors_say_what_where_and_what_to_do() {
         (
             gltf::parse,
             b"{\n \"asset\": }".to_vec(),
-            "x, line 2: the JSON is wrong: expected value at line 2 column 11; export the mesh again",
+            "x, line 2: the JSON is invalid: expected value at line 2 column 11; export the mesh again",
         ),
         (
             gltf::parse,
             b"glTF\x02\0\0\0\x04\0\0\0".to_vec(),
-            "x: the file ends before its JSON chunk; it was cut off: copy or export it again",
+            "x: the file ends before its JSON chunk; it is truncated: copy or export it again",
         ),
     ];
     for (parse, bytes, expected) in cases {

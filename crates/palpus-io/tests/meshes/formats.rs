@@ -1,4 +1,4 @@
-//! Right files: what each format's dialects mean.
+//! Valid files in the dialects of each format.
 
 use std::io::Write;
 
@@ -12,7 +12,7 @@ use palpus_io::{ContentHash, read_mesh, read_mesh_noting, write_obj_groups};
 
 use crate::samples::{self, loops, prism, triangle_loops};
 
-/// A fresh folder for one test's files.
+/// Creates an empty folder for the files of one test.
 pub(crate) fn folder(test: &str) -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(test);
     std::fs::create_dir_all(&folder).unwrap();
@@ -24,7 +24,7 @@ fn points(soup: &PolygonSoup, face: usize) -> Vec<[f64; 3]> {
 }
 
 #[test]
-fn every_format_gives_the_same_prism_by_extension_and_by_content() {
+fn all_formats_give_the_same_prism() {
     let prism = prism();
     let folder = folder("every_format");
     for (k, (extension, bytes)) in samples::all(&prism).into_iter().enumerate() {
@@ -39,7 +39,7 @@ fn every_format_gives_the_same_prism_by_extension_and_by_content() {
 }
 
 #[test]
-fn a_packed_file_is_read_as_what_is_in_it() {
+fn gzip_files_are_decompressed() {
     let prism = prism();
     let folder = folder("packed");
     for (k, (extension, bytes)) in samples::all(&prism).into_iter().enumerate() {
@@ -61,7 +61,7 @@ fn a_packed_file_is_read_as_what_is_in_it() {
 }
 
 #[test]
-fn content_decides_the_format() {
+fn content_determines_the_format() {
     let path = folder("misnamed").join("prism.obj");
     let stl = samples::stl_binary(&prism());
     std::fs::write(&path, &stl).unwrap();
@@ -79,7 +79,7 @@ fn content_decides_the_format() {
 }
 
 #[test]
-fn obj_dialects() {
+fn obj_dialects_are_read() {
     let text = b"\xEF\xBB\xBF# caf\xE9 in Latin-1\r\nmtllib /etc/passwd\r\no \xE9t\xE9\r\n\
         v 0 0 0 1.0\r\nv 1 0 0 0.5 0.5 0.5\r\n\tv +1 1. .5e0 # right\r\nv 0 1 -0\r\n\
         vt 0 0\r\nvn 0 0 1\r\ng a b\r\ns off\r\nusemtl x\r\nl 1 2\r\np 1\r\n\
@@ -93,14 +93,14 @@ fn obj_dialects() {
 }
 
 #[test]
-fn ascii_stl_with_several_solids_and_capitals() {
+fn ascii_stl_may_have_several_solids_and_capitals() {
     let facet = "FACET NORMAL nan 0 0\nOUTER LOOP\nVERTEX 0 0 0\nVERTEX 1 0 0\nVERTEX 0 1 0\nENDLOOP\nENDFACET\n";
     let text = format!("solid a # one\n{facet}endsolid a\n\nsolid\n{facet}{facet}endsolid\n");
     assert_eq!(stl::parse(text.as_bytes(), "two.stl").unwrap().face_count(), 3);
 }
 
 #[test]
-fn ply_strips_and_foreign_elements() {
+fn ply_strips_are_read_and_other_elements_skipped() {
     let text = "ply\r\nformat ascii 1.0\r\nelement camera 1\r\nproperty list uchar float view\r\nelement tristrips 1\r\n\
         property list int int vertex_indices\r\nelement nothing 99999999999\r\nelement vertex 5\r\nproperty double x\r\n\
         property double y\r\nproperty double z\r\nelement tail 3\r\nproperty int t\r\nend_header\r\n\
@@ -111,11 +111,11 @@ fn ply_strips_and_foreign_elements() {
 }
 
 #[test]
-fn ply_with_lone_returns_keeps_a_first_data_byte_that_is_a_line_feed() {
+fn ply_data_may_start_with_a_line_feed() {
     let mut bytes = b"ply\rformat binary_little_endian 1.0\relement face 1\rproperty list uchar uchar vertex_index\r\
         element vertex 10\rproperty uchar x\rproperty uchar y\rproperty uchar z\rend_header\r"
         .to_vec();
-    bytes.push(b'\n'); // ten corners
+    bytes.push(b'\n'); // A face with ten corners: this count equals the code of a line feed.
     bytes.extend(0..10);
     bytes.extend([5; 30]);
     let soup = ply::parse(&bytes, "return.ply").unwrap();
@@ -124,7 +124,7 @@ fn ply_with_lone_returns_keeps_a_first_data_byte_that_is_a_line_feed() {
 }
 
 #[test]
-fn off_dialects() {
+fn off_dialects_are_read() {
     for text in [
         "OFF 3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
         "COFF\n# colours\n\n3 1\n0 0 0 255 0 0 255\n1 0 0 1 1 1 1\n0 1 0 0 0 0 0 # last\n3 0 1 2 0.5 0.5 0.5",
@@ -137,7 +137,7 @@ fn off_dialects() {
 }
 
 #[test]
-fn gltf_nodes_place_and_a_mirror_turns_the_triangles() {
+fn gltf_transforms_apply_and_reflections_reverse_triangles() {
     let prism = prism();
     let turned = r#", "rotation": [0, 0, 0.7071067811865476, 0.7071067811865476], "translation": [1, 2, 3], "scale": [-2, 1, 1]"#;
     let json = samples::gltf_json(&prism, "", turned)
@@ -153,7 +153,7 @@ fn gltf_nodes_place_and_a_mirror_turns_the_triangles() {
 }
 
 #[test]
-fn gltf_strips_fans_and_lists_without_indices() {
+fn gltf_strips_fans_and_lists_need_no_indices() {
     let buffer: Vec<u8> =
         [0f32, 0., 0., 1., 0., 0., 0., 1., 0., 1., 1., 0.].iter().flat_map(|x| x.to_le_bytes()).collect();
     let uri = BASE64.encode(&buffer);
@@ -172,7 +172,7 @@ fn gltf_strips_fans_and_lists_without_indices() {
 }
 
 #[test]
-fn gltf_reads_a_file_beside_it_and_no_other() {
+fn gltf_reads_only_files_in_its_folder() {
     let prism = prism();
     let folder = folder("beside");
     std::fs::write(folder.join("the data.bin"), samples::gltf_buffer(&prism)).unwrap();
@@ -187,7 +187,7 @@ fn gltf_reads_a_file_beside_it_and_no_other() {
 }
 
 #[test]
-fn groups_written_as_obj_read_back_bit_for_bit() {
+fn written_obj_groups_are_read_back_exactly() {
     let mut first = prism();
     first.vertices[1] = DVec3::new(0.1 + 0.2, -0.0, 1e-300);
     first.vertices[2] = DVec3::new(1.0 / 3.0, 1e29, 5e-324);
@@ -203,7 +203,7 @@ fn groups_written_as_obj_read_back_bit_for_bit() {
 }
 
 #[test]
-fn content_hashes_see_every_bit_and_not_the_file() {
+fn content_hash_depends_only_on_the_mesh() {
     let prism = prism();
     let hash = ContentHash::of_soup(&prism);
     assert_eq!(ContentHash::of_soup(&obj::parse(&samples::obj(&prism), "a.obj").unwrap()), hash);
@@ -218,7 +218,7 @@ fn content_hashes_see_every_bit_and_not_the_file() {
 }
 
 #[test]
-fn formats_are_known_by_their_first_bytes() {
+fn formats_are_recognised_by_first_bytes() {
     for (text, format) in [
         (&b"# comment\nv 0 0 0"[..], Some(MeshFormat::Obj)),
         (b"ply\nformat", Some(MeshFormat::Ply)),

@@ -1,4 +1,4 @@
-//! Mesh readers and the OBJ writer, from the outside.
+//! Integration tests of the mesh readers and the OBJ writer.
 
 mod damage;
 mod formats;

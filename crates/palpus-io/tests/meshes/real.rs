@@ -1,10 +1,10 @@
-//! Real files, where they are at hand.
+//! Tests with real files, which are skipped if the files are missing.
 
 use std::path::{Path, PathBuf};
 
 use palpus_io::read_mesh;
 
-/// The OBJ files of one folder of the models, empty when the models are not here.
+/// Returns the OBJ files in one folder of the models; no files if the models are missing.
 fn models(folder: &str) -> Vec<PathBuf> {
     let above = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().map(|above| above.join("shared/models").join(folder));
     let Some(entries) = above.filter_map(|folder| std::fs::read_dir(folder).ok()).next() else { return Vec::new() };
@@ -15,12 +15,12 @@ fn models(folder: &str) -> Vec<PathBuf> {
 }
 
 #[test]
-fn every_nasty_file_is_read_or_refused_in_one_sentence() {
+fn nasty_files_are_read_or_give_short_errors() {
     for path in models("nasty") {
         let name = path.file_name().unwrap().to_str().unwrap().to_owned();
         let expected = match name.as_str() {
             "raw_draco_inf_nan.obj" => Some(", line 1: coordinate \"inf\" is not a finite number"),
-            "raw_trimesh_empty.obj" => Some(": there is no face in the file (0 vertices)"),
+            "raw_trimesh_empty.obj" => Some(": the file has no faces (0 vertices)"),
             "raw_trimesh_notenoughindices.obj" => Some(", line 9: a face has 2 corners and needs at least 3"),
             _ => None,
         };
@@ -36,7 +36,7 @@ fn every_nasty_file_is_read_or_refused_in_one_sentence() {
 }
 
 #[test]
-fn every_good_file_is_read_whole() {
+fn valid_files_are_read_completely() {
     for folder in ["paper", "pairs", "parts", "large"] {
         for path in models(folder) {
             let text = std::fs::read_to_string(&path).unwrap();

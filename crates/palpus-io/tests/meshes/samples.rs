@@ -1,11 +1,11 @@
-//! A small solid written in every format by writers that share nothing with the readers.
+//! A small solid, written in every format by code that shares nothing with the readers.
 
 use data_encoding::BASE64;
 use glam::DVec3;
 use palpus::body::PolygonSoup;
 
-/// A triangular prism: two triangles and three quadrilaterals, with coordinates that are exact in
-/// f32.
+/// Returns a triangular prism of two triangles and three quadrilaterals. Its coordinates are exact
+/// in f32.
 pub(crate) fn prism() -> PolygonSoup {
     let mut soup = PolygonSoup::new();
     for z in [0.0, 2.5] {
@@ -19,18 +19,18 @@ pub(crate) fn prism() -> PolygonSoup {
     soup
 }
 
-/// The corners of all faces as points: what a reader must keep, however it shares vertices.
+/// Returns the corners of all faces as points. A reader must keep them, but may share vertices.
 pub(crate) fn loops(soup: &PolygonSoup) -> Vec<Vec<DVec3>> {
     (0..soup.face_count()).map(|f| soup.face(f).iter().map(|&v| soup.vertices[v as usize]).collect()).collect()
 }
 
-/// The prism's faces cut into fans.
+/// Returns the faces of the prism, split into fans of triangles.
 pub(crate) fn triangles(soup: &PolygonSoup) -> Vec<[u32; 3]> {
     let fan = |f: &[u32]| (1..f.len() - 1).map(|k| [f[0], f[k], f[k + 1]]).collect::<Vec<_>>();
     (0..soup.face_count()).flat_map(|f| fan(soup.face(f))).collect()
 }
 
-/// The loops of the triangles.
+/// Returns the corners of the triangles as points.
 pub(crate) fn triangle_loops(soup: &PolygonSoup) -> Vec<Vec<DVec3>> {
     triangles(soup).iter().map(|t| t.iter().map(|&v| soup.vertices[v as usize]).collect()).collect()
 }
@@ -85,7 +85,7 @@ pub(crate) fn stl_binary(soup: &PolygonSoup) -> Vec<u8> {
     bytes
 }
 
-/// `format` is `ascii`, `binary_little_endian` or `binary_big_endian`.
+/// Writes a PLY file; `format` is `ascii`, `binary_little_endian` or `binary_big_endian`.
 pub(crate) fn ply(soup: &PolygonSoup, format: &str) -> Vec<u8> {
     let mut bytes = format!(
         "ply\nformat {format} 1.0\ncomment prism\nelement vertex {}\nproperty float x\nproperty uchar red\n\
@@ -120,7 +120,7 @@ pub(crate) fn ply(soup: &PolygonSoup, format: &str) -> Vec<u8> {
     bytes
 }
 
-/// Positions then 16-bit indices, as the bytes of a buffer.
+/// Returns the bytes of a buffer: the positions, followed by 16-bit indices.
 pub(crate) fn gltf_buffer(soup: &PolygonSoup) -> Vec<u8> {
     let mut bytes = Vec::new();
     for v in &soup.vertices {
@@ -130,8 +130,8 @@ pub(crate) fn gltf_buffer(soup: &PolygonSoup) -> Vec<u8> {
     bytes
 }
 
-/// A glTF whose buffer 0 is described by `buffer` (JSON members such as `"uri": …`), its node by
-/// `node`.
+/// Returns a glTF document. `buffer` contains JSON members of its buffer (such as `"uri": …`), and
+/// `node` contains JSON members of its node.
 pub(crate) fn gltf_json(soup: &PolygonSoup, buffer: &str, node: &str) -> String {
     let positions = 12 * soup.vertices.len();
     let indices = 3 * triangles(soup).len();
@@ -174,7 +174,7 @@ pub(crate) fn glb(soup: &PolygonSoup) -> Vec<u8> {
     glb_of(&gltf_json(soup, "", ""), &gltf_buffer(soup))
 }
 
-/// Every format with its extension.
+/// Returns the solid in every format, with the file extension.
 pub(crate) fn all(soup: &PolygonSoup) -> Vec<(&'static str, Vec<u8>)> {
     vec![
         ("obj", obj(soup)),

@@ -1,4 +1,4 @@
-//! Recordings for the tests of recordings.
+//! Sample recordings for the tests.
 #![allow(dead_code, unreachable_pub, reason = "each test file uses a part of it")]
 
 use std::num::NonZeroU64;
@@ -13,7 +13,7 @@ use palpus_io::{ContentHash, RecordRow, RecordingHeader};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 
-/// Seed of every random test here.
+/// Seed of all random tests of recordings.
 pub const SEED: [u8; 32] = *b"palpus-io recordings bit for bit";
 
 pub fn runner(cases: u32) -> TestRunner {
@@ -21,8 +21,8 @@ pub fn runner(cases: u32) -> TestRunner {
     TestRunner::new_with_rng(config, TestRng::from_seed(RngAlgorithm::ChaCha, &SEED))
 }
 
-/// Every field of the settings, none at its default: a field that the header forgets comes back
-/// changed.
+/// Returns settings in which every field differs from its default, so that a field that the header
+/// omits is read back with another value.
 pub fn settings() -> Settings {
     Settings {
         contact_tolerance: 0.1 + 0.2,
@@ -125,10 +125,10 @@ pub fn row(bits: [u64; NUMBERS], whole: [u32; 6], depth: bool) -> RecordRow {
     }
 }
 
-/// Numbers of a row that use all 64 bits.
+/// Number of 64-bit values in a row.
 pub const NUMBERS: usize = 50;
 
-/// All numbers of a row as bits, since NaN is not equal to itself.
+/// Returns all numbers of a row as bits, because NaN is not equal to itself.
 pub fn bits(row: &RecordRow) -> Vec<u64> {
     let mut all = vec![row.tick, row.time_ns];
     let mut push = |values: &[f64]| all.extend(values.iter().map(|x| x.to_bits()));
@@ -137,12 +137,12 @@ pub fn bits(row: &RecordRow) -> Vec<u64> {
     for v in [row.twist.angular, row.twist.linear, row.wrench.torque, row.wrench.force] {
         push(&v.to_array());
     }
-    // A recording of format 1 has none.
+    // A recording of format 1 has no tool pose.
     if let Some(tool) = row.tool {
         push(&tool.translation.to_array());
         push(&tool.rotation.to_array());
     }
-    // Nor has one of format 2.
+    // Recordings of formats 1 and 2 have no servo values.
     if let Some(servo) = row.servo {
         let ServoRecord { utc_ns, lateness_s, elapsed_s, phase, stepped, work, work_allowed, device_time_s, raw } =
             servo;
@@ -160,12 +160,12 @@ pub fn bits(row: &RecordRow) -> Vec<u64> {
     all
 }
 
-/// A row of ones.
+/// Returns a row with ones in all fields.
 pub fn plain() -> RecordRow {
     row([1f64.to_bits(); NUMBERS], [1; 6], true)
 }
 
-/// Rows of any bits, odd ones often.
+/// Generates rows with arbitrary bits, where special values are frequent.
 pub fn any_row() -> impl Strategy<Value = RecordRow> {
     let special = prop::sample::select(vec![0.0, -0.0, f64::NAN, -f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 5e-324]);
     let number = prop_oneof![special.prop_map(f64::to_bits), any::<u64>(), any::<f64>().prop_map(f64::to_bits)];

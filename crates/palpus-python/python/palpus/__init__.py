@@ -1,9 +1,10 @@
 """palpus: contacts, penetration depth and haptic rendering of triangle meshes.
 
-A `Body` is made of a mesh once. `contacts`, `distance` and `depth` then answer for as many poses of one body in the
-frame of another as an array has rows, on all cores; a `World` says what tools feel, step by step, and a `Loop` runs it on a device.
+A `Body` is created from a mesh once. `contacts`, `distance` and `depth` then return results for an array of poses of one
+body in the frame of another, on all cores. A `World` computes step by step the wrench of each tool, and a `Loop` runs a
+world on a device.
 
-Lengths are those of the mesh file unless a body is loaded with a unit; then all is SI. A pose is a row
+Lengths are in the unit of the mesh file, unless a body is loaded with a unit; then everything is SI. A pose is a row
 (tx, ty, tz, qx, qy, qz, qw) that places body a in body b's frame. A contact's normal is unit and points from b into a,
 and point_a - point_b = separation * normal.
 """

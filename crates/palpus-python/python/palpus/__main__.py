@@ -7,8 +7,8 @@ from ._native import main as _main
 
 
 def main() -> int:
-    """Runs the program with the arguments that were typed, and returns its exit status."""
-    # The program ends in order by itself at Ctrl-C; before it asks to, Ctrl-C ends the process.
+    """Runs the program with the arguments of the command line, and returns its exit status."""
+    # The program handles Ctrl-C itself. Until it does, Ctrl-C ends the process.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     return _main(["palpus", *sys.argv[1:]])
 

@@ -1,17 +1,19 @@
 """Labels for lists of poses in Parquet files: nearest points, contacts and depths, block by block.
 
-A block is a row group of a file of poses. It is read, answered and written by itself, so blocks can be done in any order,
-on any machine, by any engine, or once more; the bytes are the same. `palpus.ray` runs them with Ray; a plain loop is
+A block is a row group of a file of poses. Each block is read, processed and written separately. So blocks can be processed
+in any order, on any machine, by any engine, and again; the bytes are always the same. `palpus.ray` processes them with Ray.
+A plain loop is
 
     job = Job("tool.obj", "part.obj", "labels", tolerance=0.5)
     label = Labeller(job)
     for block in blocks("poses.parquet"):
         label(block)
 
-Poses have the columns tx, ty, tz, qx, qy, qz, qw: body a in body b's frame. In the folder that the job names, `nearest`,
-`contacts` and `depth` have a file for each block, with the fields of palpus.DISTANCE, CONTACT and DEPTH as columns;
-vectors have three (normal_x, normal_y, normal_z). The column `pose` is the row's number in the file of poses. With a
-`stiffness`, `wrench` has what a tool of direct rendering feels: force_x … torque_z (N, N·m) about body a's origin.
+Poses have the columns tx, ty, tz, qx, qy, qz, qw: body a in body b's frame. The folder of the job contains the folders
+`nearest`, `contacts` and `depth`, each with one file per block. Their columns are the fields of palpus.DISTANCE, CONTACT
+and DEPTH; a vector has three columns (normal_x, normal_y, normal_z). The column `pose` is the row number in the file of
+poses. If the job has a `stiffness`, the folder `wrench` contains the wrench of direct rendering: force_x … torque_z
+(N, N·m) about body a's origin.
 """
 
 import dataclasses
@@ -34,7 +36,7 @@ _POSE = ["tx", "ty", "tz", "qx", "qy", "qz", "qw"]
 
 @dataclasses.dataclass(frozen=True)
 class Job:
-    """What is asked of each pose."""
+    """The labels to compute for each pose."""
 
     a: str
     b: str
@@ -42,7 +44,8 @@ class Job:
     unit: str | None = None
     tolerance: float | None = None
     depth: bool = False
-    # N/m: of contacts, which push from the tolerance on. Needs a unit, since forces are SI.
+    # Stiffness of contacts, which push below the tolerance, N/m. Needs a unit, because forces are
+    # SI.
     stiffness: float | None = None
 
 
@@ -61,7 +64,7 @@ class Block:
 
 
 def blocks(poses: str | os.PathLike[str]) -> list[Block]:
-    """The blocks of a Parquet file of poses, or of all such files in a folder."""
+    """Returns the blocks of a Parquet file of poses, or of all such files in a folder."""
     path = pathlib.Path(poses)
     files = sorted(path.glob("*.parquet")) if path.is_dir() else [path]
     found: list[Block] = []
@@ -72,22 +75,22 @@ def blocks(poses: str | os.PathLike[str]) -> list[Block]:
             raise Error(f"{file}: cannot be read as Parquet ({error}); check the path") from error
         missing = [name for name in _POSE if name not in about.schema.names]
         if missing:
-            raise Error(f"{file}: there is no column {missing[0]}; poses have the columns {', '.join(_POSE)}")
+            raise Error(f"{file}: there is no column {missing[0]}; a file of poses must have the columns {', '.join(_POSE)}")
         first = 0
         for group in range(about.num_row_groups):
             rows = about.row_group(group).num_rows
             found.append(Block(str(file), group, first, rows))
             first += rows
     if not found:
-        raise Error(f"{path}: there are no poses; it must be a Parquet file, or a folder with some")
+        raise Error(f"{path}: there are no poses; give a Parquet file, or a folder with Parquet files")
     names = [block.name for block in found]
     if len(set(names)) < len(names):
-        raise Error(f"{path}: two files have the same name; rename one")
+        raise Error(f"{path}: two files have the same name; rename one of them")
     return found
 
 
 class Labeller:
-    """Answers blocks, with bodies that were prepared once. `workers` are the threads of each block."""
+    """Computes the labels of blocks. Prepares the bodies once. `workers` is the number of threads for each block."""
 
     def __init__(self, job: Job, workers: int | None = 1) -> None:
         self.job, self.workers = job, workers
@@ -98,11 +101,11 @@ class Labeller:
         _agree(self.out, job)
 
     def is_done(self, block: Block) -> bool:
-        """True if the block was written before."""
+        """Returns True if the labels of the block already exist."""
         return (self.out / "nearest" / block.name).exists()
 
     def __call__(self, block: Block) -> dict[str, Any]:
-        """Answers a block and writes its labels, unless that was done; returns its name and counts."""
+        """Writes the labels of a block, unless they already exist. Returns the block's name and counts."""
         counts = {"block": block.name, "poses": block.rows, "contacts": 0, "overlapping": 0, "done_before": True}
         if self.is_done(block):
             return counts
@@ -120,13 +123,13 @@ class Labeller:
         of_contacts = _columns(contacts)
         of_contacts["pose"] = of_contacts["pose"] + np.uint64(block.first)
         self._write("contacts", block, of_contacts)
-        # The last one, since it says that the block is done.
+        # Written last, because this file shows that the block is done.
         self._write("nearest", block, {"pose": numbers, **_columns(nearest)})
         overlapping = int((nearest["separation"] < 0).sum())
         return {**counts, "contacts": len(contacts), "overlapping": overlapping, "done_before": False}
 
     def _wrenches(self, poses: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-        """The wrench at each pose. A block begins anew, so that its bytes do not depend on who answers it."""
+        """Returns the wrench at each pose. Each block starts with a new world, so it does not depend on earlier blocks."""
         settings = Settings.direct(tolerance=self.job.tolerance or 0.0, stiffness=self.job.stiffness or 0.0)
         world = World(settings)
         world.add_fixed(self.b, [0, 0, 0, 0, 0, 0, 1])
@@ -136,7 +139,7 @@ class Labeller:
     def _write(self, kind: str, block: Block, columns: dict[str, npt.NDArray[Any]]) -> None:
         folder = self.out / kind
         folder.mkdir(parents=True, exist_ok=True)
-        # Moved to its place when it is whole: nobody reads a part of a file.
+        # Renamed when it is complete, so no reader sees a part of a file.
         unfinished = folder / f".{block.name}.{os.getpid()}"
         pq.write_table(pa.table(columns), unfinished, compression="zstd")
         unfinished.replace(folder / block.name)
@@ -154,7 +157,7 @@ def _columns(rows: npt.NDArray[np.void]) -> dict[str, npt.NDArray[Any]]:
 
 
 def _agree(out: pathlib.Path, job: Job) -> None:
-    """Writes the job beside its labels, or compares it with the one that is there."""
+    """Writes the job into the folder of its labels. If a job is already there, fails unless it is the same job."""
     out.mkdir(parents=True, exist_ok=True)
     file, text = out / "job.json", json.dumps(dataclasses.asdict(job), indent=2) + "\n"
     try:
@@ -163,4 +166,4 @@ def _agree(out: pathlib.Path, job: Job) -> None:
     except FileExistsError:
         before = file.read_text()
         if before and before != text:
-            raise Error(f"{file}: the labels there are of another job; name another folder") from None
+            raise Error(f"{file}: this folder has the labels of another job; choose another folder") from None

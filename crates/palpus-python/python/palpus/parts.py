@@ -1,11 +1,11 @@
-"""Parts of a library, prepared once: bodies into the user's cache folder, and a table of what the meshes are like.
+"""Preparation of a library of parts: bodies for the user's cache folder, and a table of the state of the meshes.
 
     rows = [prepare(file, unit="mm") for file in parts("library")]
     write(rows, "health.parquet")
 
-does it in a loop; `palpus.ray.prepare` on many cores and machines. The table has a row for each part, in the order of the
-names: `file`, `error` (empty if the part can be used), `pieces`, `triangles`, `volume`, `size`, `closed`, `manifold`,
-`components`, `boundary_edges`, `non_manifold_edges`, `self_intersecting_triangles`, `notices` (one per line).
+does this in a loop, and `palpus.ray.prepare` does it on many cores and machines. The table has a row for each part, sorted
+by file name: `file`, `error` (empty if the part can be used), `pieces`, `triangles`, `volume`, `size`, `closed`,
+`manifold`, `components`, `boundary_edges`, `non_manifold_edges`, `self_intersecting_triangles`, `notices` (one per line).
 """
 
 import os
@@ -38,16 +38,16 @@ SCHEMA = pa.schema(
 
 
 def parts(library: str | os.PathLike[str]) -> list[str]:
-    """The mesh files in a folder and below, or the one file, in the order of their names."""
+    """Returns the mesh files in a folder and its subfolders, or the one file, sorted by name."""
     path = pathlib.Path(library)
     files = [path] if path.is_file() else sorted(file for file in path.rglob("*") if file.suffix.lower() in _MESHES)
     if not files:
-        raise Error(f"{path}: there are no meshes; it must be a mesh file, or a folder with some")
+        raise Error(f"{path}: there are no meshes; give a mesh file, or a folder with mesh files")
     return [str(file) for file in files]
 
 
 def prepare(file: str, *, unit: str | None = None, workers: int | None = 1) -> dict[str, Any]:
-    """Prepares a part into the cache folder, and returns its row of the table. A bad part is a row with its error."""
+    """Prepares a part, stores it in the cache folder, and returns its table row. A bad part has an error in its row."""
     row: dict[str, Any] = dict.fromkeys(SCHEMA.names)
     row.update(file=file, error="", notices="")
     try:
@@ -64,7 +64,7 @@ def prepare(file: str, *, unit: str | None = None, workers: int | None = 1) -> d
 
 
 def write(rows: Iterable[dict[str, Any]], out: str | os.PathLike[str]) -> None:
-    """Writes the table, in the order of the files' names."""
+    """Writes the table, sorted by file name."""
     path = pathlib.Path(out)
     unfinished = path.with_name(f".{path.name}.{os.getpid()}")
     table = pa.Table.from_pylist(sorted(rows, key=lambda row: str(row["file"])), schema=SCHEMA)

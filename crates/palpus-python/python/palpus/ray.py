@@ -1,12 +1,12 @@
-"""Labels and prepared parts on many cores and machines, by Ray Data.
+"""Labels and prepared parts on many cores and machines, with Ray Data.
 
 `python -m palpus.ray label POSES A B --out FOLDER` and `python -m palpus.ray prepare LIBRARY --out TABLE` are commands.
 
-Ray gives blocks (`palpus.labels`) to actors that hold the prepared bodies. The labels are the same bytes with any number
-of actors. Blocks that are there already are left out, so a job that was stopped goes on; an actor that dies costs the block
-that it was at, which another one answers. The driver holds a row for each block, whatever the number of poses.
+Ray distributes blocks (`palpus.labels`) to actors that have the prepared bodies. The bytes of the labels do not depend on
+the number of actors. Blocks that already exist are skipped, so a stopped job can continue. If an actor dies, another actor
+processes its block again. The driver stores one row for each block, whatever the number of poses.
 
-All machines must see the meshes, the poses and the folder of the labels under the same names.
+All machines must see the meshes, the poses and the folder of the labels at the same paths.
 """
 
 import argparse
@@ -26,7 +26,7 @@ __all__ = ["label", "main", "prepare"]
 
 
 class _Actor:
-    """A labeller, as Ray Data calls it: a batch is one block."""
+    """A labeller with the interface that Ray Data calls. A batch is one block."""
 
     def __init__(self, job: Job) -> None:
         self.label = Labeller(job)
@@ -40,13 +40,13 @@ _BLOCK = ("file", "group", "first", "rows")
 
 
 def label(job: Job, poses: str, *, actors: int) -> Iterator[dict[str, Any]]:
-    """Answers all blocks of `poses` that are not done with so many actors, each of one core.
+    """Processes all blocks of `poses` that are not done, with this number of actors of one core each.
 
-    Yields the counts of each block when it is done. Ray must be initialised, or is, on this machine.
+    Yields the counts of each block when it is done. If Ray is not initialised, starts it on this machine.
     """
     if actors < 1:
         raise Error(f"actors is {actors}, but must be 1 or more")
-    first = Labeller(job)  # Prepares the bodies for all, and finds what is wrong before Ray starts.
+    first = Labeller(job)  # Caches the bodies for all actors, and reports errors before Ray starts.
     wanted = [block for block in blocks(poses) if not first.is_done(block)]
     if not wanted:
         return
@@ -63,10 +63,11 @@ def label(job: Job, poses: str, *, actors: int) -> Iterator[dict[str, Any]]:
 
 
 def prepare(library: str, out: str, *, unit: str | None = None, actors: int) -> Iterator[dict[str, Any]]:
-    """Prepares all parts of a library into the cache folder, so many at a time, and writes their table to `out` at the end.
+    """Prepares all parts of a library, `actors` of them at a time, and writes their table to `out` at the end.
 
-    Yields each part's row when it is done. A part that cannot be used is a row with its error. What was prepared before is
-    only loaded, so a job that was stopped goes on. Machines share bodies if their cache folder (`XDG_CACHE_HOME`) is shared.
+    Stores the bodies in the cache folder. Yields each part's row when it is done. A part that cannot be used has an error in
+    its row. Parts that are already in the cache are only loaded, so a stopped job can continue. Machines share bodies if
+    they share the cache folder (`XDG_CACHE_HOME`).
     """
     if actors < 1:
         raise Error(f"actors is {actors}, but must be 1 or more")
@@ -86,26 +87,26 @@ def prepare(library: str, out: str, *, unit: str | None = None, actors: int) -> 
 
 
 def main(arguments: list[str]) -> int:
-    """The command."""
+    """Runs the command, and returns its exit status."""
     parser = argparse.ArgumentParser(prog="python -m palpus.ray", description=__doc__.splitlines()[0])
     commands = parser.add_subparsers(required=True)
-    command = commands.add_parser("prepare", help="prepare a library of parts, and tell what they are like")
+    command = commands.add_parser("prepare", help="prepare a library of parts, and write a table of their state")
     command.add_argument("library", metavar="LIBRARY", help="folder of meshes, or one mesh")
     command.add_argument("--out", required=True, metavar="TABLE", help="Parquet file for the table")
-    command.add_argument("--actors", type=int, default=1, metavar="N", help="parts at a time, a core each [default: 1]")
-    command.add_argument("--unit", metavar="UNIT", help="of the meshes; bodies are then in metres")
+    command.add_argument("--actors", type=int, default=1, metavar="N", help="parts at a time, one core each [default: 1]")
+    command.add_argument("--unit", metavar="UNIT", help="unit of the meshes; bodies are then in metres")
     command.set_defaults(run=_prepare)
-    command = commands.add_parser("label", help="labels of poses")
+    command = commands.add_parser("label", help="write the labels of poses")
     command.set_defaults(run=_label)
-    command.add_argument("poses", metavar="POSES", help="Parquet file or folder: tx, ty, tz, qx, qy, qz, qw, a in b's frame")
+    command.add_argument("poses", metavar="POSES", help="Parquet file or folder: tx, ty, tz, qx, qy, qz, qw of a in b's frame")
     command.add_argument("a", metavar="A", help="mesh of body a")
     command.add_argument("b", metavar="B", help="mesh of body b")
-    command.add_argument("--out", required=True, metavar="FOLDER", help="where the labels go")
-    command.add_argument("--actors", type=int, default=1, metavar="N", help="actors of one core each [default: 1]")
-    command.add_argument("--tolerance", type=float, metavar="T", help="contacts are nearer than this")
-    command.add_argument("--unit", metavar="UNIT", help="of the meshes; labels are then in metres")
-    command.add_argument("--depth", action="store_true", help="bounds of the depth as well")
-    command.add_argument("--stiffness", type=float, metavar="K", help="wrenches as well, of contacts this stiff, N/m")
+    command.add_argument("--out", required=True, metavar="FOLDER", help="folder for the labels")
+    command.add_argument("--actors", type=int, default=1, metavar="N", help="actors, one core each [default: 1]")
+    command.add_argument("--tolerance", type=float, metavar="T", help="maximum separation of contacts")
+    command.add_argument("--unit", metavar="UNIT", help="unit of the meshes; labels are then in metres")
+    command.add_argument("--depth", action="store_true", help="also write bounds of the depth")
+    command.add_argument("--stiffness", type=float, metavar="K", help="also write wrenches, with this contact stiffness, N/m")
     typed = parser.parse_args(arguments)
     try:
         typed.run(typed)
@@ -129,8 +130,8 @@ def _prepare(typed: argparse.Namespace) -> None:
     begin, count, bad = time.monotonic(), 0, 0
     for row in prepare(typed.library, typed.out, unit=typed.unit, actors=typed.actors):
         count, bad = count + 1, bad + bool(row["error"])
-        print(f"\r{count} parts, {bad} that cannot be used", end="", file=sys.stderr, flush=True)
-    print(f"\n{count} parts in {time.monotonic() - begin:.1f} s; what they are like is in {typed.out}", file=sys.stderr)
+        print(f"\r{count} parts, {bad} of them cannot be used", end="", file=sys.stderr, flush=True)
+    print(f"\n{count} parts in {time.monotonic() - begin:.1f} s; table in {typed.out}", file=sys.stderr)
 
 
 if __name__ == "__main__":

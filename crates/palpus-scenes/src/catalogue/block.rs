@@ -11,7 +11,8 @@ use crate::{ContactSettings, HandPath, Key, Tremor};
 
 const TREMOR_SEED: u64 = 11;
 
-/// Down onto the block beside the hole and leaning, along its top to the mouth, upright, in, out.
+/// The peg moves down onto the block beside the hole, leaning. It slides along the top to the hole,
+/// stands up, goes in, and comes out.
 pub(super) fn peg_hole() -> Parts {
     let tip_at = |x: f64, y: f64, z: f64, lean: f64| {
         let rotation = DQuat::from_rotation_y(lean);
@@ -34,8 +35,8 @@ pub(super) fn peg_hole() -> Parts {
     Parts {
         probe: shape::peg(),
         environment: shape::hole_block(DEFAULT_CLEARANCE),
-        // The tolerance must be small beside the part, not beside the clearance: in the hole
-        // opposite walls are both within tolerance and their forces balance.
+        // The tolerance must be small compared with the part, not with the clearance. In the hole,
+        // both opposite walls are within the tolerance, and their forces balance.
         contact: ContactSettings { tolerance: 0.2e-3, cluster_radius: 2e-3, stiffness: 1500.0, ..USUAL },
         path: HandPath::through(&keys).with_tremor(Tremor::new(0.05e-3, TREMOR_SEED)),
         second: None,
@@ -43,10 +44,11 @@ pub(super) fn peg_hole() -> Parts {
     }
 }
 
-/// Down on one edge, flat, along the table, up on the other edge, back, off.
+/// The box comes down on one edge, lies flat, slides along the table, stands on the other edge,
+/// slides back, and lifts off.
 pub(super) fn box_table() -> Parts {
     const SIZE: DVec3 = DVec3::new(0.060, 0.040, 0.030);
-    // With a lean about y the lowest edge stands this much lower than the middle.
+    // If the box leans about y, its lowest edge is this much lower than its middle.
     let reach = |lean: f64| SIZE.x / 2.0 * lean.abs().sin() + SIZE.z / 2.0 * lean.cos();
     let pressed = |x: f64, press: f64, lean: f64, turn: f64| {
         let rotation = DQuat::from_rotation_z(turn) * DQuat::from_rotation_y(lean);
@@ -73,11 +75,11 @@ pub(super) fn box_table() -> Parts {
     }
 }
 
-/// Down into the groove, along it with a sway across, out.
+/// The ball goes down into the groove, moves along it while swaying sideways, and comes out.
 pub(super) fn v_groove() -> Parts {
     const RADIUS: f64 = 0.012;
     const PRESS: f64 = 0.0012;
-    // A ball touches both walls of a right-angled groove when its centre stands √2 radii over the
+    // A ball touches both walls of a right-angled groove when its centre is √2 radii above the
     // bottom.
     let rest = RADIUS * SQRT_2 - GROOVE_DEPTH;
     let at = |x: f64, y: f64, above: f64| {

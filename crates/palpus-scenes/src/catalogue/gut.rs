@@ -1,4 +1,4 @@
-//! A ball that feels its way along the inside of an intestine.
+//! A ball that moves along the inside of an intestine.
 
 use std::f64::consts::TAU;
 
@@ -13,7 +13,7 @@ const TREMOR_SEED: u64 = 23;
 const BALL: f64 = 0.006;
 const DURATION: f64 = 20.0;
 const KEYS: usize = 160;
-/// How far the intended ball goes into the wall at most, m.
+/// Largest intended depth of the ball in the wall, m.
 const PRESS: f64 = 0.0015;
 
 pub(super) fn parts() -> Parts {
@@ -33,8 +33,8 @@ pub(super) fn parts() -> Parts {
     }
 }
 
-/// Along most of the line and around the wall as it goes, pressing and letting go: `part` runs from
-/// 0 to 1.
+/// Returns a pose along most of the centre line. The ball circles around the wall on the way, and
+/// presses and releases. `part` runs from 0 to 1.
 fn inside(part: f64) -> Pose {
     let line = CenterLine;
     let u = 0.04 + 0.92 * part;

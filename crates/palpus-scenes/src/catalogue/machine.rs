@@ -12,8 +12,8 @@ use crate::shape::{
 };
 use crate::{ContactSettings, HandPath, Key};
 
-/// How far beyond contact the normal simulated operator (150 N/m) wants the probe to press with
-/// `newtons`, m.
+/// Returns how far beyond contact the intended pose must be, m, for the normal simulated operator
+/// (150 N/m) to press with `newtons`.
 const fn press(newtons: f64) -> f64 {
     newtons / 150.0
 }
@@ -40,7 +40,7 @@ pub(super) fn box_slide() -> Parts {
     }
 }
 
-/// The blade goes into the screw's slot, is twisted to both sides and tilted.
+/// The blade goes into the screw's slot, is twisted to both sides, and is tilted.
 pub(super) fn screwdriver() -> Parts {
     const SLOT_DEPTH: f64 = 0.002;
     const TWIST: f64 = 25.0 * PI / 180.0;
@@ -78,15 +78,15 @@ pub(super) fn screwdriver() -> Parts {
     }
 }
 
-/// A wheel that rolls on one of the same size: where it stands at the angle `angle` from the top,
-/// `distance` from axis to axis. Both axes are parallel to y.
+/// Returns the pose of a wheel that rolls on another wheel of the same size. `angle` is measured
+/// from the top, and `distance` is from axis to axis (m). Both axes are parallel to y.
 fn rolling(angle: f64, distance: f64, phase: f64) -> Pose {
     let (sin, cos) = angle.sin_cos();
     Pose::new(DQuat::from_rotation_y(2.0 * angle + phase), DVec3::new(sin, 0.0, cos) * distance)
 }
 
-/// Down, over to one side, to the other one, and up: `free` and `pressed` are distances of the
-/// axes, m.
+/// Returns a path that goes down, to one side, to the other side, and up. `free` and `pressed` are
+/// distances of the axes, m.
 fn roll_path(free: f64, pressed: f64, phase: f64) -> HandPath {
     const REACH: f64 = 0.45;
     let at = |angle: f64| rolling(angle, pressed, phase);
@@ -127,10 +127,10 @@ pub(super) fn fine_rollers() -> Parts {
     rollers_of(500, 199)
 }
 
-/// A tooth of one gear stands in a gap of the other.
+/// Rotation by which a tooth of one gear stands in a gap of the other, rad.
 const GEAR_PHASE: f64 = PI / GEAR_TEETH as f64;
 
-/// Pose of the gear without load, rolled by `angle` from the top.
+/// Returns the pose of the gear without load, rolled by `angle` from the top.
 #[cfg(test)]
 pub(super) fn meshed_gears(angle: f64) -> Pose {
     rolling(angle, 2.0 * GEAR_PITCH_RADIUS, GEAR_PHASE)
@@ -162,7 +162,7 @@ pub(super) fn ball_joint() -> Parts {
     Parts {
         probe: shape::ball_on_stem(),
         environment: shape::socket(PLAY),
-        // Half of the play, so that the ball is not in contact all round.
+        // The tolerance is half of the play, so the ball is not in contact all around.
         contact: ContactSettings { tolerance: PLAY / 2.0, cluster_radius: 2e-3, ..USUAL },
         path: HandPath::through(&[
             Key::rest(0.0, at(DVec3::ZERO, DVec3::ZERO)),

@@ -1,4 +1,4 @@
-//! Scenes with free and driven bodies, which fall, slide, are pushed, carried and picked up.
+//! Scenes with free and driven bodies, which fall, slide, and are pushed, carried or picked up.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -13,15 +13,15 @@ use crate::scene::{Motion, Object};
 use crate::shape::{self, BOLT_LENGTH};
 use crate::{ContactSettings, HandPath, Key};
 
-/// kg/m³: hard wood, aluminium, steel.
+/// Densities of hard wood, aluminium and steel, kg/m³.
 const WOOD: f64 = 700.0;
 const ALUMINIUM: f64 = 2700.0;
 const STEEL: f64 = 7800.0;
 
-/// Objects begin so far above what they lie on, m.
+/// Height above the support at which objects start, m.
 const DROP: f64 = 0.2e-3;
 
-/// Millimetres, and a turn about z in rad.
+/// Returns the pose at x, y, z (mm), rotated about z by `turn` (rad).
 fn at(x: f64, y: f64, z: f64, turn: f64) -> Pose {
     Pose::new(DQuat::from_rotation_z(turn), DVec3::new(x, y, z) * 1e-3)
 }
@@ -30,7 +30,7 @@ fn object(shape: &Arc<PolygonSoup>, start: Pose, motion: Motion) -> Object {
     Object { shape: shape.clone(), start, motion }
 }
 
-/// A finger pushes the topmost of three blocks, then the whole stack, and presses on it.
+/// A finger pushes the topmost of three blocks, then the whole stack, and then presses on it.
 pub(super) fn stack() -> Parts {
     const SIDE: f64 = 40.0;
     let block = Arc::new(shape::cuboid(DVec3::splat(SIDE * 1e-3)));
@@ -42,11 +42,11 @@ pub(super) fn stack() -> Parts {
     let keys = [
         Key::rest(0.0, at(-50.0, 0.0, 110.0, 0.0)),
         Key::rest(1.0, at(-32.0, 0.0, 105.0, 0.0)),
-        // Against the topmost block, and it slides on the one below.
+        // The finger pushes the topmost block, which slides on the block below.
         Key::rest(2.5, at(-18.0, 2.0, 105.0, 0.0)),
         Key::rest(3.2, at(-50.0, 0.0, 105.0, 0.0)),
         Key::rest(4.0, at(-40.0, 0.0, 25.0, 0.0)),
-        // Against the lowest: all three go.
+        // The finger pushes the lowest block, and all three blocks move.
         Key::rest(5.5, at(-15.0, 0.0, 22.0, 0.0)),
         Key::rest(6.2, at(-60.0, 0.0, 60.0, 0.0)),
         Key::rest(7.2, at(12.0, 0.0, 145.0, 0.0)),
@@ -63,7 +63,7 @@ pub(super) fn stack() -> Parts {
     }
 }
 
-/// A paddle goes round in a tray with 50 parts: twenty lie loose, thirty are pins that are fixed.
+/// A paddle moves around in a tray with 50 parts: twenty are loose, and thirty are fixed pins.
 pub(super) fn tray() -> Parts {
     const LOOSE: u32 = 20;
     const PINS: u32 = 30;
@@ -79,7 +79,7 @@ pub(super) fn tray() -> Parts {
         objects.push(object(shape, start, Motion::Free(ALUMINIUM)));
     }
     for k in 0..PINS {
-        // Along the walls, where the loose parts are pushed to.
+        // The pins are along the walls, where the loose parts are pushed.
         let along = f64::from(k) / f64::from(PINS);
         let (sin, cos) = (TAU * along).sin_cos();
         objects.push(object(&pin, at(77.0 * cos, 57.0 * sin, 6.0, 0.0), Motion::Fixed));
@@ -89,7 +89,7 @@ pub(super) fn tray() -> Parts {
             let part = f64::from(k) / 24.0;
             let angle = TAU * 1.5 * part;
             let (sin, cos) = angle.sin_cos();
-            // Down, in a spiral outwards, up.
+            // The paddle goes down, moves in a spiral outward, and goes up.
             let out = (0.2 + part).min(0.75);
             let height = if k == 0 || k == 24 { 50.0 } else { 10.5 };
             let pose = at(66.0 * out * cos, 46.0 * out * sin, height, angle);
@@ -106,7 +106,7 @@ pub(super) fn tray() -> Parts {
     }
 }
 
-/// A driven turntable carries four parts round; a finger blocks them one after the other.
+/// A driven turntable carries four parts around. A finger blocks them one after the other.
 pub(super) fn conveyor() -> Parts {
     const RADIUS: f64 = 0.090;
     const HEIGHT: f64 = 10.0;
@@ -124,10 +124,10 @@ pub(super) fn conveyor() -> Parts {
     }
     let keys = [
         Key::rest(0.0, at(85.0, 0.0, 60.0, 0.0)),
-        // Down on the belt, which drags it along.
+        // The finger goes down on the turntable, which drags it along.
         Key::rest(1.0, at(72.0, -10.0, 18.5, 0.0)),
         Key::rest(2.0, at(60.0, -6.0, 18.5, 0.0)),
-        // In the way of the parts.
+        // The finger blocks the parts.
         Key::rest(3.0, at(60.0, 10.0, 22.0, 0.0)),
         Key::rest(6.0, at(60.0, 0.0, 22.0, 0.0)),
         Key::rest(7.0, at(85.0, 0.0, 60.0, 0.0)),
@@ -142,11 +142,11 @@ pub(super) fn conveyor() -> Parts {
     }
 }
 
-/// A finger pushes a free drawer into its frame from one end and out of it from the other.
+/// A finger pushes a free drawer into its frame from one end, and out of it from the other end.
 pub(super) fn drawer_slides() -> Parts {
     let fit = Fit::Drawer.usual().scene();
     let drawer = Arc::new(fit.probe);
-    // In the middle of its play, half inserted.
+    // The drawer starts in the middle of its play, half inserted.
     let start = Pose::from_translation(DVec3::X * -0.010);
     let push = |x: f64, y: f64, z: f64| at(x, y, z, 0.0);
     let keys = [
@@ -154,11 +154,11 @@ pub(super) fn drawer_slides() -> Parts {
         Key::rest(1.0, push(-49.0, 2.0, 1.0)),
         Key::rest(3.0, push(-30.0, 2.0, 1.0)),
         Key::rest(3.6, push(-60.0, 0.0, 0.0)),
-        // Round the frame to the other end.
+        // The finger moves around the frame to the other end.
         Key::rest(4.6, push(-60.0, 0.0, 60.0)),
         Key::rest(5.6, push(70.0, 0.0, 60.0)),
         Key::rest(6.4, push(65.0, 0.0, 0.0)),
-        // Askew: it sticks and slides.
+        // The finger pushes off-centre, so the drawer sticks and slides.
         Key::rest(7.4, push(48.0, 10.0, -2.0)),
         Key::rest(9.4, push(25.0, 10.0, -2.0)),
         Key::rest(10.0, push(70.0, 0.0, 0.0)),
@@ -173,8 +173,7 @@ pub(super) fn drawer_slides() -> Parts {
     }
 }
 
-/// A nut lies beside its bolt; two hands take it between two fingers, lift it, and set it on the
-/// bolt's end.
+/// A nut lies beside its bolt. Two fingers grip it, lift it, and set it on the bolt's end.
 pub(super) fn nut_table() -> Parts {
     const BOLT_AT: f64 = 35.0;
     let nut = shape::nut();
@@ -186,10 +185,12 @@ pub(super) fn nut_table() -> Parts {
         object(&Arc::new(bolt), at(BOLT_AT, 0.0, standing, 0.0), Motion::Fixed),
         object(&Arc::new(nut), at(-20.0, 0.0, lying + DROP * 1e3, 0.0), Motion::Free(STEEL)),
     ];
-    // Half the nut's width and the finger's: they touch at this distance from its axis, mm.
+    // The fingers touch the nut at this distance from its axis, mm: half the width of the nut plus
+    // half the width of a finger.
     let touch = 12.0 + 5.0;
     let top = standing + BOLT_LENGTH * 1e3 + lying + 1.0;
-    // Time, the nut's place along x and its height, and how far each finger is outside of it.
+    // Time (s), position of the nut along x and its height (mm), and distance of each finger
+    // outside the nut (mm).
     let way = [
         (0.0, -20.0, 20.0, 15.0),
         (1.0, -20.0, 0.0, 15.0),

@@ -18,10 +18,10 @@ use glam::DVec3;
 use crate::flush::Fit;
 use crate::scene::{ContactSettings, Friction, Motion, Object, Scene, SecondTool};
 
-/// A scene that has not been built yet: its meshes and its path are made on demand.
+/// A built-in scene. Its meshes and its path are built on demand.
 #[derive(Clone, Copy, Debug)]
 pub struct SceneEntry {
-    /// The name it is asked for by.
+    /// Name of the scene, by which it is selected.
     pub name: &'static str,
     /// One line for a list.
     pub summary: &'static str,
@@ -29,7 +29,7 @@ pub struct SceneEntry {
 }
 
 impl SceneEntry {
-    /// Builds the scene; the same on every call.
+    /// Builds the scene. The result is the same on every call.
     pub fn build(&self) -> Scene {
         let Parts { probe, environment, contact, path, second, objects } = (self.parts)();
         let falls = objects.iter().any(|object| matches!(object.motion, Motion::Free(_)));
@@ -41,19 +41,19 @@ impl SceneEntry {
     }
 }
 
-/// Content of a scene, as its own file gives it.
+/// The parts of a scene that differ from scene to scene.
 struct Parts {
     probe: palpus::body::PolygonSoup,
     environment: palpus::body::PolygonSoup,
     contact: ContactSettings,
     path: crate::HandPath,
-    /// A second tool and the path of its hand.
+    /// A second tool, and the path of its hand.
     second: Option<(palpus::body::PolygonSoup, crate::HandPath)>,
-    /// Objects beside the environment.
+    /// Objects in addition to the environment.
     objects: Vec<Object>,
 }
 
-/// m/s²: where there is something that falls.
+/// Gravity of scenes with free objects, m/s².
 const GRAVITY: DVec3 = DVec3::new(0.0, 0.0, -9.81);
 
 const SCENES: [SceneEntry; 13] = [
@@ -125,13 +125,13 @@ const SCENES: [SceneEntry; 13] = [
 ];
 
 const TRIALS: [SceneEntry; 15] = [
-    SceneEntry { name: "box-tilt", summary: "a box is rocked through flat on a table", parts: trial::box_tilt },
+    SceneEntry { name: "box-tilt", summary: "a box on a table is tilted from side to side", parts: trial::box_tilt },
     SceneEntry {
         name: "box-edge",
         summary: "a box slides flat over the end of a table and back",
         parts: trial::box_edge,
     },
-    SceneEntry { name: "box-rest", summary: "a box is laid on a table and lies", parts: trial::box_rest },
+    SceneEntry { name: "box-rest", summary: "a box is put down on a table and rests there", parts: trial::box_rest },
     SceneEntry {
         name: "rails",
         summary: "a knife slides over two ridges that draw together: two contacts become one",
@@ -178,29 +178,29 @@ const fn fit_entry(fit: Fit, parts: fn() -> Parts) -> SceneEntry {
     SceneEntry { name: fit.name(), summary: fit.summary(), parts }
 }
 
-/// The usual case of a flush fit.
+/// Returns the parts of the default case of a flush fit.
 fn flush(fit: Fit) -> Parts {
     let Scene { probe, environment, contact, path, .. } = fit.usual().scene();
     Parts { probe, environment, contact, path, second: None, objects: Vec::new() }
 }
 
-/// Scenes that are made to be measured, beside the [`scenes`] that are made to be felt; none of
-/// them built yet.
+/// Returns the scenes that are made for measurements. The [`scenes`] are made for a person to feel.
+/// They are not built yet.
 pub fn trials() -> &'static [SceneEntry] {
     &TRIALS
 }
 
-/// Every built-in scene, none of them built yet.
+/// Returns the built-in scenes for a person to feel. They are not built yet.
 pub fn scenes() -> &'static [SceneEntry] {
     &SCENES
 }
 
-/// Builds the scene or trial of that name.
+/// Builds the scene or trial with this name. `None` if there is none.
 pub fn scene(name: &str) -> Option<Scene> {
     scenes().iter().chain(trials()).find(|entry| entry.name == name).map(SceneEntry::build)
 }
 
-/// Settings of most scenes: hard and smooth to the hand at 1 kHz, on bodies of a few centimetres.
+/// Contact settings of most scenes: stiff and stable at 1 kHz, for bodies of a few centimetres.
 const USUAL: ContactSettings = ContactSettings {
     tolerance: 1e-3,
     cluster_radius: 4e-3,

@@ -1,4 +1,4 @@
-//! A pen drawn over a sphere \[K02 Figure 6\].
+//! A pen that is drawn over a sphere \[K02 Figure 6\].
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::Pose;
@@ -8,13 +8,13 @@ use crate::shape::{PEN_TIP, pen, sphere};
 use crate::{HandPath, Key};
 
 pub(crate) const RADIUS: f64 = 0.040;
-/// Fine enough that the contact normal turns in small steps: 20 480 triangles.
+/// Number of subdivisions: 20 480 triangles, so that the contact normal turns in small steps.
 const FINENESS: u32 = 5;
-/// The arc runs from this angle on one side of the top to the same on the other, rad.
+/// The arc runs from this angle on one side of the top to the same angle on the other side, rad.
 const HALF_ARC: f64 = 0.9;
 const DURATION: f64 = 6.0;
 const KEYS: usize = 30;
-/// The deepest that the intended tip goes under the surface, m.
+/// Largest intended depth of the tip below the surface, m.
 const PRESS: f64 = 0.0015;
 
 pub(super) fn parts() -> Parts {
@@ -34,13 +34,13 @@ pub(super) fn parts() -> Parts {
     }
 }
 
-/// In from free space, over the top, partly under the surface, and out again: `u` runs from −1 to
-/// 1.
+/// Returns a pose on the arc: in from free space, over the top, partly below the surface, and out
+/// again. `u` runs from −1 to 1.
 fn along_arc(u: f64) -> Pose {
     let angle = HALF_ARC * u;
     let gap = -PRESS + (0.012 + PRESS) * u.powi(4);
     let tip = DVec3::new(angle.sin(), 0.0, angle.cos()) * (RADIUS + gap);
-    // The pen leans with the surface, by half its slope, and a little sideways.
+    // The pen leans by half the slope of the surface, and a little sideways.
     let rotation = DQuat::from_rotation_y(angle / 2.0) * DQuat::from_rotation_x(0.25);
     Pose::new(rotation, tip - rotation * PEN_TIP)
 }

@@ -1,7 +1,8 @@
 //! A spoon in a cup \[K02 Figures 4 and 5\].
 //!
-//! Down into the cavity; two turns of stirring during which the back of the bowl is alternately
-//! pressed into the wall and lifted off it; onto the floor; the handle laid on the rim; out again.
+//! The spoon goes down into the cavity. It stirs two turns, while the back of its bowl is
+//! alternately pressed against the wall and lifted off. Then it goes onto the floor, lays its
+//! handle on the rim, and comes out again.
 
 use std::f64::consts::{PI, TAU};
 
@@ -13,13 +14,13 @@ use crate::shape::{CUP_FLOOR, CUP_HEIGHT, SPOON_TIP, cup, cup_inner_radius, spoo
 use crate::{HandPath, Key, Tremor};
 
 const TREMOR_SEED: u64 = 5;
-/// The back of the bowl stands this far behind the tip, m, when the spoon is upright.
+/// Distance of the back of the bowl behind the tip, m, when the spoon is upright.
 const BACK_OF_BOWL: f64 = 0.0083;
-/// Height of the bowl's deepest section over the tip, m.
+/// Height of the bowl's deepest section above the tip, m.
 const BOWL_OVER_TIP: f64 = 0.022;
-/// Keys per turn of stirring.
+/// Number of keys per turn of stirring.
 const PER_TURN: usize = 16;
-/// How far the intended bowl enters the wall and how far it stays off between, m.
+/// Intended depth of the bowl in the wall, and its distance from the wall in between, m.
 const PRESS: f64 = 0.0012;
 const LIFT: f64 = 0.0022;
 
@@ -30,13 +31,13 @@ pub(super) fn parts() -> Parts {
     ];
     stir(&mut keys);
     let stirred = keys[keys.len() - 1].time;
-    // Onto the floor, with the tip a little into it, and along it.
+    // The tip goes onto the floor, slightly into it, and moves along it.
     let centre = |x, z| DVec3::new(x, 0.0, z);
     keys.push(Key::rest(stirred + 0.8, upright(centre(-0.008, 0.016), PI, 0.0)));
     keys.push(Key::rest(stirred + 1.4, upright(centre(-0.006, CUP_FLOOR - 0.001), PI, 0.05)));
     keys.push(Key::rest(stirred + 2.0, upright(centre(0.004, CUP_FLOOR - 0.0006), PI, 0.05)));
-    // The tip stays near the floor while the handle leans out until it lies on the rim, on the side
-    // away from the bowl's back.
+    // The tip stays near the floor while the handle leans outward until it lies on the rim. It
+    // leans to the side away from the back of the bowl.
     keys.push(Key::rest(stirred + 2.8, upright(centre(-0.006, CUP_FLOOR + 0.002), PI, 0.40)));
     keys.push(Key::rest(stirred + 3.6, upright(centre(-0.008, CUP_FLOOR + 0.001), PI, LEAN_ON_RIM)));
     keys.push(Key::rest(stirred + 4.2, upright(centre(-0.008, CUP_FLOOR + 0.001), PI, LEAN_ON_RIM + 0.02)));
@@ -46,10 +47,10 @@ pub(super) fn parts() -> Parts {
     Parts { probe: spoon(), environment: cup(), contact: USUAL, path, second: None, objects: Vec::new() }
 }
 
-/// Lean at which the handle meets the rim with the tip on the floor, rad.
+/// Lean angle at which the handle meets the rim with the tip on the floor, rad.
 const LEAN_ON_RIM: f64 = 0.52;
 
-/// Two turns, pressing into the wall and lifting off it three times a turn.
+/// Adds two turns that press into the wall and lift off it three times per turn.
 fn stir(keys: &mut Vec<Key>) {
     let begin = keys[keys.len() - 1].time;
     for k in 1..=2 * PER_TURN {
@@ -63,8 +64,9 @@ fn stir(keys: &mut Vec<Key>) {
     }
 }
 
-/// The spoon with its tip at `tip`, the back of its bowl facing outward at `angle` around the cup,
-/// its handle leaning from the vertical against that direction by `lean` (rad).
+/// Returns the pose of the spoon with its tip at `tip`. The back of its bowl faces outward at
+/// `angle` around the cup. Its handle leans from the vertical against that direction by `lean`
+/// (rad).
 fn upright(tip: DVec3, angle: f64, lean: f64) -> Pose {
     let outward = DVec3::new(angle.cos(), angle.sin(), 0.0);
     let x = outward * lean.sin() - DVec3::Z * lean.cos();

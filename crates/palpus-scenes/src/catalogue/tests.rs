@@ -1,6 +1,7 @@
-//! Do the scripted hands really touch what they say? Judged by samples of both surfaces: each
-//! vertex and triangle centre of one body against the other solid. That can miss an edge–edge
-//! contact, so it errs towards "apart", by less than the size of a triangle.
+//! Tests that the scripted motions make the contacts that they describe. Samples of both surfaces
+//! decide: each vertex and triangle centre of one body against the other solid. This can miss an
+//! edge–edge contact. Then the measured separation is too large by less than the size of a
+//! triangle.
 
 use palpus::algebra::Pose;
 
@@ -10,21 +11,21 @@ use crate::overlap::{SampledSolid, overlap};
 /// Largest separation that the samples can measure, m.
 const FAR: f64 = 0.01;
 
-/// Least signed distance of `samples`, placed by `pose`, to the solid; at most [`FAR`].
+/// Returns the least signed distance of `samples`, placed by `pose`, to the solid. At most [`FAR`].
 fn separation(solid: &SampledSolid, samples: &[glam::DVec3], pose: &Pose) -> f64 {
     samples.iter().map(|&p| solid.signed_distance(pose.point(p), FAR)).fold(FAR, f64::min)
 }
 
 fn sampled(soup: &palpus::body::PolygonSoup) -> SampledSolid {
-    SampledSolid::new(soup).expect("the shapes are sound")
+    SampledSolid::new(soup).expect("the shapes are valid")
 }
 
-/// Separations at even times along the scene's path.
+/// Returns the separations at equal time steps along the scene's path.
 fn profile(scene: &Scene, count: usize) -> Vec<f64> {
     let (a, b) = (sampled(&scene.probe), sampled(&scene.environment));
     let at = |k: usize| {
         let pose = scene.path.pose(scene.path.duration() * k as f64 / count as f64);
-        // For a large environment only the samples near the probe can matter.
+        // In a large environment, only the samples near the probe matter.
         let back = pose.inverse();
         let reach = a.points().iter().map(|p| p.length()).fold(0.0, f64::max) + FAR;
         let near: Vec<_> = b.points().iter().copied().filter(|p| p.distance(pose.translation) < reach).collect();
@@ -45,42 +46,42 @@ fn assert_touches(name: &str, count: usize, deepest: std::ops::Range<f64>, chang
 }
 
 #[test]
-fn the_spoon_touches_the_cup_again_and_again() {
+fn spoon_touches_the_cup_repeatedly() {
     assert_touches("spoon-cup", 130, 0.0005..0.003, 12);
 }
 
 #[test]
-fn the_pen_crosses_the_sphere_once() {
+fn pen_crosses_the_sphere_once() {
     assert_touches("pen-sphere", 60, 0.001..0.002, 2);
 }
 
 #[test]
-fn the_peg_goes_in() {
+fn peg_goes_into_the_hole() {
     assert_touches("peg-hole", 80, 0.0001..0.001, 4);
 }
 
 #[test]
-fn the_rings_pull_on_each_other() {
+fn rings_pull_on_each_other() {
     assert_touches("torus-torus", 60, 0.001..0.003, 4);
 }
 
 #[test]
-fn the_ball_feels_the_lumen() {
+fn ball_touches_the_lumen() {
     assert_touches("intestine", 72, 0.0005..0.0025, 8);
 }
 
 #[test]
-fn the_box_stands_on_the_table() {
+fn box_stands_on_the_table() {
     assert_touches("box-table", 60, 0.0008..0.002, 2);
 }
 
 #[test]
-fn the_ball_slides_in_the_groove() {
+fn ball_slides_in_the_groove() {
     assert_touches("v-groove", 60, 0.0005..0.002, 2);
 }
 
 #[test]
-fn the_peg_goes_into_the_block_that_the_other_hand_holds() {
+fn peg_goes_into_the_held_block() {
     let scene = scene("two-hands").expect("a scene of that name");
     let second = scene.second.as_ref().expect("a second tool");
     let surfaces = [&scene.probe, &second.probe, &scene.environment].map(sampled);
@@ -95,7 +96,7 @@ fn the_peg_goes_into_the_block_that_the_other_hand_holds() {
         let together = block.inverse() * peg;
         least = [least[0].min(between(0, 1, &together)), least[1].min(between(1, 2, &block))];
         deepest_tip = deepest_tip.min(together.point(crate::shape::PEG_TIP).z);
-        assert!(between(0, 2, &peg) > 0.0, "the peg meets the table at {time} s");
+        assert!(between(0, 2, &peg) > 0.0, "the peg touches the table at {time} s");
         if k == 0 {
             assert!(least.iter().all(|gap| *gap > scene.contact.tolerance), "{least:?}");
         }
@@ -105,7 +106,7 @@ fn the_peg_goes_into_the_block_that_the_other_hand_holds() {
 }
 
 #[test]
-fn the_trials_touch() {
+fn trials_make_contact() {
     assert_touches("box-tilt", 60, 0.0004..0.0025, 2);
     assert_touches("box-edge", 50, 0.0004..0.0006, 2);
     assert_touches("box-rest", 40, 0.0004..0.0006, 2);
@@ -113,7 +114,7 @@ fn the_trials_touch() {
 }
 
 #[test]
-fn no_hand_moves_faster_or_more_suddenly_than_a_hand() {
+fn hands_move_within_human_limits() {
     for entry in scenes().iter().chain(trials()) {
         let scene = entry.build();
         assert_eq!(scene.start, scene.path.pose(0.0));
@@ -142,14 +143,14 @@ fn names_are_unique_and_found() {
     assert!(scene("no such scene").is_none());
 }
 
-/// Parts in play start free, and their hand wants them in each other.
+/// Parts with play start free of contact, and their path then moves them into each other.
 #[test]
 fn machine_parts_start_free_and_touch() {
     let names = ["slot", "drawer", "key", "square-peg", "box-slide", "screwdriver", "ball-joint", "gears"];
     for name in names {
         let scene = scene(name).expect("a scene of that name");
         let (a, b) = (sampled(&scene.probe), sampled(&scene.environment));
-        assert_eq!(overlap(&a, &b, &scene.start), 0.0, "{name} starts overlapped");
+        assert_eq!(overlap(&a, &b, &scene.start), 0.0, "{name} starts with an overlap");
         let deepest = (0..=20)
             .map(|k| overlap(&a, &b, &scene.path.pose(scene.path.duration() * f64::from(k) / 20.0)))
             .fold(0.0, f64::max);
@@ -157,9 +158,9 @@ fn machine_parts_start_free_and_touch() {
     }
 }
 
-/// In the middle of its play a gear meets no other tooth while it rolls.
+/// In the middle of its play, a rolling gear touches no tooth of the other gear.
 #[test]
-fn gears_roll_freely_at_their_distance() {
+fn gears_roll_freely_at_pitch_distance() {
     let scene = scene("gears").expect("a scene of that name");
     let (a, b) = (sampled(&scene.probe), sampled(&scene.environment));
     for k in 0..12 {

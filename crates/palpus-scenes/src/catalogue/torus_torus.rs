@@ -11,7 +11,7 @@ use crate::shape::{TORUS_MAJOR_RADIUS, TORUS_MINOR_RADIUS, torus};
 
 const PERIOD: f64 = 8.0;
 const KEYS: usize = 48;
-/// How far the intended ring is pulled past the point of touching, m.
+/// Distance by which the intended ring is pulled past the point of contact, m.
 const PRESS: f64 = 0.0012;
 
 pub(super) fn parts() -> Parts {
@@ -25,10 +25,10 @@ pub(super) fn parts() -> Parts {
     }
 }
 
-/// The probe's ring stands across the environment's and is pulled out and pushed in along x, and
-/// swung.
+/// Returns a pose of the probe's ring. It stands across the environment's ring, is pulled out and
+/// pushed in along x, and swings.
 fn linked(phase: f64) -> Pose {
-    // Half the way between the two ends of its play, its tube passes through the middle of the
+    // In the middle between the two ends of its play, the tube passes through the centre of the
     // other ring's hole.
     let play = TORUS_MAJOR_RADIUS - 2.0 * TORUS_MINOR_RADIUS;
     let angle = TAU * phase;

@@ -1,4 +1,4 @@
-//! Scenes that are made to be measured: one thing happens in each.
+//! Scenes that are made for measurements. One thing happens in each.
 
 use std::f64::consts::TAU;
 
@@ -9,11 +9,11 @@ use super::{Parts, USUAL};
 use crate::shape::{self, BOLT_LENGTH, KNIFE_DEPTH, NUT_GRIP, THREAD_PITCH};
 use crate::{ContactSettings, HandPath, Key};
 
-/// Sides of the box on the table, m.
+/// Side lengths of the box on the table, m.
 pub(crate) const BOX: DVec3 = DVec3::new(0.060, 0.040, 0.030);
 
-/// On the table: where the middle of the box is, how deep under the table's top its lower face is
-/// pressed there, and its tilts.
+/// Returns the pose of the box on the table: the middle of its lower face at `x` (m), pressed below
+/// the table's top by `press` (m), and its tilts (rad).
 fn on_table(x: f64, press: f64, about_y: f64, about_x: f64) -> Pose {
     let rotation = DQuat::from_rotation_y(about_y) * DQuat::from_rotation_x(about_x);
     Pose::new(rotation, DVec3::new(x, 0.0, -press) + rotation * (DVec3::Z * (BOX.z / 2.0)))
@@ -30,8 +30,8 @@ fn box_on_table(keys: &[Key]) -> Parts {
     }
 }
 
-/// Pressed half a millimetre deep, it rocks through flat over its long side, its short side, and
-/// over a corner.
+/// The box is pressed 0.5 mm deep. It is tilted through the flat position over its long side, its
+/// short side, and a corner.
 pub(super) fn box_tilt() -> Parts {
     const LEAN: f64 = 0.05;
     const PRESS: f64 = 0.0005;
@@ -45,8 +45,8 @@ pub(super) fn box_tilt() -> Parts {
     box_on_table(&keys)
 }
 
-/// Flat and pressed half a millimetre deep, it slides over the table's end until more than half of
-/// it hangs out, and back.
+/// The box is flat and pressed 0.5 mm deep. It slides over the table's end until more than half of
+/// it hangs over, and back.
 pub(super) fn box_edge() -> Parts {
     const PRESS: f64 = 0.0005;
     box_on_table(&[
@@ -58,7 +58,7 @@ pub(super) fn box_edge() -> Parts {
     ])
 }
 
-/// It comes down flat and lies.
+/// The box comes down flat and stays there.
 pub(super) fn box_rest() -> Parts {
     box_on_table(&[
         Key::rest(0.0, on_table(0.0, -0.005, 0.0, 0.0)),
@@ -68,8 +68,8 @@ pub(super) fn box_rest() -> Parts {
     ])
 }
 
-/// A knife lies across two ridges that draw together, always as deep: its two contacts meet, and
-/// nothing else happens.
+/// A knife lies across two ridges that converge, always equally deep. Its two contacts become one,
+/// and nothing else happens.
 pub(super) fn rails() -> Parts {
     let at = |y: f64, press: f64| Pose::from_translation(DVec3::new(0.0, y, KNIFE_DEPTH - press));
     const PRESS: f64 = 0.0003;
@@ -88,20 +88,21 @@ pub(super) fn rails() -> Parts {
     }
 }
 
-/// A nut comes down on its bolt and is wound on, pushed and pulled along the thread and across it.
+/// A nut comes down on its bolt and is screwed on. Meanwhile it is pushed and pulled along the
+/// thread and across it.
 pub(super) fn nut_bolt() -> Parts {
     const STEPS_A_TURN: usize = 12;
     const TURNS: f64 = 4.0;
     const SECONDS: f64 = 10.0;
     const PUSH: f64 = 0.0003;
     const ACROSS: f64 = 0.00035;
-    // The nut's lower end is half a millimetre over the bolt's upper one when it begins to turn.
+    // The lower end of the nut is 0.5 mm above the upper end of the bolt when it begins to turn.
     let start = (BOLT_LENGTH - 0.001 + 0.0005) / THREAD_PITCH;
     let count = (TURNS * STEPS_A_TURN as f64) as usize;
     let pose = |k: usize| {
         let part = k as f64 / count as f64;
         let turn = start - TURNS * part;
-        // Pushed more and more as the threads engage.
+        // The push increases as the threads engage.
         let engaged = (1.5 * part).min(1.0);
         let push = -PUSH * engaged * (TAU * 3.0 * part).sin();
         let (sin, cos) = (TAU * 5.0 * part).sin_cos();
@@ -115,7 +116,8 @@ pub(super) fn nut_bolt() -> Parts {
     Parts {
         probe: shape::nut(),
         environment: shape::bolt(),
-        // Small beside the clearance: wound on in the middle of its play the nut touches nothing.
+        // The tolerance is small compared with the clearance: in the middle of its play, the nut
+        // touches nothing.
         contact: ContactSettings {
             tolerance: 0.05e-3,
             cluster_radius: 2e-3,

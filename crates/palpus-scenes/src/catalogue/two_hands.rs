@@ -1,5 +1,4 @@
-//! Two hands: one holds a block over a table, the other brings a peg and puts it into the block's
-//! hole.
+//! Two hands: one holds a block over a table, and the other puts a peg into the block's hole.
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::Pose;
@@ -8,30 +7,32 @@ use super::{Parts, USUAL};
 use crate::shape::{self, DEFAULT_CLEARANCE, PEG_TIP};
 use crate::{ContactSettings, HandPath, Key};
 
-/// The block's lower side is so far below its frame's origin, m.
+/// Distance of the block's lower side below its frame's origin, m.
 const BLOCK_HEIGHT: f64 = 0.025;
 
-/// When, s; where the block is held: along x and above the table, mm, and its lean, rad; where the
-/// peg's tip is in the block, mm, and its lean there.
+/// For each key: the time (s); the position of the block along x and above the table (mm) and its
+/// lean (rad); the position of the peg's tip in the block (mm) and its lean there (rad).
 const KEYS: [(f64, [f64; 3], [f64; 3], f64); 11] = [
     (0.0, [0.0, 30.0, 0.0], [6.0, 1.0, 25.0], 0.06),
     (1.0, [2.0, 30.0, 0.0], [6.0, 1.0, 5.0], 0.06),
-    // On the block's top, and along it to the mouth; the other hand holds against it.
+    // The peg touches the block's top and slides along it to the hole. The other hand holds against
+    // it.
     (1.8, [2.0, 31.0, 0.02], [5.0, 0.6, -1.2], 0.06),
     (2.6, [0.0, 31.0, 0.02], [0.4, 0.0, -0.8], 0.04),
     (3.2, [-2.0, 31.0, 0.0], [0.0, 0.0, 0.2], 0.0),
-    // In, while the block is lifted and leant.
+    // The peg goes in, while the block is lifted and tilted.
     (4.2, [-5.0, 36.0, -0.05], [0.1, 0.1, -12.0], 0.002),
     (5.2, [-8.0, 32.0, -0.08], [-0.2, 0.1, -20.0], -0.002),
-    // Together down onto the table, and along it.
+    // Both go down onto the table together and slide along it.
     (6.4, [-10.0, -1.0, 0.0], [0.1, 0.0, -18.0], 0.0),
     (7.4, [15.0, -1.0, 0.0], [0.2, 0.0, -18.0], 0.0),
-    // The peg comes out, and lifts the block a little if it sticks.
+    // The peg comes out. It lifts the block a little if it sticks.
     (8.6, [15.0, -0.5, 0.0], [0.0, 0.0, 2.0], 0.0),
     (9.6, [0.0, 30.0, 0.0], [6.0, 1.0, 25.0], 0.06),
 ];
 
-/// The block is held over the table, is met, entered, moved, set down on the table and left again.
+/// The block is held over the table. The peg touches it and enters it; the block is moved, put down
+/// on the table, and the peg leaves.
 pub(super) fn parts() -> Parts {
     let block = |[x, above, lean]: [f64; 3]| {
         Pose::new(DQuat::from_rotation_y(lean), DVec3::new(x, 0.0, above) * 1e-3 + DVec3::Z * BLOCK_HEIGHT)

@@ -1,15 +1,15 @@
-//! Scripted hands: where a hand intends the probe to be, as a pure function of time.
+//! Scripted hand motions: the intended pose of the probe as a pure function of time.
 //!
-//! 1. A script states key poses and when they are reached; between two keys every coordinate is the
-//!    quintic of least jerk for the position, velocity and acceleration at its ends \[Flash & Hogan
-//!    1985\].
-//! 2. At a key that is passed through, velocity and acceleration are those of the parabola through
-//!    it and its neighbours; at a resting key both are zero. The path is therefore twice
+//! 1. A script gives key poses and their times. Between two keys, every coordinate is the
+//!    minimum-jerk quintic polynomial for the position, velocity and acceleration at both ends
+//!    \[Flash & Hogan 1985\].
+//! 2. At a key that the hand passes through, velocity and acceleration are those of the parabola
+//!    through this key and its two neighbours. At a resting key both are zero. So the path is twice
 //!    continuously differentiable.
-//! 3. Rotation runs through the four coordinates of the quaternion, normalised afterwards: as
-//!    smooth as the coordinates are, as long as neighbouring keys are turned by well under a half
-//!    turn.
-//! 4. A tremor may be added: sines between 8 and 12 Hz, drawn from a seed.
+//! 3. The rotation is interpolated in the four coordinates of the quaternion, which is then
+//!    normalised. It is as smooth as the coordinates if neighbouring keys differ by clearly less
+//!    than a half turn.
+//! 4. A tremor may be added: sines between 8 and 12 Hz, chosen from a seed.
 
 mod quintic;
 mod recorded;
@@ -24,33 +24,34 @@ pub use recorded::{Placement, RecordedPathError};
 pub use tremor::Tremor;
 pub use wander::Wander;
 
-/// A pose that a scripted hand reaches at a time.
+/// A pose that a scripted hand reaches at a given time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Key {
-    /// Seconds from the start of the path.
+    /// Time since the start of the path, s.
     pub time: f64,
-    /// The probe's intended pose in the environment's frame.
+    /// Intended pose of the probe in the environment's frame.
     pub pose: Pose,
-    /// The hand stops here for an instant.
+    /// True if the hand stops here for an instant.
     pub rest: bool,
 }
 
 impl Key {
-    /// A key at which the hand stops.
+    /// Returns a key at which the hand stops.
     pub fn rest(time: f64, pose: Pose) -> Self {
         Self { time, pose, rest: true }
     }
 
-    /// A key that the hand passes through.
+    /// Returns a key that the hand passes through.
     pub fn through(time: f64, pose: Pose) -> Self {
         Self { time, pose, rest: false }
     }
 }
 
-/// Intended motion of the hand, from its first key to its last; see the module's outline.
+/// Intended motion of the hand from its first key to its last key. The module's description has the
+/// details.
 #[derive(Clone, Debug)]
 pub struct HandPath {
-    /// Start of each segment, s, strictly increasing.
+    /// Start time of each segment, s, strictly increasing.
     starts: Vec<f64>,
     segments: Vec<Segment>,
     duration: f64,
@@ -65,38 +66,39 @@ struct Segment {
 }
 
 impl HandPath {
-    /// The path through `keys`, which starts at rest at the first one and ends at rest at the last
-    /// one, where it stays.
+    /// Returns the path through `keys`. It starts at rest at the first key and ends at rest at the
+    /// last key, where it stays.
     ///
     /// # Panics
-    /// With fewer than two keys, when the first time is not 0 or when times do not increase: a
-    /// script is code.
+    /// Panics if there are fewer than two keys, if the first time is not 0, or if the times do not
+    /// increase. A script is code, so this is a programming error.
     pub fn through(keys: &[Key]) -> Self {
         Self::build(keys, false)
     }
 
-    /// The path through `keys` over and over; the last key's pose must be the first one's.
+    /// Returns the path that repeats `keys` without end. The pose of the last key must equal the
+    /// pose of the first key.
     ///
     /// # Panics
-    /// As [`Self::through`]; and when the last pose is not the first one.
+    /// As [`Self::through`]. Also panics if the last pose differs from the first one.
     pub fn cyclic(keys: &[Key]) -> Self {
         Self::build(keys, true)
     }
 
-    /// The cyclic path through `count` even samples of a motion of period `duration` (s), given by
-    /// its phase in \[0, 1).
+    /// Returns the cyclic path through `count` samples of a motion at equal time steps. `motion`
+    /// gives the pose for a phase in \[0, 1), and `duration` is its period (s).
     pub fn sampled_cycle(duration: f64, count: usize, motion: impl Fn(f64) -> Pose) -> Self {
         let key =
             |k: usize| Key::through(duration * k as f64 / count as f64, motion((k % count) as f64 / count as f64));
         Self::cyclic(&(0..=count).map(key).collect::<Vec<_>>())
     }
 
-    /// The same path with a tremor on top.
+    /// Returns the same path with an added tremor.
     pub fn with_tremor(self, tremor: Tremor) -> Self {
         Self { tremor: Some(tremor), ..self }
     }
 
-    /// The same path in another frame, in which its own stands at `pose`.
+    /// Returns the same path in another frame. `pose` is the pose of the old frame in the new one.
     #[must_use]
     pub fn placed(mut self, pose: &Pose) -> Self {
         let turn = DMat4::from_cols(
@@ -113,18 +115,19 @@ impl HandPath {
         self
     }
 
-    /// Seconds from the first key to the last (of one turn, when cyclic).
+    /// Returns the time from the first key to the last key, s. For a cyclic path this is one
+    /// period.
     pub fn duration(&self) -> f64 {
         self.duration
     }
 
-    /// True when the path begins again after [`Self::duration`].
+    /// True if the path starts again after [`Self::duration`].
     pub fn is_cyclic(&self) -> bool {
         self.cyclic
     }
 
-    /// The intended pose at `time` (s); before the start and after the end of a path that is not
-    /// cyclic, its end poses.
+    /// Returns the intended pose at `time` (s). Before the start and after the end of a path that
+    /// is not cyclic, returns the pose at that end.
     pub fn pose(&self, time: f64) -> Pose {
         let (segment, s) = self.locate(time);
         let mut translation = segment.translation.at(s);
@@ -134,8 +137,8 @@ impl HandPath {
         Pose { rotation: DQuat::from_vec4(segment.rotation.at(s).normalize()), translation }
     }
 
-    /// The velocity of the intended pose at `time` (s): analytic, in the environment's frame, about
-    /// the probe's origin.
+    /// Returns the velocity of the intended pose at `time` (s): of the probe's origin, in the
+    /// environment's frame. It is computed analytically.
     pub fn twist(&self, time: f64) -> Twist {
         let held = !self.cyclic && !(0.0..=self.duration).contains(&time);
         let (segment, s) = self.locate(time);
@@ -146,8 +149,8 @@ impl HandPath {
         let angular = if held {
             DVec3::ZERO
         } else {
-            // ω = 2 q̇ q⁻¹; the part of q̇ along q changes only the length and falls out of the
-            // vector part.
+            // ω = 2 q̇ q⁻¹. The part of q̇ along q only changes the length of q, and does not
+            // affect the vector part.
             let (q, rate) = (segment.rotation.at(s), segment.rotation.rate(s));
             let spin = DQuat::from_vec4(rate) * DQuat::from_vec4(q).conjugate();
             spin.xyz() * (2.0 / q.length_squared())
@@ -155,7 +158,7 @@ impl HandPath {
         Twist { angular, linear }
     }
 
-    /// The segment that `time` falls into, and the seconds since its start.
+    /// Returns the segment that contains `time`, and the time since its start (s).
     fn locate(&self, time: f64) -> (&Segment, f64) {
         let time = if self.cyclic { time.rem_euclid(self.duration) } else { time.clamp(0.0, self.duration) };
         let k = self.starts.partition_point(|&start| start <= time).saturating_sub(1);
@@ -163,13 +166,13 @@ impl HandPath {
     }
 
     fn build(keys: &[Key], cyclic: bool) -> Self {
-        assert!(keys.len() >= 2, "a path has at least two keys");
-        assert!(keys[0].time == 0.0, "a path starts at time 0");
-        assert!(keys.windows(2).all(|pair| pair[0].time < pair[1].time), "the times of a path's keys increase");
+        assert!(keys.len() >= 2, "a path must have at least two keys");
+        assert!(keys[0].time == 0.0, "a path must start at time 0");
+        assert!(keys.windows(2).all(|pair| pair[0].time < pair[1].time), "the times of a path's keys must increase");
         let (first, last) = (keys[0].pose, keys[keys.len() - 1].pose);
         let joined = first.translation.abs_diff_eq(last.translation, 1e-12)
             && first.rotation.dot(last.rotation).abs() > 1.0 - 1e-12;
-        assert!(!cyclic || joined, "a cyclic path ends where it begins");
+        assert!(!cyclic || joined, "a cyclic path must end where it begins");
         let translations: Vec<DVec3> = keys.iter().map(|key| key.pose.translation).collect();
         let (rotations, closing) = same_hemisphere(keys);
         let duration = keys[keys.len() - 1].time;
@@ -190,8 +193,8 @@ impl HandPath {
     }
 }
 
-/// The keys' quaternions, each on its predecessor's hemisphere, and the sign that a whole lap puts
-/// on them.
+/// Returns the quaternions of the keys, each with the sign that is nearer to the previous one. Also
+/// returns the sign change over one whole period.
 fn same_hemisphere(keys: &[Key]) -> (Vec<DVec4>, f64) {
     let mut rotations: Vec<DVec4> = Vec::with_capacity(keys.len());
     for key in keys {
@@ -203,9 +206,10 @@ fn same_hemisphere(keys: &[Key]) -> (Vec<DVec4>, f64) {
     (rotations, closing)
 }
 
-/// Position, velocity and acceleration of one coordinate set at key `k`: those of the parabola
-/// through the key and its two neighbours, or at rest. `value(j, laps)` is the coordinate at key
-/// `j`, seen from a lap before (−1) or after (1).
+/// Returns the position, velocity and acceleration of the coordinates at key `k`. They are those of
+/// the parabola through the key and its two neighbours, or zero velocity and acceleration at rest.
+/// `value(j, laps)` returns the coordinates at key `j`, in the previous period (−1), this one (0)
+/// or the next one (1).
 fn reach<V>(keys: &[Key], cyclic: bool, k: usize, value: impl Fn(usize, i32) -> V) -> Reach<V>
 where
     V: Copy + std::ops::Sub<Output = V> + std::ops::Add<Output = V> + std::ops::Mul<f64, Output = V>,
@@ -271,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn a_single_move_is_the_minimum_jerk_profile() {
+    fn single_move_has_minimum_jerk() {
         let path = HandPath::through(&[Key::rest(0.0, at(0.0, 0.0)), Key::rest(2.0, at(1.0, 0.0))]);
         for s in [0.1f64, 0.4, 0.9] {
             let expected = 10.0 * s.powi(3) - 15.0 * s.powi(4) + 6.0 * s.powi(5);
@@ -280,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn the_twist_is_the_derivative_and_has_no_jump() {
+    fn twist_is_the_continuous_derivative() {
         let h = 1e-6;
         for path in [wandering(), stir(), wandering().with_tremor(Tremor::new(1e-4, 7))] {
             let mut previous = path.twist(0.0);
@@ -301,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cycle_joins_even_when_its_quaternion_changes_sign() {
+    fn cycle_is_smooth_if_its_quaternion_changes_sign() {
         let path = stir();
         assert!((path.pose(2.0).translation - path.pose(0.0).translation).length() < 1e-15);
         for phase in [0.0, 0.31, 0.5, 0.97] {

@@ -1,28 +1,28 @@
-//! The polynomial of least jerk between two states.
+//! The minimum-jerk polynomial between two states.
 
 use std::ops::{Add, Mul, Sub};
 
-/// Value and derivatives of a coordinate at an instant.
+/// Value and derivatives of a coordinate at one instant.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reach<V> {
     pub(super) position: V,
-    /// Per second.
+    /// Change per second.
     pub(super) velocity: V,
-    /// Per second squared.
+    /// Change per second squared.
     pub(super) acceleration: V,
 }
 
-/// c₀ + c₁ t + … + c₅ t⁵, t in seconds.
+/// The polynomial c₀ + c₁ t + … + c₅ t⁵, with t in seconds.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Quintic<V> {
     coefficients: [V; 6],
 }
 
 impl<V: Copy + Add<Output = V> + Sub<Output = V> + Mul<f64, Output = V>> Quintic<V> {
-    /// The only quintic that goes from `start` to `end` in `span` seconds, which is also the
-    /// motion of least jerk.
+    /// Returns the unique quintic that goes from `start` to `end` in `span` seconds. It is also the
+    /// minimum-jerk motion.
     pub(super) fn between(start: Reach<V>, end: Reach<V>, span: f64) -> Self {
-        // In the unit of time in which the span is 1.
+        // Uses the unit of time in which the span is 1.
         let c1 = start.velocity * span;
         let c2 = start.acceleration * (span * span / 2.0);
         let position = end.position - start.position - c1 - c2;
@@ -49,17 +49,17 @@ impl<V: Copy + Add<Output = V> + Sub<Output = V> + Mul<f64, Output = V>> Quintic
         ((((c5 * t + c4) * t + c3) * t + c2) * t + c1) * t + c0
     }
 
-    /// Each coefficient through a linear map.
+    /// Applies a linear map to each coefficient.
     pub(super) fn map(&self, linear: impl Fn(V) -> V) -> Self {
         Self { coefficients: self.coefficients.map(linear) }
     }
 
-    /// Moved by a constant.
+    /// Adds a constant.
     pub(super) fn shift(&mut self, by: V) {
         self.coefficients[0] = self.coefficients[0] + by;
     }
 
-    /// The derivative, per second.
+    /// Returns the derivative, per second.
     pub(super) fn rate(&self, t: f64) -> V {
         let [_, c1, c2, c3, c4, c5] = self.coefficients;
         (((c5 * (5.0 * t) + c4 * 4.0) * t + c3 * 3.0) * t + c2 * 2.0) * t + c1

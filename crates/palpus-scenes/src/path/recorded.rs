@@ -1,88 +1,88 @@
-//! The path of a recorded hand.
+//! The path of a recorded hand motion.
 //!
-//! 1. Recordings stutter (samples at odd times, positions to a tenth of a millisecond's way) and
-//!    have gaps. Where samples are dense they are averaged over 15 ms to each side, by a triangle,
-//!    and a key is set every 10 ms: a movement of 12 Hz, the fastest of a hand, keeps nine tenths
-//!    of its size, and what the recorder added goes. Where samples are sparse they are the keys.
-//! 2. In a gap the motion of the hand is unknown. It comes to rest, moves over and sets out again
-//!    with the speed that it had after the gap.
-//! 3. At the ends it sets out from rest and comes to rest, within 0.3 s.
-//! 4. Between keys the path is that of [`HandPath`]: position, velocity and acceleration have no
-//!    steps.
+//! 1. Recordings are irregular (uneven times, positions rounded to 0.1 mm) and have gaps. Dense
+//!    samples are averaged over 15 ms on each side with a triangular weight, and a key is set every
+//!    10 ms. A movement of 12 Hz, the fastest of a hand, keeps nine tenths of its amplitude, and
+//!    the recorder's noise is removed. Sparse samples are used as keys.
+//! 2. In a gap the motion of the hand is unknown. The path comes to rest, moves over, and starts
+//!    again with the velocity of the hand after the gap.
+//! 3. At both ends the path starts from rest or comes to rest, within 0.3 s.
+//! 4. Between keys the path is a [`HandPath`]: position, velocity and acceleration are continuous.
 //!
-//! The hand is set down where the scene wants it to begin: positions are shifted and scaled, the
-//! grip is turned within the hand; the world's axes stay.
+//! The motion is placed so that it begins where the scene starts. Positions are shifted and scaled,
+//! and the orientation of the grip is rotated. The world's axes stay the same.
 
 use glam::{DQuat, DVec3, DVec4};
 use palpus::algebra::{Pose, quantile};
 
 use super::{HandPath, Key};
 
-/// How a recorded hand is set down.
+/// How a recorded hand motion is placed in a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
     /// Start pose.
     pub start: Pose,
-    /// Its positions are scaled by this.
+    /// Factor for the positions.
     pub scale: f64,
-    /// Times as fast.
+    /// Factor for the speed.
     pub speed: f64,
 }
 
 impl Placement {
-    /// As recorded, from `start` on.
+    /// Returns the placement without scaling that begins at `start`.
     pub fn at(start: Pose) -> Self {
         Self { start, scale: 1.0, speed: 1.0 }
     }
 }
 
-/// Why samples are no hand's path.
+/// Why samples do not give a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RecordedPathError {
-    /// Two are needed.
-    #[error("a hand's path needs two samples or more")]
+    /// There are fewer than two samples.
+    #[error("the path of a hand needs at least two samples")]
     TooFew,
-    /// Or a pose or a time is not finite.
+    /// Times do not increase, or a pose or a time is not finite.
     #[error("the times of the samples must increase, and all numbers must be finite")]
     Samples,
-    /// Values of the placement.
+    /// A value of the placement is not allowed.
     #[error("scale and speed of a recorded hand must be from 0.001 to 1000")]
     Placement,
-    /// The path would have too many keys (gigabytes of memory), or times are too large to resolve
-    /// hundredths of a second.
-    #[error("the recording is too long; cut a part out of it")]
+    /// The path would need too many keys (gigabytes of memory), or its times are too large to
+    /// resolve 10 ms.
+    #[error("the recording is too long; cut it into parts")]
     TooLong,
 }
 
-/// s: between two keys where samples are dense.
+/// Time between two keys where samples are dense, s.
 const KEY: f64 = 0.01;
-/// s: half the width of what is averaged.
+/// Half the width of the averaging window, s.
 const WIDTH: f64 = 0.015;
-/// Points to each side at which that is looked at: 2.5 ms apart, as samples are.
+/// Number of sample points on each side of the window: 2.5 ms apart, as typical samples are.
 const POINTS: i32 = 5;
-/// s: a median distance of samples up to which they are dense.
+/// Samples are dense if the median of their time steps is at most this, s.
 const DENSE: f64 = 0.02;
-/// s, and in medians: longer intervals are gaps. Over shorter ones the hand moves straight.
+/// Intervals longer than this are gaps: the larger of a time (s) and a multiple of the median step.
+/// Over shorter intervals the hand moves straight.
 const GAP: f64 = 1.0;
 const GAP_MEDIANS: f64 = 8.0;
-/// s in which the hand comes to rest before a gap, and sets out after it; at most a third of the
+/// Time in which the hand comes to rest before a gap and starts after it, s. At most a third of the
 /// gap.
 const STOP: f64 = 0.3;
-/// s: a sample that comes sooner after another is the same one.
+/// A sample that comes sooner than this after another one counts as the same, s.
 const SAME: f64 = 1e-4;
-/// Largest value of scale and speed; the smallest is its inverse.
+/// Largest value of scale and speed. The smallest is its inverse.
 const FACTOR: f64 = 1e3;
-/// s: thirty years. Later than that, keys would fall together.
+/// Latest time of a key, s (thirty years). Beyond it, two keys could get the same time.
 const LATEST: f64 = 1e9;
-/// Keys of a path at the most: five hours.
+/// Maximum number of keys of a path: five hours.
 const MOST_KEYS: usize = 2_000_000;
 
 impl HandPath {
-    /// The path of a hand of which samples were recorded: seconds and poses, times increasing.
+    /// Returns the path of a recorded hand. `samples` has times (s, increasing) and poses.
     ///
     /// # Errors
-    /// Fails if there are too few or too many samples, times do not increase, or a number is not
-    /// finite.
+    /// Fails if there are too few or too many samples, if times do not increase, or if a number is
+    /// not finite.
     pub fn recorded(samples: &[(f64, Pose)], placement: &Placement) -> Result<Self, RecordedPathError> {
         let samples = placed(samples, placement)?;
         let mut gaps: Vec<f64> = samples.windows(2).map(|pair| pair[1].time - pair[0].time).collect();
@@ -110,7 +110,7 @@ impl HandPath {
 struct Sample {
     time: f64,
     translation: DVec3,
-    /// A unit quaternion, with the sign that brings it nearer to the one before.
+    /// Unit quaternion, with the sign that is nearer to the previous one.
     rotation: DVec4,
 }
 
@@ -152,8 +152,8 @@ fn placed(samples: &[(f64, Pose)], placement: &Placement) -> Result<Vec<Sample>,
     if placed.len() < 2 { Err(RecordedPathError::TooFew) } else { Ok(placed) }
 }
 
-/// Keys every [`KEY`] over a stretch of dense samples, from its first to its last: means of the
-/// lines between samples.
+/// Adds a key every [`KEY`] seconds over dense samples, from the first to the last. Each key is a
+/// weighted mean of the lines between samples.
 fn averaged(stretch: &[Sample], keys: &mut Vec<Key>) -> Result<(), RecordedPathError> {
     let [first, .., last] = stretch else {
         keys.extend(stretch.iter().map(|sample| Key::through(sample.time, sample.pose())));
@@ -189,28 +189,28 @@ fn averaged(stretch: &[Sample], keys: &mut Vec<Key>) -> Result<(), RecordedPathE
     Ok(())
 }
 
-/// On the line from one sample to the next.
+/// Returns the point on the line from one sample to the next.
 fn between(a: &Sample, b: &Sample, time: f64) -> (DVec3, DVec4) {
     let part = ((time - a.time) / (b.time - a.time)).clamp(0.0, 1.0);
     (a.translation.lerp(b.translation, part), a.rotation.lerp(b.rotation, part))
 }
 
-/// From rest before the gap to rest after it, where a stretch that begins at key `begin` follows
-/// another one.
+/// Adds the keys for a gap: from rest before the gap to rest after it. `begin` is the first key
+/// after the gap.
 fn joined(keys: &mut Vec<Key>, begin: usize) {
     if begin == 0 || begin >= keys.len() {
         return;
     }
     let (before, after) = (keys[begin - 1], keys[begin]);
     let stop = STOP.min((after.time - before.time) / 3.0);
-    // An even deceleration covers half of the distance.
+    // A constant deceleration covers half of the distance.
     let ended = moved(&before, begin.checked_sub(2).map(|k| &keys[k]), stop);
     let begun = moved(&after, keys.get(begin + 1), -stop);
     keys.splice(begin..begin, [ended, begun]);
 }
 
-/// The key at rest, `after` seconds from `key`, that is reached from its velocity, which is that
-/// between it and the `other` one.
+/// Returns the key at rest, `after` seconds from `key`, that a constant deceleration reaches. The
+/// velocity at `key` is the mean velocity between it and `other`.
 fn moved(key: &Key, other: Option<&Key>, after: f64) -> Key {
     let mut pose = key.pose;
     if let Some(other) = other {
@@ -220,8 +220,8 @@ fn moved(key: &Key, other: Option<&Key>, after: f64) -> Key {
     Key::rest(key.time + after, pose)
 }
 
-/// From rest at the first key, and to rest at the last: of the keys near them the hand makes one
-/// move. Times begin at 0.
+/// Makes the path start at rest at the first key and end at rest at the last key. Removes the keys
+/// near both ends, so that the hand makes one move there. Shifts the times to begin at 0.
 fn at_rest(keys: &mut Vec<Key>) {
     let (Some(first), Some(last)) = (keys.first().copied(), keys.last().copied()) else { return };
     let near = STOP.min((last.time - first.time) / 4.0);
@@ -243,7 +243,8 @@ mod tests {
 
     const SEED: u64 = 0x4a4e;
 
-    /// A hand that draws an 8, sampled at odd times and rounded as recorders do.
+    /// Returns a hand motion in the shape of an 8, sampled at uneven times and rounded as recorders
+    /// do.
     fn drawn(rate_hz: f64, seconds: f64, gap: Option<[f64; 2]>) -> Vec<(f64, Pose)> {
         let mut random = Random::new(SEED);
         let mut samples = Vec::new();
@@ -264,7 +265,7 @@ mod tests {
         Pose::new(DQuat::from_scaled_axis(DVec3::new(a, 0.3 * b, 0.0)), DVec3::new(0.1 * a, 0.05 * b, 1.0))
     }
 
-    /// The largest change of velocity and of angular velocity in a millisecond.
+    /// Returns the largest change of velocity and of angular velocity in a millisecond.
     fn steps(path: &HandPath) -> [f64; 2] {
         let mut largest = [0f64; 2];
         let mut last = path.twist(0.0);
@@ -278,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stuttering_recording_becomes_the_hand_that_was_recorded() {
+    fn irregular_recording_gives_the_true_motion() {
         for rate in [300.0, 500.0, 1000.0, 30.0] {
             let samples = drawn(rate, 4.0, None);
             let first = samples[0];
@@ -297,12 +298,12 @@ mod tests {
     }
 
     #[test]
-    fn in_a_gap_the_hand_rests_and_goes_on() {
+    fn hand_rests_in_a_gap_and_continues() {
         let samples = drawn(300.0, 20.0, Some([6.3, 17.1]));
         let path = HandPath::recorded(&samples, &Placement::at(samples[0].1)).expect("a path");
         let [linear, angular] = steps(&path);
         assert!(linear < 0.03 && angular < 0.3, "{linear} m/s, {angular} rad/s, seed {SEED}");
-        // The path never leaves the hand's range, and ends where the hand ended.
+        // The path never leaves the range of the hand, and ends where the hand ended.
         for k in 0..2000 {
             let pose = path.pose(f64::from(k) * 0.01);
             assert!(pose.translation.distance(DVec3::Z) < 0.25, "{}", pose.translation);
@@ -312,7 +313,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_set_down_scaled_and_quickened() {
+    fn placement_shifts_scales_and_speeds_up() {
         let samples = drawn(500.0, 4.0, None);
         let start = Pose::new(DQuat::from_rotation_x(1.0), DVec3::new(0.0, 0.0, 0.1));
         let placement = Placement { start, scale: 0.1, speed: 2.0 };
@@ -326,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_hand_is_refused() {
+    fn invalid_recordings_give_errors() {
         let pose = Pose::IDENTITY;
         let at = Placement::at(pose);
         let error = |samples: &[(f64, Pose)], at: &Placement| HandPath::recorded(samples, at).expect_err("an error");
@@ -339,14 +340,14 @@ mod tests {
         }
         assert!(HandPath::recorded(&two, &at).is_ok());
         assert_eq!(error(&[(0.0, pose), (1e-9, pose)], &at), RecordedPathError::TooFew);
-        // Days of samples, a millisecond apart at times far away.
+        // The samples are a millisecond apart, except for one that is years later.
         let far = [(0.0, pose), (1e-3, pose), (2e-3, pose), (1e9, pose)];
         assert!(HandPath::recorded(&far, &at).is_ok());
     }
 
-    /// A case from fuzzing: keys had equal times, for which the path's constructor panics.
+    /// A case from fuzzing: keys had equal times, and the path's constructor panics in that case.
     #[test]
-    fn samples_of_which_the_last_are_very_late_are_refused() {
+    fn very_late_samples_give_an_error() {
         let pose = |x: f64| Pose::from_translation(DVec3::new(x, 0.0, 0.0));
         let mut samples: Vec<(f64, Pose)> = (0..20).map(|k| (f64::from(k) * 1e-5, pose(f64::from(k)))).collect();
         samples.extend([(1e12, pose(0.0)), (1e12_f64.next_up(), pose(1.0))]);
@@ -354,15 +355,16 @@ mod tests {
         assert_eq!(HandPath::recorded(&samples, &slow).err(), Some(RecordedPathError::TooLong));
     }
 
-    /// A case from fuzzing: each stretch may be as long as a whole path, and only their sum was
-    /// checked, after the memory had been allocated.
+    /// A case from fuzzing: each part may be as long as a whole path. The total length was checked
+    /// only after the memory had been allocated.
     #[test]
-    fn many_long_stretches_are_refused_before_they_take_gigabytes() {
+    fn long_recordings_fail_before_using_much_memory() {
         let mut samples = Vec::new();
         for stretch in 0..3 {
             for k in 0..8_000 {
                 let time = f64::from(stretch) * 1e6 + f64::from(k);
-                // Pairs: half of the distances are short, so that samples count as dense.
+                // The samples come in groups, so half of the time steps are short and the samples
+                // count as dense.
                 samples.extend([time, time + 1e-3, time + 2e-3].map(|time| (time, Pose::IDENTITY)));
             }
         }

@@ -9,8 +9,8 @@ const SINES: usize = 4;
 const LOWEST_HZ: f64 = 8.0;
 const HIGHEST_HZ: f64 = 12.0;
 
-/// A tremor of the intended position: the same for the same seed, and never larger than its
-/// amplitude along an axis.
+/// A tremor of the intended position. The same seed gives the same tremor. Along each axis it never
+/// exceeds its amplitude.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tremor {
     /// Amplitude of each sine, m.
@@ -20,7 +20,8 @@ pub struct Tremor {
 }
 
 impl Tremor {
-    /// A tremor of at most `amplitude` (m) along each axis; 0.05 to 0.1 mm is a healthy hand's.
+    /// Returns a tremor of at most `amplitude` (m) along each axis. A healthy hand has 0.05 to 0.1
+    /// mm.
     pub fn new(amplitude: f64, seed: u64) -> Self {
         let mut random = Random::new(seed);
         let sines = std::array::from_fn(|_| {
@@ -32,13 +33,13 @@ impl Tremor {
         Self { share: amplitude / SINES as f64, sines }
     }
 
-    /// Displacement by the tremor at `time` (s), m.
+    /// Returns the displacement by the tremor at `time` (s), m.
     pub fn displacement(&self, time: f64) -> DVec3 {
         DVec3::from_array(self.sines.map(|axis| axis.iter().map(|&(w, p)| (w * time + p).sin()).sum::<f64>()))
             * self.share
     }
 
-    /// Its velocity at `time` (s), m/s.
+    /// Returns the velocity of the tremor at `time` (s), m/s.
     pub fn velocity(&self, time: f64) -> DVec3 {
         DVec3::from_array(self.sines.map(|axis| axis.iter().map(|&(w, p)| w * (w * time + p).cos()).sum::<f64>()))
             * self.share
@@ -50,7 +51,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_tremor_stays_small_and_repeats_with_its_seed() {
+    fn tremor_stays_small_and_is_reproducible() {
         let (tremor, same, other) = (Tremor::new(1e-4, 3), Tremor::new(1e-4, 3), Tremor::new(1e-4, 4));
         let mut largest: f64 = 0.0;
         for k in 0..2000 {

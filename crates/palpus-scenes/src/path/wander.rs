@@ -1,13 +1,13 @@
-//! A hand without end: it moves back and forth along a scripted path, and strays from it.
+//! An endless hand motion: it moves back and forth along a scripted path and deviates from it.
 //!
-//! 1. How far along the path the hand is grows with time, faster and slower, and now and then falls
-//!    back; beyond the end of a path that is no cycle it comes back the same way. A path's ends are
-//!    at rest, so that its turning there is smooth.
-//! 2. Position and rotation stray from it, so that the hand seeks contacts and leaves them where
+//! 1. The progress along the path increases with time, faster and slower, and sometimes decreases.
+//!    If the path is not cyclic, the hand returns along it after the end. The path is at rest at
+//!    its ends, so the reversal is smooth.
+//! 2. Position and rotation deviate from the path, so the hand also makes and breaks contacts where
 //!    the script does not.
-//! 3. All of that is sums of sines up to 2 Hz, of which frequencies and phases are drawn from a
-//!    seed: the same hand for the same seed, and no repetition in a year.
-//! 4. The script's own tremor stays, by the hand's time.
+//! 3. All of this is sums of sines up to 2 Hz. A seed gives their frequencies and phases. The same
+//!    seed gives the same motion, which does not repeat within a year.
+//! 4. The tremor of the script is kept. It follows the real time, not the time along the path.
 
 use std::f64::consts::TAU;
 
@@ -16,44 +16,44 @@ use palpus::algebra::{Pose, Random};
 
 use super::{HandPath, Tremor};
 
-/// Sines of each coordinate.
+/// Number of sines of each coordinate.
 const SINES: usize = 8;
-/// Hz: slower ones are held for as long as a hand stays anywhere.
+/// Lowest frequency, Hz. Its period is about as long as a hand stays at one place.
 const LOWEST_HZ: f64 = 0.05;
-/// Hz: voluntary movements of a hand have little above.
+/// Highest frequency, Hz. Voluntary movements of a hand rarely contain higher frequencies.
 const HIGHEST_HZ: f64 = 2.0;
-/// Hz: from here on the amplitudes fall with the frequency, so that slow sines move the hand far
-/// and fast ones little.
+/// Frequency above which the amplitudes decrease, Hz. So slow sines move the hand far, and fast
+/// sines move it little.
 const KNEE_HZ: f64 = 0.4;
-/// The most by which the pace along the path is off, of the path's own: beyond 1, so that the hand
-/// goes back at times.
+/// Largest deviation of the pace along the path, as a multiple of the path's pace. It is above 1,
+/// so the hand sometimes goes back.
 const PACE: f64 = 1.4;
-/// s in which the straying begins: the hand starts where the path does.
+/// Time in which the deviation grows, s. At first the hand is at the start of the path.
 const BEGINNING: f64 = 2.0;
 
-/// An endless hand about a path; see the module's outline.
+/// An endless hand motion around a path. The module's description has the details.
 #[derive(Clone, Debug)]
 pub struct Wander {
-    /// Without its tremor.
+    /// The path without its tremor.
     path: HandPath,
     tremor: Option<Tremor>,
     pace: Waves,
     shift: [Waves; 3],
     turn: [Waves; 3],
-    /// m, in the probe's frame: where the hand holds it, and so turns it.
+    /// Point where the hand holds and rotates the probe, m, in the probe's frame.
     grip_a: DVec3,
 }
 
-/// A sum of sines that stays within an amplitude.
+/// A sum of sines that does not exceed an amplitude.
 #[derive(Clone, Copy, Debug)]
 struct Waves([Wave; SINES]);
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Wave {
     amplitude: f64,
-    /// rad/s.
+    /// Angular frequency, rad/s.
     frequency: f64,
-    /// rad.
+    /// Phase, rad.
     phase: f64,
 }
 
@@ -74,7 +74,7 @@ impl Waves {
         self.0.iter().map(|wave| wave.amplitude * (wave.frequency * time + wave.phase).sin()).sum()
     }
 
-    /// From time 0 to `time`.
+    /// Returns the integral from time 0 to `time`.
     fn integral(&self, time: f64) -> f64 {
         let one = |wave: &Wave| {
             wave.amplitude / wave.frequency * (wave.phase.cos() - (wave.frequency * time + wave.phase).cos())
@@ -84,8 +84,8 @@ impl Waves {
 }
 
 impl Wander {
-    /// About `path`, at most `shift` (m) off along each axis and turned by at most `turn` (rad)
-    /// about each; both usually a quarter of that.
+    /// Returns a motion around `path`. It deviates by at most `shift` (m) along each axis and
+    /// `turn` (rad) about each axis, and usually by a quarter of that.
     pub fn about(path: &HandPath, shift: f64, turn: f64, seed: u64) -> Self {
         let mut random = Random::new(seed);
         let mut waves = |most| Waves::new(most, &mut random);
@@ -99,15 +99,15 @@ impl Wander {
         }
     }
 
-    /// The same hand holding the probe at `grip_a` (m, in the probe's frame), about which it turns
-    /// the probe away from the path. By default the origin of the probe's frame.
+    /// Returns the same motion with the probe held at `grip_a` (m, in the probe's frame). Rotations
+    /// away from the path are about that point. By default it is the origin of the probe's frame.
     #[must_use]
     pub fn turning_at(self, grip_a: DVec3) -> Self {
         Self { grip_a, ..self }
     }
 
-    /// Returns the intended pose of the probe (not of the grip) at `time` (s, from 0 on): at the
-    /// path's start at first.
+    /// Returns the intended pose of the probe (not of the grip) at `time` (s, from 0 on). At time 0
+    /// it is the start of the path.
     pub fn pose(&self, time: f64) -> Pose {
         let time = time.max(0.0);
         let script = self.path.pose(self.along(time)).with_origin(self.grip_a);
@@ -122,7 +122,7 @@ impl Wander {
         Pose { rotation: (turned * script.rotation).normalize(), translation }.with_origin(-self.grip_a)
     }
 
-    /// The path's own time.
+    /// Returns the time along the path, s.
     fn along(&self, time: f64) -> f64 {
         let along = time + self.pace.integral(time);
         if self.path.is_cyclic() {
@@ -146,7 +146,7 @@ mod tests {
     const TURN: f64 = 0.2;
 
     #[test]
-    fn the_same_seed_is_the_same_hand_and_another_is_another() {
+    fn seed_determines_the_motion() {
         let path = scene("spoon-cup").expect("a built-in scene").path;
         let [hand, same, other] = [SEED, SEED, SEED + 1].map(|seed| Wander::about(&path, SHIFT, TURN, seed));
         assert!(hand.pose(0.0).translation.distance(path.pose(0.0).translation) < 1e-12);
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn a_far_grip_strays_no_farther_than_a_near_one() {
+    fn far_grip_deviates_as_little_as_a_near_one() {
         let path = scene("spoon-cup").expect("a built-in scene").path;
         let hand = Wander::about(&path, SHIFT, TURN, SEED);
         let grip = DVec3::new(0.24, 0.0, 0.1);
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn it_moves_smoothly_stays_near_its_path_and_goes_on_for_hours() {
+    fn endless_motion_is_smooth_and_near_its_path() {
         for name in ["spoon-cup", "torus-torus", "intestine"] {
             let path = scene(name).expect("a built-in scene").path;
             let hand = Wander::about(&path, SHIFT, TURN, SEED);
@@ -190,7 +190,8 @@ mod tests {
                         velocity.length() < 0.6 && turned < 12.0,
                         "{name} at {time}, seed {SEED}: {velocity}, {turned}"
                     );
-                    // No jump of the velocity: what a tick changes is an acceleration of a hand.
+                    // The velocity has no jump: its change in one tick is a normal acceleration of
+                    // a hand.
                     let step = last.map_or(0.0, |last| last.distance(velocity));
                     assert!(step < 0.03, "{name} at {time}, seed {SEED}: {step} m/s in a millisecond");
                     last = Some(velocity);
@@ -198,7 +199,7 @@ mod tests {
                     let script = hand.path.pose(hand.along(time)).translation;
                     assert!(now.translation.distance(script) < 3f64.sqrt() * (SHIFT + 1e-4), "{name} at {time}");
                 }
-                assert!(moved > 0.01, "{name} stands still after {hour} h, seed {SEED}");
+                assert!(moved > 0.01, "{name} does not move after {hour} h, seed {SEED}");
             }
         }
     }

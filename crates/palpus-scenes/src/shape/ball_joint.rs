@@ -14,15 +14,15 @@ pub const JOINT_CENTER: DVec3 = DVec3::new(0.0, 0.0, -0.040);
 
 const SIDES: usize = 32;
 
-/// A ball of 8 mm radius under a stem of 3 mm radius along z, gripped 40 mm above the ball's
-/// centre: 958 triangles.
+/// Returns a ball of 8 mm radius below a stem of 3 mm radius along z. The grip is 40 mm above the
+/// ball's centre. The shape has 958 triangles.
 pub fn ball_on_stem() -> PolygonSoup {
     const STEM_RADIUS: f64 = 0.003;
     const STEM_TOP: f64 = 0.010;
     const RINGS: usize = 14;
     let mut skin = Skin::default();
     let mut ring_at = |radius: f64, z: f64| skin.ring(circle(DVec3::Z * z, DVec3::X, DVec3::Y, radius, SIDES, 0.0));
-    // Angles are counted from the ball's lowest point.
+    // Angles are measured from the ball's lowest point.
     let neck = PI - (STEM_RADIUS / JOINT_RADIUS).asin();
     let mut rings: Vec<Vec<u32>> = (1..=RINGS)
         .map(|k| {
@@ -39,15 +39,15 @@ pub fn ball_on_stem() -> PolygonSoup {
     skin.finish()
 }
 
-/// A socket about the origin that holds the ball of [`ball_on_stem`] beyond its equator and leaves
-/// it at least `play` (m) on every side: 894 triangles.
+/// Returns a socket around the origin that encloses the ball of [`ball_on_stem`] beyond its
+/// equator. It leaves a play of at least `play` (m) on every side. The shape has 894 triangles.
 pub fn socket(play: f64) -> PolygonSoup {
     const RINGS: usize = 12;
     const OUTER_RADIUS: f64 = 0.013;
     const BOTTOM: f64 = -0.012;
     const MOUTH: f64 = PI * 2.0 / 3.0;
     let step = MOUTH / RINGS as f64;
-    // The flats of the hollow are nearer to its centre than its corners.
+    // The flat faces of the hollow are nearer to its centre than its corners.
     let radius = (JOINT_RADIUS + play) / ((PI / SIDES as f64).cos() * (step / 2.0).cos());
     let mut skin = Skin::default();
     let mut ring_at = |radius: f64, z: f64| skin.ring(circle(DVec3::Z * z, DVec3::X, DVec3::Y, radius, SIDES, 0.0));

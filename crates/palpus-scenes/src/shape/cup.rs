@@ -1,12 +1,12 @@
-//! A cup: a real cavity, a wall of 3 mm and a handle, 500 triangles as in the paper's Table 1,
-//! genus 1.
+//! A cup with a real cavity, a wall of 3 mm and a handle. It has 500 triangles as in the paper's
+//! Table 1, and genus 1.
 //!
-//! 1. A profile is turned about z through 16 steps: up the outer wall, over the rim, down the inner
-//!    wall to the floor.
-//! 2. Two patches of the outer wall, one step wide and two rows high, are left open: each is
-//!    bounded by six vertices.
-//! 3. A hexagonal tube bridges the two openings: its first and last rings *are* the openings'
-//!    boundaries, so the handle is joined as topology, not by overlap.
+//! 1. Turn a profile about z in 16 steps: up the outer wall, over the rim, down the inner wall to
+//!    the floor.
+//! 2. Leave two openings in the outer wall, one step wide and two rows high. Each is bounded by six
+//!    vertices.
+//! 3. Connect the two openings by a hexagonal tube. Its first and last rings are the boundaries of
+//!    the openings, so the handle is connected to the wall without overlap.
 
 use std::f64::consts::PI;
 
@@ -15,14 +15,14 @@ use palpus::body::PolygonSoup;
 
 use super::skin::{Skin, circle};
 
-/// From the table to the rim, m.
+/// Height of the rim above the table, m.
 pub const CUP_HEIGHT: f64 = 0.070;
 /// Height of the cavity's floor above the table, m.
 pub const CUP_FLOOR: f64 = 0.005;
 
 const SIDES: usize = 16;
 
-/// Outer wall upwards, then inner wall downwards: (radius, height), mm.
+/// Points (radius, height) of the outer wall upward, then of the inner wall downward, mm.
 const PROFILE: [(f64, f64); 13] = [
     (24.0, 0.0),
     (30.0, 15.0),
@@ -39,15 +39,15 @@ const PROFILE: [(f64, f64); 13] = [
     (21.0, 5.0),
 ];
 
-/// The row of the profile at which the lower opening begins; it is two rows high.
+/// Row of the profile at which the lower opening begins. The opening is two rows high.
 const LOWER_OPENING: usize = 1;
-/// The row at which the upper opening begins.
+/// Row at which the upper opening begins.
 const UPPER_OPENING: usize = 4;
 /// The quad of each row that faces +x.
 const HANDLE_SIDE: usize = SIDES - 1;
 
-/// A cup standing on z = 0, its axis along z, its handle towards +x; 70 mm wide and high: 500
-/// triangles, genus 1.
+/// Returns a cup that stands on z = 0, with its axis along z and its handle toward +x. It is 70 mm
+/// wide and high. The shape has 500 triangles and genus 1.
 pub fn cup() -> PolygonSoup {
     let mut skin = Skin::default();
     let rings: Vec<_> = PROFILE
@@ -59,15 +59,15 @@ pub fn cup() -> PolygonSoup {
         let open = [LOWER_OPENING, UPPER_OPENING].iter().any(|&first| (first..first + 2).contains(&row));
         skin.band_where(&rings[row], &rings[row + 1], |k| !(open && k == HANDLE_SIDE));
     }
-    // The floor of the cavity faces up, which is the far end of the sweep that has turned downward:
-    // a ring that is counter-clockwise about +z.
+    // The floor of the cavity faces up. It is the far end of the sweep, which has turned downward,
+    // so its ring is counter-clockwise about +z.
     skin.cap_end(&rings[12]);
     add_handle(&mut skin, &rings);
     skin.finish()
 }
 
-/// Radius of the cavity at height `z` (m), along its flats: how far from the axis a point may go
-/// before it meets the wall.
+/// Returns the radius of the cavity (m) at height `z` (m), measured to its flat faces. A point
+/// within this distance of the axis does not touch the wall.
 pub fn cup_inner_radius(z: f64) -> f64 {
     let z = z * 1e3;
     let inner = &PROFILE[8..];
@@ -79,11 +79,11 @@ pub fn cup_inner_radius(z: f64) -> f64 {
     along(k) * (PI / SIDES as f64).cos() * 1e-3
 }
 
-/// The six vertices around an opening, counter-clockwise about the handle's direction of sweep;
-/// `inward` is the row that lies on the inner side of the handle's bow.
+/// Returns the six vertices around an opening, counter-clockwise about the direction in which the
+/// handle is swept. `inward_row` is on the inner side of the handle's bow.
 fn opening(rings: &[Vec<u32>], outward_row: usize, inward_row: usize) -> [u32; 6] {
     let middle_row = (outward_row + inward_row) / 2;
-    // Side −y is the last vertex of a ring, side +y the first.
+    // The side −y is the last vertex of a ring, and the side +y is the first.
     let (minus, plus) = (SIDES - 1, 0);
     [
         rings[outward_row][minus],
@@ -95,9 +95,10 @@ fn opening(rings: &[Vec<u32>], outward_row: usize, inward_row: usize) -> [u32; 6
     ]
 }
 
-/// The tube from the lower opening out, up and back into the upper one.
+/// Adds the tube from the lower opening out, up and back into the upper opening.
 fn add_handle(skin: &mut Skin, rings: &[Vec<u32>]) {
-    // Centre of each ring (x, z), mm, and its direction of sweep as an angle from +x towards +z.
+    // Centre (x, z) of each ring, mm, and the direction of the sweep there as an angle from +x
+    // toward +z (degrees).
     const BOW: [(f64, f64, f64); 7] = [
         (42.0, 20.5, 5.0),
         (49.5, 22.5, 30.0),
@@ -107,7 +108,8 @@ fn add_handle(skin: &mut Skin, rings: &[Vec<u32>]) {
         (49.5, 50.0, 150.0),
         (42.0, 51.8, 175.0),
     ];
-    // Half the tube's size across the bow, and along y at the corners and at the middle, mm.
+    // Half the size of the tube, mm: across the bow, along y at its corners, and along y at its
+    // middle.
     const HALF_HEIGHT: f64 = 3.2;
     const HALF_WIDTH: f64 = 3.4;
     const HALF_WAIST: f64 = 4.6;

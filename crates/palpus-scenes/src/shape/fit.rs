@@ -1,13 +1,13 @@
 //! Parts that fit into each other with flush faces: channel, sleeve, key, square peg.
 //!
-//! A sleeve or channel is the part that holds; its play is the gap on each side.
+//! A sleeve or a channel holds the other part. The play is the gap on each side.
 
 use glam::{DVec2, DVec3};
 use palpus::body::PolygonSoup;
 
 use super::skin::Skin;
 
-/// Cross-section of a [`channel`], in the y–z plane, m.
+/// Cross-section of a [`channel`] in the yz plane, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChannelSection {
     /// Half the width of the slot.
@@ -20,7 +20,8 @@ pub struct ChannelSection {
     pub bottom: f64,
 }
 
-/// A block of `length` (m) along x whose top, in the plane z = 0, has a slot along x: 28 triangles.
+/// Returns a block of `length` (m) along x. Its top lies in the plane z = 0 and has a slot along x.
+/// The shape has 28 triangles.
 pub fn channel(length: f64, section: &ChannelSection) -> PolygonSoup {
     let ChannelSection { half_gap: gap, half_width: wide, floor, bottom } = *section;
     // Counter-clockwise about +x, the direction of the sweep.
@@ -40,7 +41,7 @@ pub fn channel(length: f64, section: &ChannelSection) -> PolygonSoup {
     let mut skin = Skin::default();
     let (near, far) = (skin.ring(profile(-length / 2.0)), skin.ring(profile(length / 2.0)));
     skin.band(&near, &far);
-    // The ends are not convex: two walls and the base.
+    // The ends are not convex, so they are divided into two walls and the base.
     for [a, b, c] in [[1, 2, 3], [1, 3, 4], [0, 5, 6], [0, 6, 7], [0, 1, 4], [0, 4, 5]] {
         skin.triangle(far[a], far[b], far[c]);
         skin.triangle(near[a], near[c], near[b]);
@@ -48,8 +49,8 @@ pub fn channel(length: f64, section: &ChannelSection) -> PolygonSoup {
     skin.finish()
 }
 
-/// A block with sides `outer` (m), its top in the plane z = 0, with a rectangular hole of sides
-/// `hole` (m) along the z axis right through it: 32 triangles, genus 1.
+/// Returns a block with side lengths `outer` (m) and its top in the plane z = 0. A rectangular hole
+/// with side lengths `hole` (m) goes through it along the z axis. 32 triangles, genus 1.
 pub fn sleeve(outer: DVec3, hole: DVec2) -> PolygonSoup {
     let mut skin = Skin::default();
     let mut level = |z: f64| (skin.ring(rectangle(outer.truncate(), z)), skin.ring(rectangle(hole, z)));
@@ -62,13 +63,13 @@ pub fn sleeve(outer: DVec3, hole: DVec2) -> PolygonSoup {
     skin.finish()
 }
 
-/// Sides of the key's square shaft, m.
+/// Side length of the key's square shaft, m.
 pub const KEY_SIDE: f64 = 0.006;
-/// From the key's grip down to the end of its shaft, m.
+/// Distance from the key's grip down to the end of its shaft, m.
 pub const KEY_TIP: f64 = 0.050;
 
-/// A key along z: a square shaft of 6 mm under a bow of 20 mm × 8 mm, gripped in the middle of the
-/// bow: 28 triangles.
+/// Returns a key along z: a square shaft of 6 mm below a bow of 20 mm × 8 mm. The grip is in the
+/// middle of the bow. The shape has 28 triangles.
 pub fn key() -> PolygonSoup {
     const BOW: DVec2 = DVec2::new(0.020, 0.008);
     const BOW_HALF_HEIGHT: f64 = 0.010;
@@ -85,11 +86,11 @@ pub fn key() -> PolygonSoup {
     skin.finish()
 }
 
-/// Sides of the square peg's cross-section, m.
+/// Side lengths of the square peg's cross-section, m.
 pub const SQUARE_PEG: DVec2 = DVec2::new(0.010, 0.006);
 
-/// A rectangular peg along z, 50 mm long, with a 0.5 mm chamfer at its lower end, gripped 40 mm
-/// above [`super::PEG_TIP`]: 20 triangles.
+/// Returns a rectangular peg along z, 50 mm long, with a 0.5 mm chamfer at its lower end. The grip
+/// is 40 mm above [`super::PEG_TIP`]. The shape has 20 triangles.
 pub fn square_peg() -> PolygonSoup {
     const LENGTH: f64 = 0.050;
     const CHAMFER: f64 = 0.0005;
@@ -104,7 +105,7 @@ pub fn square_peg() -> PolygonSoup {
     skin.finish()
 }
 
-/// The same shape with its z axis turned to x, its x axis to y and its y axis to z.
+/// Returns the same shape with its z axis turned to x, its x axis to y, and its y axis to z.
 pub fn along_x(mut soup: PolygonSoup) -> PolygonSoup {
     for vertex in &mut soup.vertices {
         *vertex = DVec3::new(vertex.z, vertex.x, vertex.y);
@@ -112,7 +113,7 @@ pub fn along_x(mut soup: PolygonSoup) -> PolygonSoup {
     soup
 }
 
-/// A rectangle about the z axis at height `z`, counter-clockwise about +z.
+/// Returns a rectangle around the z axis at height `z`, counter-clockwise about +z.
 fn rectangle(sides: DVec2, z: f64) -> [DVec3; 4] {
     [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]
         .map(|(x, y)| DVec3::new(x * sides.x / 2.0, y * sides.y / 2.0, z))

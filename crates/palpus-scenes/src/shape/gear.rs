@@ -1,9 +1,9 @@
 //! A spur gear with involute flanks.
 //!
-//! 1. Each tooth has two flanks of [`FLANK`] points; where the flank lies above the base circle it
-//!    is the involute, below it the tooth widens a little, as a fillet would.
-//! 2. The outline is swept along y. A face is cut into the teeth, by strips, and the disc within
-//!    the roots, by a fan.
+//! 1. Each tooth has two flanks of [`FLANK`] points. Above the base circle the flank is the
+//!    involute. Below it the tooth widens a little, like a fillet.
+//! 2. The outline is swept along y. Each end face is divided into strips in the teeth, and a fan in
+//!    the disc within the roots.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -12,26 +12,27 @@ use palpus::body::PolygonSoup;
 
 use super::skin::Skin;
 
-/// Teeth of [`gear`].
+/// Number of teeth of [`gear`].
 pub const GEAR_TEETH: usize = 16;
-/// Radius of the pitch circle, m: two gears mesh at twice this distance.
+/// Radius of the pitch circle, m. Two gears mesh if their axes are twice this distance apart.
 pub const GEAR_PITCH_RADIUS: f64 = MODULE * GEAR_TEETH as f64 / 2.0;
-/// Play between the flanks of two gears that mesh, m along the pitch circle.
+/// Play between the flanks of two meshing gears, along the pitch circle, m.
 pub const GEAR_BACKLASH: f64 = 0.0002;
 
 const MODULE: f64 = 0.002;
 const PRESSURE_ANGLE: f64 = 20.0 * PI / 180.0;
-/// Shortened a little, so that tips stay clear of the mating gear's roots.
+/// Radius of the tips. It is slightly reduced, so that tips do not touch the roots of the other
+/// gear.
 const TIP_RADIUS: f64 = GEAR_PITCH_RADIUS + 0.9 * MODULE;
 const ROOT_RADIUS: f64 = GEAR_PITCH_RADIUS - 1.25 * MODULE;
 const HALF_WIDTH: f64 = 0.005;
-/// Points of a flank from root to tip.
+/// Number of points of a flank, from root to tip.
 const FLANK: usize = 8;
-/// Widening of the tooth below the base circle, in parts of the way down.
+/// Widening of the tooth below the base circle, relative to the distance below it.
 const FILLET: f64 = 0.3;
 
-/// A gear of 16 teeth, module 2 mm and 10 mm width along y about the origin, one tooth's middle
-/// towards +z: 1024 triangles.
+/// Returns a gear of 16 teeth around the origin, with module 2 mm and a width of 10 mm along y. The
+/// middle of one tooth points toward +z. The shape has 1024 triangles.
 pub fn gear() -> PolygonSoup {
     let mut skin = Skin::default();
     let near = skin.ring(outline(-HALF_WIDTH));
@@ -42,7 +43,8 @@ pub fn gear() -> PolygonSoup {
     skin.finish()
 }
 
-/// Counter-clockwise about +y: a tooth's rising flank, then its falling one.
+/// Returns the outline, counter-clockwise about +y: for each tooth the rising flank, then the
+/// falling flank.
 fn outline(y: f64) -> impl Iterator<Item = DVec3> {
     (0..GEAR_TEETH).flat_map(move |tooth| {
         let middle = TAU * tooth as f64 / GEAR_TEETH as f64;
@@ -55,7 +57,7 @@ fn outline(y: f64) -> impl Iterator<Item = DVec3> {
     })
 }
 
-/// Half the angle that a tooth takes at `radius`, rad.
+/// Returns half the angle that a tooth takes at `radius` (m), rad.
 fn half_angle(radius: f64) -> f64 {
     let involute = |angle: f64| angle.tan() - angle;
     let base = GEAR_PITCH_RADIUS * PRESSURE_ANGLE.cos();

@@ -1,16 +1,17 @@
-//! A block with a V-shaped notch.
+//! A block with a V-shaped groove.
 
 use glam::DVec3;
 use palpus::body::PolygonSoup;
 
 use super::skin::Skin;
 
-/// From the block's top to the bottom of the notch, m; the notch is as wide to either side: a right
-/// angle.
+/// Depth of the groove below the block's top, m. The groove extends as far to each side, so its
+/// angle is a right angle.
 pub const GROOVE_DEPTH: f64 = 0.020;
 
-/// A solid block, 80 mm × 120 mm × 40 mm, with a right-angled V notch along y. The block's top lies
-/// in the plane z = 0, the bottom of the notch at x = 0, z = −[`GROOVE_DEPTH`]: 24 triangles.
+/// Returns a solid block of 80 mm × 120 mm × 40 mm with a right-angled V groove along y. The top of
+/// the block lies in the plane z = 0. The bottom of the groove is at x = 0, z = −[`GROOVE_DEPTH`].
+/// The shape has 24 triangles.
 pub fn v_groove() -> PolygonSoup {
     const HALF_WIDTH: f64 = 0.040;
     const HALF_LENGTH: f64 = 0.060;
@@ -29,7 +30,7 @@ pub fn v_groove() -> PolygonSoup {
     let near = skin.ring(profile.map(|(x, z)| DVec3::new(x, -HALF_LENGTH, z)));
     let far = skin.ring(profile.map(|(x, z)| DVec3::new(x, HALF_LENGTH, z)));
     skin.band(&near, &far);
-    // The ends are not convex: cut so that no triangle spans the notch.
+    // The ends are not convex. They are divided so that no triangle spans the groove.
     for [a, b, c] in [[0, 1, 2], [0, 2, 3], [0, 3, 6], [3, 4, 6], [4, 5, 6]] {
         skin.triangle(far[a], far[b], far[c]);
         skin.triangle(near[a], near[c], near[b]);

@@ -1,10 +1,10 @@
-//! An intestine-like tube: folded in a serpentine, with a wavy radius (haustra) and a real lumen,
-//! 24 846 triangles as in the paper's Table 1.
+//! A tube like an intestine: folded into rows, with a wavy radius (haustra) and a real lumen. It
+//! has 24 846 triangles as in the paper's Table 1.
 //!
-//! One closed sequence of rings: along the outer wall, over one cut end, back along the lumen, over
-//! the other cut end. The tube's outer radius stays below both the bend radius of the folds and
-//! half the distance between neighbouring rows, so the surface cannot meet itself; the wall is 3 mm
-//! thick everywhere.
+//! It is one closed sequence of rings: along the outer wall, over one cut end, back along the
+//! lumen, and over the other cut end. The outer radius is less than the bend radius of the folds,
+//! and less than half the distance between neighbouring rows. So the surface cannot intersect
+//! itself. The wall is 3 mm thick everywhere.
 
 use std::f64::consts::{PI, TAU};
 
@@ -13,7 +13,7 @@ use palpus::body::PolygonSoup;
 
 use super::skin::{Skin, circle};
 
-/// Mean radius of the lumen, m; it varies by a tenth to either side.
+/// Mean radius of the lumen, m. The radius varies by a tenth in both directions.
 pub const LUMEN_RADIUS: f64 = 0.013;
 /// Relative height of the haustra.
 const WAVINESS: f64 = 0.10;
@@ -22,11 +22,11 @@ const HAUSTRUM: f64 = 0.033;
 /// Thickness of the wall, m.
 const WALL: f64 = 0.003;
 
-/// Straight rows and half circles between them.
+/// Number of straight rows. Half circles connect them.
 const ROWS: usize = 4;
 const ROW_LENGTH: f64 = 0.110;
 const BEND_RADIUS: f64 = 0.024;
-/// The rows also rise and fall, m, over this length of centre line, m.
+/// Amplitude of the rise and fall of the rows, and its wavelength along the centre line, m.
 const HEAVE: f64 = 0.005;
 const HEAVE_LENGTH: f64 = 0.180;
 
@@ -34,18 +34,18 @@ const SIDES: usize = 41;
 const OUTER_BANDS: usize = 151;
 const LUMEN_BANDS: usize = 150;
 
-/// The centre line of [`intestine`], by a parameter in \[0, 1\] that is even in length along the
-/// unheaved line.
+/// The centre line of [`intestine`]. Its parameter in \[0, 1\] is proportional to the length along
+/// the line without the rise and fall.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CenterLine;
 
 impl CenterLine {
-    /// Length of the unheaved line, m.
+    /// Returns the length of the line without the rise and fall, m.
     pub fn length(&self) -> f64 {
         ROWS as f64 * ROW_LENGTH + (ROWS - 1) as f64 * PI * BEND_RADIUS
     }
 
-    /// The point at parameter `u`, m.
+    /// Returns the point at parameter `u`, m.
     pub fn point(&self, u: f64) -> DVec3 {
         let s = u.clamp(0.0, 1.0) * self.length();
         let lap = ROW_LENGTH + PI * BEND_RADIUS;
@@ -62,8 +62,8 @@ impl CenterLine {
         DVec3::new(direction * x, y, HEAVE * (TAU * s / HEAVE_LENGTH).sin())
     }
 
-    /// Two unit axes across the line at parameter `u`, the first one level; their cross product
-    /// points along the line.
+    /// Returns two unit axes across the line at parameter `u`. The first one is horizontal. Their
+    /// cross product points along the line.
     pub fn across(&self, u: f64) -> (DVec3, DVec3) {
         let (before, after) = ((u - 1e-5).clamp(0.0, 1.0), (u + 1e-5).clamp(0.0, 1.0));
         let tangent = (self.point(after) - self.point(before)).normalize();
@@ -71,14 +71,14 @@ impl CenterLine {
         (level, tangent.cross(level))
     }
 
-    /// Radius of the lumen at parameter `u`, m.
+    /// Returns the radius of the lumen at parameter `u`, m.
     pub fn lumen_radius(&self, u: f64) -> f64 {
         LUMEN_RADIUS * (1.0 - WAVINESS * (TAU * u * self.length() / HAUSTRUM).cos())
     }
 }
 
-/// A folded tube, wall and lumen, open at both cut ends, in about 160 mm × 180 mm × 45 mm around
-/// the origin: 24 846 triangles, genus 1.
+/// Returns a folded tube with wall and lumen, open at both cut ends. It is about 160 mm × 180 mm ×
+/// 45 mm in size, around the origin. 24 846 triangles, genus 1.
 pub fn intestine() -> PolygonSoup {
     let line = CenterLine;
     let mut skin = Skin::default();

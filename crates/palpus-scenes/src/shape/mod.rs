@@ -1,8 +1,8 @@
 //! Meshes as code, in metres.
 //!
-//! Each function answers a triangle soup that is closed, manifold, oriented outward and free of
-//! self-intersection, with a stated number of triangles. Each shape's doc says where its frame
-//! lies; a shape that is held has its origin where the hand grips it.
+//! Each function returns a triangle soup that is closed, manifold, oriented outward and free of
+//! self-intersection, with a stated number of triangles. The description of each shape says where
+//! its frame is. The origin of a shape that is held is the point where the hand grips it.
 
 mod ball_joint;
 mod cup;

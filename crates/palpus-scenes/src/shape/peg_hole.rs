@@ -1,8 +1,8 @@
-//! A round peg and the block with its hole.
+//! A round peg, and the block with its hole.
 //!
-//! Both are 32-gons at the same angles. The clearance holds at every angle: the hole's *inscribed*
-//! circle is wider than the peg's *circumscribed* one by the clearance, so the peg fits at any
-//! rotation about its axis.
+//! Both are 32-gons with the same angles. The clearance holds at every angle: the diameter of the
+//! hole's inscribed circle exceeds the diameter of the peg's circumscribed circle by the clearance.
+//! So the peg fits at any rotation about its axis.
 
 use std::f64::consts::PI;
 
@@ -13,15 +13,15 @@ use super::skin::{Skin, circle};
 
 /// Radius of the peg's circumscribed circle, m (an 8 mm peg).
 pub const PEG_RADIUS: f64 = 0.004;
-/// Hole diameter minus peg diameter, m: 0.05 mm on 8 mm.
+/// Hole diameter minus peg diameter, m: 0.05 mm for 8 mm.
 pub const DEFAULT_CLEARANCE: f64 = 0.05e-3;
-/// The middle of the peg's lower face in the peg's frame, m.
+/// Middle of the peg's lower face in the peg's frame, m.
 pub const PEG_TIP: DVec3 = DVec3::new(0.0, 0.0, -0.040);
 
 const SIDES: usize = 32;
 
-/// An 8 mm peg along z, 50 mm long, with a 0.5 mm chamfer at its lower end, gripped 40 mm above
-/// [`PEG_TIP`]: 188 triangles.
+/// Returns an 8 mm peg along z, 50 mm long, with a 0.5 mm chamfer at its lower end. The grip is 40
+/// mm above [`PEG_TIP`]. The shape has 188 triangles.
 pub fn peg() -> PolygonSoup {
     const LENGTH: f64 = 0.050;
     const CHAMFER: f64 = 0.0005;
@@ -39,8 +39,8 @@ pub fn peg() -> PolygonSoup {
     skin.finish()
 }
 
-/// A block, 40 mm × 40 mm × 25 mm, its top in the plane z = 0, with a hole along the z axis right
-/// through it that leaves [`peg`] a diametral `clearance` (m): 144 triangles, genus 1.
+/// Returns a block of 40 mm × 40 mm × 25 mm with its top in the plane z = 0. A hole goes through it
+/// along the z axis, and leaves a diametral `clearance` (m) around [`peg`]. 144 triangles, genus 1.
 pub fn hole_block(clearance: f64) -> PolygonSoup {
     const HALF_SIDE: f64 = 0.020;
     const HEIGHT: f64 = 0.025;
@@ -58,15 +58,16 @@ pub fn hole_block(clearance: f64) -> PolygonSoup {
     let (low_outline, low_mouth) = level(-HEIGHT);
     let (top_outline, top_mouth) = level(0.0);
     skin.band(&low_outline, &top_outline);
-    // The wall of the hole faces the axis: the same band, swept downward.
+    // The wall of the hole faces the axis. It is the same band, swept downward.
     skin.band(&top_mouth, &low_mouth);
     frame(&mut skin, &top_outline, &top_mouth, false);
     frame(&mut skin, &low_outline, &low_mouth, true);
     skin.finish()
 }
 
-/// The flat face between the square and the round mouth: each corner fans over its quarter of the
-/// mouth, and one triangle per side joins two corners. Facing +z, or −z when `downward`.
+/// Adds the flat face between the square and the round hole. Each corner has a fan over its quarter
+/// of the hole, and one triangle per side connects two corners. The face points toward +z, or
+/// toward −z if `downward`.
 fn frame(skin: &mut Skin, outline: &[u32], mouth: &[u32], downward: bool) {
     let quarter = SIDES / 4;
     let mut put = |a, b, c| if downward { skin.triangle(a, c, b) } else { skin.triangle(a, b, c) };

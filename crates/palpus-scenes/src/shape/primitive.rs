@@ -6,18 +6,19 @@ use std::collections::HashMap;
 
 use super::skin::{Skin, circle};
 
-/// A box about the origin with sides `size`, m: 12 triangles.
+/// Returns a box around the origin with side lengths `size`, m. The shape has 12 triangles.
 pub fn cuboid(size: DVec3) -> PolygonSoup {
     slab(-size / 2.0, size / 2.0)
 }
 
-/// A flat slab, 300 mm × 200 mm × 20 mm, whose top lies in the plane z = 0: 12 triangles.
+/// Returns a flat slab of 300 mm × 200 mm × 20 mm, whose top lies in the plane z = 0. The shape has
+/// 12 triangles.
 pub fn table() -> PolygonSoup {
     slab(DVec3::new(-0.15, -0.10, -0.02), DVec3::new(0.15, 0.10, 0.0))
 }
 
-/// A disc about the z axis with its middle at the origin: a prism of `sides` whose corners are at
-/// `radius`; m.
+/// Returns a disc around the z axis, with its middle at the origin. It is a prism with `sides`
+/// sides, `height` high, whose corners are at `radius`; all in m.
 pub fn disc(radius: f64, height: f64, sides: usize) -> PolygonSoup {
     let mut skin = Skin::default();
     let mut ring = |z: f64| skin.ring(circle(DVec3::Z * z, DVec3::X, DVec3::Y, radius, sides, 0.0));
@@ -42,8 +43,8 @@ fn slab(low: DVec3, high: DVec3) -> PolygonSoup {
     skin.finish()
 }
 
-/// A sphere about the origin with its vertices at `radius`, m: an icosahedron whose faces are cut
-/// in four `subdivisions` times, 20·4ⁿ triangles.
+/// Returns a sphere around the origin with its vertices at `radius`, m. It is an icosahedron whose
+/// faces are divided in four `subdivisions` times: 20·4ⁿ triangles.
 pub fn sphere(radius: f64, subdivisions: u32) -> PolygonSoup {
     let golden = (1.0 + 5f64.sqrt()) / 2.0;
     let mut vertices: Vec<DVec3> = (0..12)
@@ -80,9 +81,10 @@ pub fn sphere(radius: f64, subdivisions: u32) -> PolygonSoup {
     PolygonSoup::from_triangles(vertices, &faces)
 }
 
-/// The faces of the icosahedron are its triples of mutually nearest vertices.
+/// Returns the faces of the icosahedron: all triples of mutually nearest vertices.
 fn icosahedron_faces(vertices: &[DVec3]) -> Vec<[u32; 3]> {
-    // Neighbours of a unit icosahedron stand 63° apart (cosine 0.447), the next ones 117°.
+    // Neighbouring vertices of an icosahedron are 63° apart (cosine 0.447), and the next ones are
+    // 117° apart.
     let near = |a: usize, b: usize| vertices[a].dot(vertices[b]) > 0.4;
     let mut faces = Vec::with_capacity(20);
     for a in 0..12 {
@@ -99,11 +101,11 @@ fn icosahedron_faces(vertices: &[DVec3]) -> Vec<[u32; 3]> {
     faces
 }
 
-/// The pen's point in the pen's frame, m.
+/// The point of the pen in the pen's frame, m.
 pub const PEN_TIP: DVec3 = DVec3::new(0.0, 0.0, -0.040);
 
-/// A pen: a convex octagonal prism of 140 mm along z with a conical point, gripped 40 mm above
-/// [`PEN_TIP`]: 30 triangles.
+/// Returns a pen: a convex octagonal prism of 140 mm along z with a conical point. The grip is 40
+/// mm above [`PEN_TIP`]. The shape has 30 triangles.
 pub fn pen() -> PolygonSoup {
     const SIDES: usize = 8;
     const RADIUS: f64 = 0.004;

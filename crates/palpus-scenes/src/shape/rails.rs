@@ -1,4 +1,4 @@
-//! Two ridges that draw together, and the knife that is laid across them.
+//! Two ridges that converge, and the knife that lies across them.
 
 use glam::DVec3;
 use palpus::body::PolygonSoup;
@@ -14,13 +14,13 @@ const NARROW: f64 = 0.0010;
 const RIDGE_HALF_WIDTH: f64 = 0.0005;
 const RIDGE_HEIGHT: f64 = 0.001;
 
-/// Half the distance between the two ridges at `y`, m.
+/// Returns half the distance between the two ridges at `y`, m.
 pub fn rails_half_gap(y: f64) -> f64 {
     WIDE + (NARROW - WIDE) * (y / HALF_LENGTH + 1.0) / 2.0
 }
 
-/// A block with two sharp ridges along y that draw together towards +y, their edges in the plane z
-/// = 0: 36 triangles.
+/// Returns a block with two sharp ridges along y. The ridges converge toward +y, and their edges
+/// lie in the plane z = 0. The shape has 36 triangles.
 pub fn rails() -> PolygonSoup {
     const HALF_WIDTH: f64 = 0.020;
     const BOTTOM: f64 = -0.010;
@@ -45,7 +45,7 @@ pub fn rails() -> PolygonSoup {
     let near = skin.ring(profile(-HALF_LENGTH));
     let far = skin.ring(profile(HALF_LENGTH));
     skin.band(&near, &far);
-    // The ends are not convex: the ridges are cut off first.
+    // The ends are not convex, so the ridges are cut off first.
     for [a, b, c] in [[2, 3, 4], [5, 6, 7], [0, 1, 2], [0, 2, 4], [0, 4, 5], [0, 5, 7], [0, 7, 8], [0, 8, 9]] {
         skin.triangle(far[a], far[b], far[c]);
         skin.triangle(near[a], near[c], near[b]);
@@ -53,10 +53,11 @@ pub fn rails() -> PolygonSoup {
     skin.finish()
 }
 
-/// From the knife's grip down to its edge, m.
+/// Distance from the knife's grip down to its edge, m.
 pub const KNIFE_DEPTH: f64 = 0.010;
 
-/// A blunt blade, 30 mm along x, its edge [`KNIFE_DEPTH`] under the grip: 8 triangles.
+/// Returns a blunt blade, 30 mm along x, with its edge [`KNIFE_DEPTH`] below the grip. The shape
+/// has 8 triangles.
 pub fn knife() -> PolygonSoup {
     const HALF_LENGTH: f64 = 0.015;
     const HALF_WIDTH: f64 = 0.004;

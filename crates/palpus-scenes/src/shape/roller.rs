@@ -12,13 +12,13 @@ pub const ROLLER_RADIUS: f64 = 0.010;
 /// Height of a bump above the mean radius, m.
 pub const KNURL_HEIGHT: f64 = 0.0002;
 
-/// Bumps around the roller, and along it.
+/// Number of bumps around the roller, and along it.
 const AROUND: f64 = 24.0;
 const ALONG: f64 = 10.0;
 const LENGTH: f64 = 0.026;
 
-/// A roller of 26 mm along y about the origin with `around` × `along` quads on its side:
-/// 2 · `around` · (`along` + 1) triangles. The bumps need at least 48 × 20.
+/// Returns a roller of 26 mm along y around the origin, with `around` × `along` quads on its side.
+/// It has 2 · `around` · (`along` + 1) triangles. The bumps need at least 48 × 20 quads.
 pub fn knurled_roller(around: usize, along: usize) -> PolygonSoup {
     let mut skin = Skin::default();
     let rings: Vec<Vec<u32>> = (0..=along)
@@ -28,7 +28,8 @@ pub fn knurled_roller(around: usize, along: usize) -> PolygonSoup {
             let point = |i: usize| {
                 let angle = TAU * i as f64 / around as f64;
                 let radius = ROLLER_RADIUS + KNURL_HEIGHT * (AROUND * angle).cos() * wave;
-                // From z to x: counter-clockwise about +y, the direction of the sweep.
+                // The angle runs from z to x, which is counter-clockwise about +y, the direction of
+                // the sweep.
                 DVec3::new(radius * angle.sin(), LENGTH * (part - 0.5), radius * angle.cos())
             };
             skin.ring((0..around).map(point))

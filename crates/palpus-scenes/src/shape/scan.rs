@@ -1,4 +1,4 @@
-//! A surface as a scanner leaves it, with as many triangles as one asks for.
+//! A surface with the noise of a scanner, with any number of triangles.
 
 use std::f64::consts::TAU;
 
@@ -9,15 +9,16 @@ use palpus::body::PolygonSoup;
 use super::skin::{Skin, circle};
 use super::torus::{TORUS_MAJOR_RADIUS, TORUS_MINOR_RADIUS};
 
-/// Scanners see each point a little too high or too low: by up to this share of an edge here,
-/// so that roughly every second edge is reflex and no smooth part becomes one large convex piece.
+/// Largest error of a point, as a fraction of the edge length. Scanners measure each point a little
+/// too high or too low. With this value about every second edge is reflex, so no smooth part
+/// becomes one large convex piece.
 const ROUGHNESS: f64 = 0.1;
-/// Triangles are about equilateral when the long way round has this many times the points of the
-/// short one.
+/// Ratio of the number of points the long way around to the number the short way around. With it,
+/// triangles are about equilateral.
 const ASPECT: f64 = TORUS_MAJOR_RADIUS / TORUS_MINOR_RADIUS;
 
-/// The [`torus`](super::torus) again, as a scan of about `triangles` triangles (at least 100), each
-/// point off by noise that is the same on every call.
+/// Returns the [`torus`](super::torus) as a scan of about `triangles` triangles (at least 100).
+/// Each point has noise, which is the same on every call.
 pub fn scanned_torus(triangles: usize) -> PolygonSoup {
     let sides = ((triangles.max(100) as f64 / (2.0 * ASPECT)).sqrt().round() as usize).max(3);
     let sections = (triangles.max(100) as f64 / (2.0 * sides as f64)).round() as usize;

@@ -1,19 +1,19 @@
-//! A screwdriver, held at its handle.
+//! A screwdriver that is held at its handle.
 
 use glam::DVec3;
 use palpus::body::PolygonSoup;
 
 use super::skin::{Skin, circle};
 
-/// From the screwdriver's grip down to the end of its blade, m.
+/// Distance from the screwdriver's grip down to the end of its blade, m.
 pub const SCREWDRIVER_TIP: f64 = 0.120;
 /// Thickness of the screwdriver's blade, m.
 pub const BLADE_THICKNESS: f64 = 0.0008;
 
 const BLADE_WIDTH: f64 = 0.005;
 
-/// A flat-bladed screwdriver along z, its blade across x, gripped in the middle of its handle:
-/// 92 triangles.
+/// Returns a flat-bladed screwdriver along z, with its blade across x. The grip is in the middle of
+/// its handle. The shape has 92 triangles.
 pub fn screwdriver() -> PolygonSoup {
     const BLADE_LENGTH: f64 = 0.003;
     const FLARE: f64 = 0.009;
@@ -45,7 +45,7 @@ pub fn screwdriver() -> PolygonSoup {
     skin.finish()
 }
 
-/// The blade's outline at height `z`: eight points, to meet the octagon above.
+/// Returns the blade's outline at height `z`. It has eight points, to connect to the octagon above.
 fn blade(z: f64) -> [DVec3; 8] {
     let (wide, thick) = (BLADE_WIDTH / 2.0, BLADE_THICKNESS / 2.0);
     [(1.0, 1.0), (0.4, 1.0), (-0.4, 1.0), (-1.0, 1.0), (-1.0, -1.0), (-0.4, -1.0), (0.4, -1.0), (1.0, -1.0)]

@@ -1,15 +1,15 @@
-//! A surface under construction: rings of vertices, bands between them, caps over them.
+//! A surface under construction: rings of vertices, bands between them, and caps over them.
 //!
-//! Every ring runs counter-clockwise about the direction in which the surface is swept, so that
-//! each band's triangles face away from the sweep's axis.
+//! Every ring runs counter-clockwise about the direction in which the surface is swept. So the
+//! triangles of each band face away from the axis of the sweep.
 
 use std::f64::consts::TAU;
 
 use glam::DVec3;
 use palpus::body::PolygonSoup;
 
-/// Diagonals closer than this (relative) count as equal, so that rounding does not decide how a
-/// quad is cut.
+/// Diagonals with a smaller relative difference than this count as equal. So rounding does not
+/// decide how a quad is divided.
 const EQUAL_DIAGONALS: f64 = 1e-9;
 
 #[derive(Default)]
@@ -24,7 +24,7 @@ impl Skin {
         self.vertices.len() as u32 - 1
     }
 
-    /// Position of a vertex.
+    /// Returns the position of a vertex.
     pub(super) fn at(&self, vertex: u32) -> DVec3 {
         self.vertices[vertex as usize]
     }
@@ -37,7 +37,8 @@ impl Skin {
         self.triangles.push([a, b, c]);
     }
 
-    /// A quad as two triangles, cut along its shorter diagonal (`a`–`c` when they are equal).
+    /// Adds a quad as two triangles. Divides it along the shorter diagonal, or along `a`–`c` if
+    /// both are equal.
     pub(super) fn quad(&mut self, [a, b, c, d]: [u32; 4]) {
         let length = |i: u32, j: u32| self.vertices[i as usize].distance(self.vertices[j as usize]);
         if length(b, d) < length(a, c) * (1.0 - EQUAL_DIAGONALS) {
@@ -47,8 +48,8 @@ impl Skin {
         }
     }
 
-    /// The band from one ring to the next along the sweep, except quads that `keep` refuses (by
-    /// their number).
+    /// Adds the band from one ring to the next along the sweep. Leaves out the quads whose number
+    /// `keep` rejects.
     pub(super) fn band_where(&mut self, from: &[u32], to: &[u32], keep: impl Fn(usize) -> bool) {
         debug_assert_eq!(from.len(), to.len());
         for k in (0..from.len()).filter(|&k| keep(k)) {
@@ -57,7 +58,7 @@ impl Skin {
         }
     }
 
-    /// The band from one ring to the next along the sweep: two triangles per vertex of a ring.
+    /// Adds the band from one ring to the next along the sweep: two triangles per vertex of a ring.
     pub(super) fn band(&mut self, from: &[u32], to: &[u32]) {
         self.band_where(from, to, |_| true);
     }
@@ -70,8 +71,8 @@ impl Skin {
         }
     }
 
-    /// Closes the near end of the sweep over a convex planar ring: n − 2 triangles facing against
-    /// the sweep.
+    /// Closes the near end of the sweep over a convex planar ring: n − 2 triangles that face
+    /// against the sweep.
     pub(super) fn cap_start(&mut self, ring: &[u32]) {
         for k in 1..ring.len() - 1 {
             self.triangle(ring[0], ring[k + 1], ring[k]);
@@ -99,10 +100,8 @@ impl Skin {
     }
 }
 
-/// `count` points of a circle that runs from axis `n` towards axis `b`: counter-clockwise about
-/// `n × b`.
-///
-/// The first point stands `phase` steps after `n`.
+/// Returns `count` points of a circle that runs from axis `n` toward axis `b`, counter-clockwise
+/// about `n × b`. The first point is `phase` steps after `n`.
 pub(super) fn circle(
     center: DVec3,
     n: DVec3,

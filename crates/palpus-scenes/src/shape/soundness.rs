@@ -76,7 +76,7 @@ fn every_shape_is_closed_manifold_and_outward() {
             assert_eq!(face.len(), 3, "{name}");
             for k in 0..3 {
                 let again = edges.insert((face[k], face[(k + 1) % 3]), f);
-                assert!(again.is_none(), "{name}: an edge is used twice in one direction");
+                assert!(again.is_none(), "{name}: an edge is used twice in the same direction");
             }
         }
         for &(a, b) in edges.keys() {
@@ -84,7 +84,7 @@ fn every_shape_is_closed_manifold_and_outward() {
         }
         let (v, e, f) = (soup.vertices.len() as i64, edges.len() as i64 / 2, triangles as i64);
         assert_eq!(v - e + f, 2 - 2 * genus, "{name}: Euler characteristic");
-        assert!(volume(&soup) > 0.0, "{name}: inside out");
+        assert!(volume(&soup) > 0.0, "{name} is inside out");
     }
 }
 
@@ -107,13 +107,13 @@ fn every_vertex_has_one_ring_of_triangles() {
                 at = ring[&at];
                 steps += 1;
             }
-            assert_eq!(steps, ring.len(), "{name}: vertex {v} joins two sheets");
+            assert_eq!(steps, ring.len(), "{name}: vertex {v} connects two sheets");
         }
     }
 }
 
 #[test]
-fn no_triangle_is_degenerate_and_every_call_builds_the_same() {
+fn shapes_are_reproducible_without_slivers() {
     for Case { name, build, .. } in CASES {
         let soup = build();
         for f in 0..soup.face_count() {
@@ -126,10 +126,10 @@ fn no_triangle_is_degenerate_and_every_call_builds_the_same() {
     }
 }
 
-/// The engine has nothing to mend, and by exact predicates no two triangles have more in common
-/// than they share.
+/// The engine must have nothing to repair. By exact predicates, two triangles may only share their
+/// common vertices and edges.
 #[test]
-fn no_shape_meets_itself_or_needs_mending() {
+fn shapes_need_no_repair() {
     for Case { name, build, .. } in CASES {
         let (mesh, cleaning) = Mesh::from_soup(&build()).unwrap_or_else(|error| panic!("{name}: {error}"));
         assert_eq!(cleaning, Cleaning::default(), "{name}");
@@ -141,7 +141,7 @@ fn no_shape_meets_itself_or_needs_mending() {
     }
 }
 
-/// Distance from `p` to the surface.
+/// Returns the distance from `p` to the surface.
 fn distance(soup: &PolygonSoup, p: DVec3) -> f64 {
     (0..soup.face_count())
         .map(|f| {
@@ -151,7 +151,7 @@ fn distance(soup: &PolygonSoup, p: DVec3) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-/// How often the surface winds around `p`: 1 inside, 0 outside.
+/// Returns how many times the surface winds around `p`: 1 inside, 0 outside.
 fn winding(soup: &PolygonSoup, p: DVec3) -> f64 {
     let solid_angle = |f| {
         let [a, b, c] = triangle(soup, f).map(|v| (v - p).normalize());
@@ -161,7 +161,7 @@ fn winding(soup: &PolygonSoup, p: DVec3) -> f64 {
 }
 
 #[test]
-fn the_cup_is_hollow_and_its_wall_is_solid() {
+fn cup_is_hollow_with_a_solid_wall() {
     let cup = cup();
     for (p, inside) in [
         (DVec3::new(0.0, 0.0, 0.03), 0.0),
@@ -178,15 +178,15 @@ fn the_cup_is_hollow_and_its_wall_is_solid() {
 }
 
 #[test]
-fn the_spoon_holds_water() {
+fn spoon_has_a_cavity() {
     let spoon = spoon();
     assert!(winding(&spoon, DVec3::new(0.048, 0.0, -0.010)).abs() < 1e-9);
     assert!((winding(&spoon, DVec3::new(0.048, 0.0, -0.0140)) - 1.0).abs() < 1e-9);
-    assert!((winding(&spoon, DVec3::ZERO) - 1.0).abs() < 1e-9, "the grip lies in the handle");
+    assert!((winding(&spoon, DVec3::ZERO) - 1.0).abs() < 1e-9, "the grip must lie in the handle");
 }
 
 #[test]
-fn the_lumen_is_hollow() {
+fn lumen_is_hollow() {
     let (soup, line) = (intestine(), CenterLine);
     for u in [0.1, 0.33, 0.5, 0.77] {
         let (level, _) = line.across(u);
@@ -197,12 +197,12 @@ fn the_lumen_is_hollow() {
 }
 
 #[test]
-fn the_peg_fits_with_its_clearance_at_any_turn() {
+fn peg_fits_at_any_rotation() {
     let (peg, block) = (peg(), hole_block(DEFAULT_CLEARANCE));
     let radius = |p: &DVec3| p.truncate().length();
     let widest = peg.vertices.iter().map(radius).fold(0.0, f64::max);
     assert!((widest - PEG_RADIUS).abs() < 1e-15);
-    // The hole's flats are nearest to the axis at their middles.
+    // The flat faces of the hole are nearest to the axis at their middles.
     let n = block.vertices.iter().filter(|p| radius(p) < 0.01 && p.z >= 0.0).copied().collect::<Vec<_>>();
     let narrowest = (0..n.len()).map(|k| radius(&((n[k] + n[(k + 1) % n.len()]) / 2.0))).fold(1.0, f64::min);
     assert!((narrowest - widest - DEFAULT_CLEARANCE / 2.0).abs() < 1e-12);

@@ -1,19 +1,21 @@
-//! A spoon: a bowl with a real cavity and a handle, 336 triangles as in the paper's Table 1.
+//! A spoon: a bowl with a real cavity, and a handle. It has 336 triangles as in the paper's Table
+//! 1.
 //!
-//! Cross-sections at fixed x, twelve vertices each, swept from the handle's end to the bowl's tip.
-//! The sections lie in parallel planes and each is simple, so the surface cannot meet itself.
+//! It consists of cross-sections at fixed x with twelve vertices each, swept from the end of the
+//! handle to the tip of the bowl. The sections lie in parallel planes and none intersects itself,
+//! so the surface cannot intersect itself.
 
 use glam::DVec3;
 use palpus::body::PolygonSoup;
 
 use super::skin::Skin;
 
-/// The bowl's tip in the spoon's frame, m.
+/// The tip of the bowl in the spoon's frame, m.
 pub const SPOON_TIP: DVec3 = DVec3::new(0.070, 0.0, -0.0066);
 
-/// One cross-section, in mm: where it stands along x, half its width, the height of its edges, how
-/// far the middle of the upper side rises over its edges (negative: a cavity), how far the
-/// middle of the lower side hangs under its edges, and the thickness at the edges.
+/// One cross-section, in mm: its position along x, half its width, the height of its edges, the
+/// rise of the middle of the upper side above the edges (negative: a cavity), the sag of the middle
+/// of the lower side below the edges, and the thickness at the edges.
 struct Section(f64, f64, f64, f64, f64, f64);
 
 const SECTIONS: [Section; 14] = [
@@ -33,11 +35,11 @@ const SECTIONS: [Section; 14] = [
     Section(69.2, 3.0, -6.0, -0.5, 0.8, 1.2),
 ];
 
-/// Positions of a section's vertices across, from edge to edge, as shares of the half width.
+/// Positions of a section's vertices across, from edge to edge, as fractions of half the width.
 const ACROSS: [f64; 6] = [-1.0, -0.62, -0.22, 0.22, 0.62, 1.0];
 
-/// A spoon of 120 mm along x, its tip at [`SPOON_TIP`], the bowl's cavity opening towards +z,
-/// gripped on the handle at the origin: 336 triangles.
+/// Returns a spoon of 120 mm along x with its tip at [`SPOON_TIP`]. The cavity of the bowl opens
+/// toward +z. The grip is on the handle, at the origin. The shape has 336 triangles.
 pub fn spoon() -> PolygonSoup {
     let mut skin = Skin::default();
     let rings: Vec<_> = SECTIONS.iter().map(|section| skin.ring(outline(section))).collect();
@@ -49,7 +51,8 @@ pub fn spoon() -> PolygonSoup {
     skin.finish()
 }
 
-/// Counter-clockwise about +x: the lower side from left to right, then the upper side back.
+/// Returns the outline, counter-clockwise about +x: the lower side from left to right, then the
+/// upper side back.
 fn outline(&Section(x, half_width, edge, crown, belly, thickness): &Section) -> impl Iterator<Item = DVec3> {
     let at = move |s: f64, z: f64| DVec3::new(x, s * half_width, z) * 1e-3;
     let lower = ACROSS.iter().map(move |&s| at(s, edge - thickness - belly * (1.0 - s * s)));

@@ -1,9 +1,10 @@
 //! A bolt and its nut, with real threads.
 //!
-//! The thread is one strip that winds up around the axis: four rows of vertices a turn (root,
-//! flank, crest, flank), of which the first of a turn is the fifth of the turn before. Its two ends
-//! are cut along the plane through the axis, and a plain collar leads to a flat ring above and
-//! below. The nut's is the same strip, wider by the clearance, and looked at from within.
+//! The thread is one strip that winds up around the axis. It has four rows of vertices per turn
+//! (root, flank, crest, flank). The first row of a turn is the fifth row of the previous turn. Both
+//! ends of the strip are cut along a plane through the axis. A plain collar leads to a flat ring
+//! above and below. The thread of the nut is the same strip, wider by the clearance, seen from
+//! inside.
 
 use std::f64::consts::TAU;
 
@@ -14,32 +15,34 @@ use super::skin::{Skin, circle};
 
 /// Rise of the thread in one turn, m.
 pub const THREAD_PITCH: f64 = 0.002;
-/// From the lower to the upper end of [`bolt`], m.
+/// Distance from the lower to the upper end of [`bolt`], m.
 pub const BOLT_LENGTH: f64 = 0.016;
-/// How much wider the nut's thread is than the bolt's, m on the radius.
+/// Difference of the radii of the nut's and the bolt's thread, m.
 pub const THREAD_CLEARANCE: f64 = 0.0002;
-/// How high the nut's grip is over where its thread would begin on the bolt's, m.
+/// Height of the nut's grip above the start of its thread, m.
 pub const NUT_GRIP: f64 = 0.004;
 
 /// Radii of the bolt's root and crest, m.
 const ROOT: f64 = 0.0069;
 const CREST: f64 = 0.0079;
-/// Vertices a turn.
+/// Number of vertices per turn.
 const SIDES: usize = 24;
 const BOLT_TURNS: usize = 6;
 const NUT_TURNS: usize = 3;
-/// Between the strip's lowest point and the flat ring below, and the same above, m.
+/// Distance between the lowest point of the strip and the flat ring below, m. The same above.
 const COLLAR: f64 = 0.001;
 const NUT_RADIUS: f64 = 0.012;
 
-/// A row of a turn: where it stands, in parts of the pitch, and whether on the crest. Flanks stand
-/// at 60° to each other. The first two rows stand at the radius of the collars, which must not be
-/// in the way: the bolt's on the root, the nut's on the crest.
+/// A row of a turn: its height in pitches, and whether it lies on the crest. The flanks have an
+/// angle of 60° between them. The first two rows have the radius of the collars. A collar must not
+/// block the other part, so the bolt's collar has the radius of the root and the nut's collar the
+/// radius of the crest.
 type Row = (f64, bool);
 const BOLT_ROWS: [Row; 4] = [(0.0, false), (0.21, false), (0.5, true), (0.71, true)];
 const NUT_ROWS: [Row; 4] = [(0.5, true), (0.71, true), (1.0, false), (1.21, false)];
 
-/// A right-handed bolt of 16 mm along z, from z = −1 mm on: 1300 triangles.
+/// Returns a right-handed bolt of 16 mm along z, starting at z = −1 mm. The shape has 1300
+/// triangles.
 pub fn bolt() -> PolygonSoup {
     let mut skin = Skin::default();
     let thread = Thread { offset: 0.0, base: 0.0, turns: BOLT_TURNS, rows: BOLT_ROWS, inward: false };
@@ -49,11 +52,11 @@ pub fn bolt() -> PolygonSoup {
     skin.finish()
 }
 
-/// A round nut that winds onto [`bolt`]: 10 mm high, its grip in the middle of its axis: 824
-/// triangles, genus 1.
+/// Returns a round nut that fits [`bolt`]. It is 10 mm high, and its grip is in the middle of its
+/// axis. 824 triangles, genus 1.
 ///
-/// Turned by any angle φ about z and raised by [`NUT_GRIP`] + φ/2π · [`THREAD_PITCH`], it stands
-/// free in the bolt's thread.
+/// If the nut is turned by any angle φ about z and raised by [`NUT_GRIP`] + φ/2π ·
+/// [`THREAD_PITCH`], it touches nothing in the bolt's thread.
 pub fn nut() -> PolygonSoup {
     let mut skin = Skin::default();
     let thread = Thread { offset: THREAD_CLEARANCE, base: -NUT_GRIP, turns: NUT_TURNS, rows: NUT_ROWS, inward: true };
@@ -70,21 +73,21 @@ pub fn nut() -> PolygonSoup {
 }
 
 struct Thread {
-    /// m on the radius.
+    /// Added to the radius, m.
     offset: f64,
-    /// Height at which it begins, m.
+    /// Height at which the thread begins, m.
     base: f64,
     turns: usize,
     rows: [Row; 4],
-    /// Seen from the axis.
+    /// True if the thread faces the axis.
     inward: bool,
 }
 
 impl Thread {
-    /// The strip and its collars; answers the flat rings below and above.
+    /// Adds the strip and its collars. Returns the flat rings below and above.
     fn build(&self, skin: &mut Skin) -> (Vec<u32>, Vec<u32>) {
         let count = SIDES * self.turns;
-        // Beyond the strip's end only the first row goes on, which closes the last turn from above.
+        // Beyond the strip's end only the first row continues. It closes the last turn from above.
         let of = |u: usize| if u <= count { &self.rows[..] } else { &self.rows[..1] };
         let rows: Vec<Vec<u32>> =
             (0..=count + SIDES).map(|u| of(u).iter().map(|&row| skin.vertex(self.point(u, row))).collect()).collect();
@@ -106,8 +109,8 @@ impl Thread {
             let next = high[(k + 1) % SIDES];
             faces.push(vec![vertex(count + k, 0), vertex(count + k + 1, 0), next, high[k]]);
         }
-        // The collar's last side below and its first one above meet the thread's end, which has
-        // corners on their edge.
+        // The last side of the lower collar and the first side of the upper collar meet an end of
+        // the thread, which has corners on their edge.
         let start = [0, 1, 2, 3, 4].map(|row| vertex(0, row));
         let end = [0, 1, 2, 3, 4].map(|row| vertex(count, row));
         faces.push(vec![vertex(SIDES - 1, 0), low[SIDES - 1], low[0], start[0], start[1], start[4]]);
@@ -115,7 +118,7 @@ impl Thread {
         faces.push(vec![start[1], start[2], start[3], start[4]]);
         faces.push(vec![end[4], end[3], end[2], end[1]]);
         for face in faces {
-            // A fan about the first corner.
+            // A fan around the first corner.
             for k in 1..face.len() - 1 {
                 let [a, b, c] = [face[0], face[k], face[k + 1]];
                 if self.inward { skin.triangle(a, c, b) } else { skin.triangle(a, b, c) }

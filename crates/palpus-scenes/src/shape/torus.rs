@@ -7,7 +7,7 @@ use palpus::body::PolygonSoup;
 
 use super::skin::{Skin, circle};
 
-/// From the axis to the tube's centre line, m.
+/// Distance from the axis to the tube's centre line, m.
 pub const TORUS_MAJOR_RADIUS: f64 = 0.040;
 /// Radius of the tube, m.
 pub const TORUS_MINOR_RADIUS: f64 = 0.012;
@@ -15,7 +15,7 @@ pub const TORUS_MINOR_RADIUS: f64 = 0.012;
 const SECTIONS: usize = 50;
 const SIDES: usize = 20;
 
-/// A torus about the z axis, its centre at the origin: 2000 triangles.
+/// Returns a torus around the z axis, with its centre at the origin. The shape has 2000 triangles.
 pub fn torus() -> PolygonSoup {
     let mut skin = Skin::default();
     let rings: Vec<_> = (0..SECTIONS)

@@ -1,31 +1,31 @@
-//! Results of sweeps, in numbers.
+//! Results of sweeps as numbers.
 
 use palpus::algebra::quantile;
 
 use super::{Judged, PUSHED_SHARE, Push};
 
-/// Bins over the share of the thickness at which contact was lost; the last is for pushes that were
-/// held to the end.
+/// Number of bins over the fraction of the thickness at which contact was lost. The last bin is for
+/// pushes that kept contact to the end.
 pub const HELD_BINS: usize = 10;
 
-/// Upper ends of the bins over depth as a multiple of the true distance, behind the bin of points
-/// without contact.
+/// Upper ends of the bins over the depth as a multiple of the true distance. A bin for points
+/// without contact comes first.
 pub const RATIO_ENDS: [f64; 8] = [0.5, 0.8, 0.9, 0.98, 1.02, 1.1, 1.25, f64::INFINITY];
 
-/// How much more than the true distance a depth may be at most.
+/// Largest depth that counts as correct, as a multiple of the true distance.
 pub const HONEST: f64 = 1.25;
 
 /// Results of pushes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PopThrough {
-    /// How many pushes.
+    /// Number of pushes.
     pub samples: usize,
-    /// Share of the pushes with contact from the first step to the last.
+    /// Fraction of the pushes with contact from the first step to the last.
     pub held: f64,
-    /// Share of the pushes whose depth grew as long as the surface behind was the nearest.
+    /// Fraction of the pushes whose depth increased as long as the entered surface was the nearest.
     pub grew: f64,
-    /// How many pushes lost contact between k and k + 1 ninths of the way; last, those that did
-    /// not.
+    /// Number of pushes that lost contact between k and k + 1 ninths of the way. The last number
+    /// counts the pushes that did not lose contact.
     pub lost_in: [usize; HELD_BINS],
 }
 
@@ -49,21 +49,21 @@ impl PopThrough {
 /// Results of points inside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Honesty {
-    /// How many points.
+    /// Number of points.
     pub samples: usize,
-    /// Share of the points without contact.
+    /// Fraction of the points without contact.
     pub unseen: f64,
-    /// Median and ninth decile of the depth's relative error, 1 where there is no contact.
+    /// Median and ninth decile of the depth's relative error. The error is 1 without contact.
     pub error: [f64; 2],
-    /// Median and ninth decile of the angle between the contact's normal and the shortest way out,
-    /// rad.
+    /// Median and ninth decile of the angle between the contact's normal and the direction to the
+    /// nearest surface, rad.
     pub turn: [f64; 2],
-    /// Share of the points with a depth of more than [`HONEST`] times the true distance.
+    /// Fraction of the points with a depth of more than [`HONEST`] times the true distance.
     pub beyond: f64,
-    /// The largest depth as a multiple of the true distance.
+    /// The largest depth, as a multiple of the true distance.
     pub worst: f64,
-    /// How many points have no contact, and then a depth up to each of [`RATIO_ENDS`] times the
-    /// true distance.
+    /// Number of points without contact, and then the number of points with a depth up to each of
+    /// [`RATIO_ENDS`] times the true distance.
     pub ratio_in: [usize; RATIO_ENDS.len() + 1],
 }
 
@@ -92,7 +92,7 @@ fn share<T>(all: &[T], of: impl Fn(&T) -> bool) -> f64 {
     all.iter().filter(|one| of(one)).count() as f64 / all.len().max(1) as f64
 }
 
-/// The fifth and the ninth.
+/// Returns the fifth and the ninth decile.
 fn deciles(mut all: Vec<f64>) -> [f64; 2] {
     [0.5, 0.9].map(|share| quantile(&mut all, share).unwrap_or(0.0))
 }

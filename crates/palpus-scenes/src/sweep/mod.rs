@@ -1,14 +1,15 @@
-//! Two sweeps over a closed body that measure how deep it can be felt, and with which error.
+//! Two sweeps over a closed body. They measure how deep contact with it can be felt, and how large
+//! the error is.
 //!
-//! * *Pop-through*: a small probe is pushed in against the surface at seeded samples of it, along
-//!   the inward normal, to 45 % of the way to the opposite wall. Contact must persist, and its
-//!   depth must not fall while the true one grows.
-//! * *Honesty*: a small probe is put down at seeded points of the inside. Depth and direction of
+//! * *Pop-through*: a small probe is pushed in at random points of the surface, along the inward
+//!   normal, to 45 % of the way to the opposite wall. Contact must persist, and its depth must not
+//!   decrease while the true depth increases.
+//! * *Honesty*: a small probe is placed at random points inside the body. Depth and direction of
 //!   the deepest contact are compared with the nearest point of the surface.
 //!
-//! Both run the pair query of the servo path and take its deepest contact, as eq. 5 does. The probe
-//! is an octahedron, turned at random and much smaller than the body it is pushed into; its own
-//! extent along the normal is subtracted.
+//! Both use the pair query of the servo path and take its deepest contact, as eq. 5 does. The probe
+//! is an octahedron with a random rotation. It is much smaller than the body. Its extent along the
+//! normal is subtracted from the depth.
 
 mod figures;
 mod probes;
@@ -23,55 +24,55 @@ use palpus::detect::Contact;
 pub use figures::{HELD_BINS, HONEST, Honesty, PopThrough, RATIO_ENDS};
 use probes::Probes;
 
-/// Share of the way to the opposite wall to which probes are pushed.
+/// Fraction of the way to the opposite wall to which probes are pushed.
 pub const PUSHED_SHARE: f64 = 0.45;
-/// Steps of a push.
+/// Number of steps of a push.
 const STEPS: u32 = 30;
-/// The probe's radius, relative to what is measured with it.
+/// Radius of the probe, relative to the thickness or distance that it measures.
 const PROBE_SHARE: f64 = 0.01;
-/// Relative to the thickness: by how much depth may fall from step to step.
+/// Allowed decrease of the depth from step to step, relative to the thickness.
 const FALL: f64 = 0.01;
-/// Relative to the depth along the push: the point of the surface under which it began is the
-/// nearest one.
+/// The entered point of the surface counts as the nearest one if the true depth is at least this
+/// fraction of the depth along the push.
 const OWN: f64 = 0.98;
-/// Relative to the body's size: thinner parts are not pushed into, and parts nearer to the surface
-/// are not measured.
+/// Thickness below which parts are not tested, relative to the body's size. Points nearer to the
+/// surface than this are not measured either.
 const THINNEST: f64 = 1e-4;
 
 /// One push.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Push {
-    /// Point on the surface where it began.
+    /// Point on the surface where the push began.
     pub point: DVec3,
-    /// From there along the inward normal to the next wall, m.
+    /// Distance from that point along the inward normal to the next wall, m.
     pub thickness: f64,
-    /// Share of the thickness at which contact was last felt without a break; [`PUSHED_SHARE`] if
-    /// it persisted.
+    /// Fraction of the thickness up to which contact persisted. [`PUSHED_SHARE`] if it was never
+    /// lost.
     pub held: f64,
-    /// Share of the thickness as far as which the surface behind was the nearest, at most
+    /// Fraction of the thickness up to which the entered surface was the nearest, at most
     /// [`PUSHED_SHARE`].
     pub own: f64,
-    /// As far as [`Self::own`]: the share at which depth first fell, or stayed behind the true one
-    /// by a quarter.
+    /// Fraction of the thickness, up to [`Self::own`], at which the depth first decreased or became
+    /// less than three quarters of the true depth.
     pub grew: f64,
 }
 
-/// One point of the inside.
+/// One point inside the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Judged {
-    /// The point.
+    /// The point, in the body's frame.
     pub point: DVec3,
-    /// From the nearest surface, m.
+    /// Distance from the nearest surface, m.
     pub distance: f64,
-    /// Depth of the deepest contact; zero without contact.
+    /// Depth of the deepest contact, m. 0 without contact.
     pub depth: f64,
-    /// Angle between the contact's normal and the direction to the nearest surface, rad; π without
+    /// Angle between the contact's normal and the direction to the nearest surface, rad. π without
     /// contact.
     pub turn: f64,
 }
 
 impl Judged {
-    /// Relative error of the depth; 1 without contact.
+    /// Returns the relative error of the depth. 1 without contact.
     pub fn error(&self) -> f64 {
         (self.depth / self.distance - 1.0).abs()
     }
@@ -79,8 +80,8 @@ impl Judged {
 
 /// Pushes a small probe into a closed body at `samples` points of its surface.
 ///
-/// Samples whose normal meets no opposite wall, or one too near to measure, are replaced by others;
-/// there may be fewer than asked for where nearly all are such.
+/// Points whose inward normal meets no opposite wall, or a wall too near to measure, are replaced
+/// by others. If nearly all points are like that, the result has fewer pushes than requested.
 pub fn pop_through(body: &Arc<Body>, samples: usize, seed: u64) -> Vec<Push> {
     let mut random = Random::new(seed);
     let mut probes = Probes::new(body, &mut random);
@@ -127,7 +128,7 @@ fn push(body: &Arc<Body>, probes: &mut Probes, point: DVec3, inward: DVec3, thic
     push
 }
 
-/// Puts a small probe down at `samples` points inside a closed body.
+/// Places a small probe at `samples` points inside a closed body.
 pub fn honesty(body: &Arc<Body>, samples: usize, seed: u64) -> Vec<Judged> {
     let mut random = Random::new(seed);
     let mut probes = Probes::new(body, &mut random);
@@ -157,7 +158,7 @@ pub fn honesty(body: &Arc<Body>, samples: usize, seed: u64) -> Vec<Judged> {
     judged
 }
 
-/// The areas of the triangles up to each, summed.
+/// Returns for each triangle the sum of all areas up to and including it.
 fn running_areas(body: &Body) -> Vec<f64> {
     let mut sum = 0.0;
     let area = |t| {
@@ -167,7 +168,7 @@ fn running_areas(body: &Body) -> Vec<f64> {
     (0..body.mesh().triangles().len() as u32).map(area).collect()
 }
 
-/// A random point of the surface, evenly by area.
+/// Returns a random point of the surface, uniformly by area, and its triangle.
 fn surface_point(body: &Body, areas: &[f64], random: &mut Random) -> (u32, DVec3) {
     let wanted = random.unit() * areas[areas.len() - 1];
     let triangle = areas.partition_point(|&sum| sum <= wanted).min(areas.len() - 1) as u32;
@@ -179,7 +180,7 @@ fn surface_point(body: &Body, areas: &[f64], random: &mut Random) -> (u32, DVec3
     (triangle, a + (b - a) * u + (c - a) * v)
 }
 
-/// From a point of a triangle along the inward normal to the next wall.
+/// Returns the distance from a point of a triangle along the inward normal to the next wall.
 fn opposite_wall(body: &Body, triangle: u32, point: DVec3, inward: DVec3) -> f64 {
     let mut wall = f64::INFINITY;
     let _ = body.tree().visit_ray(point, inward, f64::INFINITY, |hit| {
@@ -191,7 +192,7 @@ fn opposite_wall(body: &Body, triangle: u32, point: DVec3, inward: DVec3) -> f64
     wall
 }
 
-/// Returns the deepest contact of `contacts`, if the bodies overlap.
+/// Returns the deepest of `contacts`. `None` if the bodies do not overlap.
 fn deepest(contacts: &[Contact]) -> Option<Contact> {
     let overlapping = contacts.iter().filter(|contact| contact.separation < 0.0);
     overlapping.min_by(|x, y| x.separation.total_cmp(&y.separation)).copied()

@@ -1,4 +1,4 @@
-//! Small octahedra, one for each size that is asked for.
+//! Small octahedra, one for each requested size.
 
 use std::sync::Arc;
 
@@ -9,12 +9,12 @@ use palpus::detect::{Contact, ContactQuery, QuerySettings};
 
 use super::deepest;
 
-/// Contacts of one query: a small probe touches a handful of pieces.
+/// Maximum number of contacts of one query. A small probe touches only a few pieces.
 const CAPACITY: usize = 1024;
-/// The sizes halve from the body's own.
+/// Number of probe sizes. Each size is half of the previous one, starting at the body's size.
 const HALVINGS: usize = 40;
 
-/// Probes of sizes that halve, made when first asked for.
+/// Probes of different sizes, each created when it is first needed.
 pub(super) struct Probes {
     turn: DQuat,
     size: f64,
@@ -33,7 +33,7 @@ impl Probes {
         Self { turn, size: body.size(), made: (0..HALVINGS).map(|_| None).collect() }
     }
 
-    /// A probe of at most this radius, and at least half of it.
+    /// Returns a probe whose radius is at most `radius` and at least half of it.
     pub(super) fn of_size(&mut self, body: &Arc<Body>, radius: f64) -> &mut Probe {
         let halvings = (self.size / radius).log2().ceil().clamp(0.0, (HALVINGS - 1) as f64);
         let (turn, radius) = (self.turn, self.size * 0.5_f64.powf(halvings));
@@ -41,7 +41,7 @@ impl Probes {
             let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| turn * axis * radius);
             let corners: Vec<DVec3> = axes.iter().flat_map(|&axis| [axis, -axis]).collect();
             #[expect(clippy::expect_used, reason = "an octahedron of positive size is a body")]
-            let probe = Body::from_convex(&corners).expect("an octahedron");
+            let probe = Body::from_convex(&corners).expect("an octahedron is a valid body");
             let settings = QuerySettings { tolerance: 0.0, capacity: CAPACITY, ..QuerySettings::default() };
             Box::new(Probe { query: ContactQuery::new(Arc::new(probe), body.clone(), settings) })
         })
@@ -49,12 +49,12 @@ impl Probes {
 }
 
 impl Probe {
-    /// The deepest contact of the probe at `place`, if it overlaps the body.
+    /// Returns the deepest contact of the probe at `place`. `None` if it does not overlap the body.
     pub(super) fn deepest(&mut self, place: &Pose) -> Option<Contact> {
         deepest(self.query.contacts(place))
     }
 
-    /// A contact's depth less what of it is the probe's own extent.
+    /// Returns the depth of a contact minus the probe's extent along the normal.
     pub(super) fn depth_at_centre(&self, contact: &Contact) -> f64 {
         let heights = self.query.a().mesh().vertices().iter().map(|v| -contact.normal.dot(*v));
         -contact.separation - heights.fold(0.0, f64::max)

@@ -1,5 +1,4 @@
-//! A body that falls, slides and spins against another by itself: what the engine's forces do to a
-//! free solid.
+//! A free body that falls, slides and spins against another body under the engine's forces.
 
 use std::sync::Arc;
 
@@ -8,26 +7,26 @@ use palpus::algebra::{NoClock, Pose, Twist};
 use palpus::body::Body;
 use palpus::render::{ProbeState, Renderer, Settings, Tick};
 
-/// m/s².
+/// Acceleration of gravity, m/s².
 pub(crate) const GRAVITY: f64 = 9.81;
-/// s: the loop's.
+/// Period of the loop, s.
 pub(crate) const DT: f64 = 1e-3;
 
-/// A free rigid body under gravity, the engine's wrench and a little drag, as a device has it.
+/// A free rigid body under gravity, the engine's wrench, and a little drag, as a device has.
 pub(crate) struct Falling {
     pub(crate) renderer: Renderer,
-    /// kg.
+    /// Mass, kg.
     pub(crate) mass: f64,
     inertia: DMat3,
     center: DVec3,
-    /// 1/s, along each axis: how fast the motion along it dies.
+    /// Decay rate of the velocity along each axis, 1/s.
     pub(crate) drag: DVec3,
-    /// 1/s: how fast the rotation about each axis does.
+    /// Decay rate of the rotation about each axis, 1/s.
     pub(crate) spin_drag: DVec3,
-    /// m/s².
+    /// Gravity, m/s².
     pub(crate) gravity: DVec3,
     pub(crate) pose: Pose,
-    /// About the centre of mass.
+    /// Velocity of the centre of mass, and angular velocity.
     pub(crate) twist: Twist,
 }
 
@@ -47,12 +46,13 @@ impl Falling {
         }
     }
 
-    /// Gravity as on a plane that goes down towards +x by `angle` (rad).
+    /// Sets gravity as on a plane that descends toward +x by `angle` (rad).
     pub(crate) fn tilt(&mut self, angle: f64) {
         self.gravity = GRAVITY * DVec3::new(angle.sin(), 0.0, -angle.cos());
     }
 
-    /// One tick: the velocities first, with the wrench of where it is, then the pose.
+    /// Makes one tick: first updates the velocities with the wrench at the current pose, then the
+    /// pose.
     pub(crate) fn step(&mut self) -> &Tick {
         let center = self.pose.point(self.center);
         let grip = self.pose.point(self.renderer.settings().grip_a);

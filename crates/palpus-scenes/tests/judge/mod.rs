@@ -1,14 +1,14 @@
-//! The judge of searches for near pairs: a walk down both hierarchies from their roots, without
-//! memory, boxes or any order.
+//! The reference for searches of near pairs: a traversal of both hierarchies from their roots,
+//! without cached data, boxes or a particular order.
 
 use palpus::algebra::Placement;
 use palpus::body::NodeKind;
 use palpus::collision::{Closest, Proximity, Side, initial_features, march};
 
-/// The pieces of a pair of leaves, and what its march found.
+/// The two pieces of a pair of leaves, and the result of its distance search.
 pub(crate) type Near = (u32, u32, Proximity);
 
-/// Zero for what overlaps.
+/// Returns the distance. Zero if the pieces overlap.
 pub(crate) fn distance(proximity: &Proximity) -> f64 {
     match proximity {
         Proximity::Disjoint(Closest { distance, .. }) => *distance,
@@ -16,7 +16,8 @@ pub(crate) fn distance(proximity: &Proximity) -> f64 {
     }
 }
 
-/// Every leaf pair that overlaps or is nearer than `tolerance`, and how many marches it took.
+/// Returns every pair of leaves that overlaps or is nearer than `tolerance`, and the number of
+/// distance searches.
 pub(crate) fn within(a: Side<'_>, b: Side<'_>, pose_ba: &Placement, tolerance: f64) -> (Vec<Near>, u64) {
     let (mut found, mut marches) = (Vec::new(), 0);
     let mut left = vec![[a.hierarchy.root(), b.hierarchy.root()]];
@@ -43,7 +44,7 @@ pub(crate) fn within(a: Side<'_>, b: Side<'_>, pose_ba: &Placement, tolerance: f
                 left.extend([[one, j], [other, j]]);
             }
             (_, NodeKind::Inner { left: one, right: other }) => left.extend([[i, one], [i, other]]),
-            (NodeKind::Inner { .. }, NodeKind::Leaf { .. }) => unreachable!("a leaf is not split"),
+            (NodeKind::Inner { .. }, NodeKind::Leaf { .. }) => unreachable!("a leaf has no children"),
         }
     }
     (found, marches)

@@ -1,4 +1,4 @@
-//! The words of a picture: title, caption, legend, and the length of its scale.
+//! The text of a picture: title, caption, legend, and the length of the scale.
 
 use glam::DVec3;
 
@@ -14,7 +14,7 @@ const MARGIN: f64 = 22.0;
 const TITLE_SIZE: f64 = 19.0;
 pub(super) const WORD_SIZE: f64 = 13.0;
 
-/// Title, caption, the meaning of the colours that there are, and a scale.
+/// Draws the title, the caption, the legend and a scale.
 pub(super) fn words(picture: &mut Picture, scene: &Scene, camera: &Camera, style: &Style, scale: f64) {
     let colours = style.theme.colours();
     let margin = MARGIN * scale;
@@ -53,7 +53,7 @@ pub(super) fn words(picture: &mut Picture, scene: &Scene, camera: &Camera, style
     letters::write(picture, &name, &above);
 }
 
-/// About how long the scale is, pixels.
+/// Approximate length of the scale, pixels.
 const SCALE_LENGTH: f64 = 130.0;
 
 /// Entries of the legend for the marks in the picture.
@@ -78,7 +78,7 @@ fn legend(moment: &Moment, style: &Style, colours: &Colours) -> Vec<(Rgb, &'stat
     rows.into_iter().filter(|row| row.0).map(|(_, colour, meaning)| (colour, meaning)).collect()
 }
 
-/// The largest of 1, 2 or 5 times a power of ten that is not longer, and its name.
+/// Returns the largest of 1, 2 or 5 times a power of ten that is not longer, with its text.
 pub(crate) fn round_length(most: f64, unit: Unit) -> (f64, String) {
     let mut decade = -12i32;
     while 10f64.powi(decade + 1) <= most && decade < 12 {

@@ -30,7 +30,7 @@ impl Backdrop {
         }
     }
 
-    /// Fills the viewport and the scissor that are set.
+    /// Fills the current viewport and scissor rectangle.
     pub(super) fn draw(&self, gl: &glow::Context, above: Rgb, below: Rgb) {
         // SAFETY: the context is current, as egui's callbacks promise.
         unsafe {
@@ -58,7 +58,7 @@ impl Backdrop {
     }
 }
 
-/// A triangle over all of the viewport.
+/// A triangle that covers the viewport.
 const VERTEX: &str = "
 uniform vec3 u_above;
 uniform vec3 u_below;
@@ -70,7 +70,7 @@ void main() {
 }
 ";
 
-/// Noise of less than a step of a colour hides the steps, where it costs nothing.
+/// Noise of less than a step of a colour hides the steps, where it is cheap.
 const FRAGMENT: &str = "
 in vec3 v_colour;
 out vec4 f_colour;

@@ -26,18 +26,18 @@ const VIEWS: [(View, &str); 6] = [
     (View::Bottom, "bottom (6)"),
 ];
 
-/// State that the bar shows.
+/// State shown by the bar.
 pub(super) struct Bar<'a> {
     pub(super) run: &'a dyn Run,
     pub(super) style: &'a mut Style,
     pub(super) bodies: &'a mut [ShownBody],
     pub(super) frozen: bool,
-    /// The panel at the right is there.
+    /// True if the panel at the right is visible.
     pub(super) side: bool,
 }
 
 impl Bar<'_> {
-    /// Draws the bar; its buttons add to `actions`.
+    /// Draws the bar; its buttons add their actions to `actions`.
     pub(super) fn show(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {
         ui.horizontal_centered(|ui| {
             let text = ui.visuals().text_color();

@@ -1,7 +1,7 @@
-//! Background work for a window, on its own thread: the newest request is answered, older ones are
-//! dropped.
+//! Background work of a window on its own thread: the newest request is answered, and older ones
+//! are dropped.
 //!
-//! In each frame the window may send a request and poll for an answer; it never waits. A new
+//! In each frame, the window may send a request and poll for an answer; it never waits. A new
 //! request makes the current one *superseded*; long work checks for this regularly.
 
 use std::sync::{Arc, Condvar, Mutex};
@@ -17,7 +17,7 @@ pub(super) struct Behind<Q, A> {
 pub(super) struct Desk<Q, A> {
     slots: Mutex<Slots<Q, A>>,
     asked: Condvar,
-    /// Tells the window that there is something to see.
+    /// Tells the window that a new answer is ready.
     wake: Box<dyn Fn() + Send + Sync>,
 }
 
@@ -29,8 +29,8 @@ struct Slots<Q, A> {
 }
 
 impl<Q: Send + 'static, A: Send + 'static> Behind<Q, A> {
-    /// `work` is called with each question, and may leave several answers, better and better.
-    /// `wake` is called after each.
+    /// Starts the thread. `work` is called with each request, and may give several answers, each
+    /// better than the one before. `wake` is called after each.
     pub(super) fn new(
         wake: impl Fn() + Send + Sync + 'static,
         mut work: impl FnMut(Q, &Desk<Q, A>) + Send + 'static,
@@ -57,19 +57,19 @@ impl<Q: Send + 'static, A: Send + 'static> Behind<Q, A> {
         }
     }
 
-    /// The newest answer, once.
+    /// Returns the newest answer, once.
     pub(super) fn answer(&self) -> Option<A> {
         self.desk.slots.lock().ok()?.answer.take()
     }
 
-    /// True while there is more to come.
+    /// True while further answers are expected.
     pub(super) fn is_busy(&self) -> bool {
         self.desk.slots.lock().is_ok_and(|slots| slots.busy)
     }
 }
 
 impl<Q, A> Desk<Q, A> {
-    /// Waits for the next question; none when the window is gone.
+    /// Waits for the next request; `None` when the window is closed.
     fn next(&self) -> Option<Q> {
         let mut slots = self.slots.lock().ok()?;
         loop {
@@ -90,7 +90,7 @@ impl<Q, A> Desk<Q, A> {
         }
     }
 
-    /// Leaves an answer for the window.
+    /// Stores an answer for the window.
     pub(super) fn answer(&self, answer: A) {
         if let Ok(mut slots) = self.slots.lock() {
             slots.answer = Some(answer);
@@ -122,14 +122,14 @@ mod tests {
     use std::sync::mpsc::channel;
 
     #[test]
-    fn the_newest_question_is_answered_and_older_work_stops() {
+    fn newest_request_is_answered_and_older_work_stops() {
         let (woken, waking) = channel();
         let behind = Behind::new(
             move || {
                 let _ = woken.send(());
             },
             |question: u32, desk: &Desk<u32, u32>| {
-                // The first question is worked on until there is another.
+                // The job works on the first request until there is another one.
                 while question == 1 && !desk.is_superseded() {
                     std::thread::yield_now();
                 }
@@ -140,11 +140,11 @@ mod tests {
         behind.ask(2);
         let mut last = None;
         while last != Some(20) {
-            waking.recv().expect("it wakes the window");
+            waking.recv().expect("the job wakes the window");
             last = behind.answer().or(last);
         }
         while behind.is_busy() {
-            waking.recv().expect("it says when it is done");
+            waking.recv().expect("the job reports that it has finished");
         }
         assert_eq!(behind.answer(), None);
     }

@@ -1,5 +1,5 @@
-//! The same hand by other settings, beside what is felt: two engines get the device's poses, and
-//! only one of them its wrench.
+//! A comparison with other settings on the same hand: two engines get the device's poses, and the
+//! device gets the wrench of one of them.
 
 use eframe::egui::{Align2, FontId, Rect, Stroke, Ui, pos2, vec2};
 use palpus::render::Settings;
@@ -20,15 +20,16 @@ const MARGIN: f32 = 12.0;
 pub(super) struct Beside {
     /// Names of the felt and the compared settings.
     pub(super) names: [&'static str; 2],
-    /// As it would be by the other settings.
+    /// The moment with the other settings.
     pub(super) scene: Scene,
 }
 
 impl Beside {
-    /// Begins to compare with `settings`.
+    /// Starts a comparison with `settings`.
     ///
     /// # Errors
-    /// Fails with the run's objection.
+    ///
+    /// Fails with the run's message.
     pub(super) fn begin(
         names: [&'static str; 2],
         settings: &Settings,
@@ -41,7 +42,7 @@ impl Beside {
         Ok(Self { names, scene })
     }
 
-    /// Takes in what has been computed since the last frame.
+    /// Takes the results since the last frame.
     pub(super) fn take_newest(&mut self, felt: &Scene, history: &mut History, run: &mut dyn Run) {
         self.scene.force_scale = felt.force_scale;
         self.scene.torque_scale = felt.torque_scale;
@@ -58,20 +59,20 @@ impl Beside {
     }
 }
 
-/// Ends it.
+/// Ends the comparison.
 pub(super) fn end(run: &mut dyn Run, history: &mut History, notices: &Notices) {
     notices.check(run.compare(None));
     history.clear_compared();
 }
 
-/// Writes the name of its settings above each half.
+/// Writes the name of the settings above each half.
 pub(super) fn title(ui: &Ui, rect: Rect, name: &str, is_felt: bool, style: &Style) {
     let colours = style.theme.colours();
     let painter = ui.painter_at(rect);
     let (rgb, words) = if is_felt {
         (colours.force, format!("A: {name}, felt"))
     } else {
-        (colours.compared, format!("B: {name}, same hand, not felt"))
+        (colours.compared, format!("B: {name}, same hand, not sent to the device"))
     };
     let words = painter.layout(words, FontId::proportional(LETTERS), colour(rgb), rect.width() - 2.0 * MARGIN);
     let at = Align2::CENTER_TOP.anchor_size(pos2(rect.center().x, rect.top() + MARGIN), words.size());

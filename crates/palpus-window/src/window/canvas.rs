@@ -1,10 +1,9 @@
-//! The picture that bodies are drawn into before it is copied to the window, with several samples
-//! in each pixel, so that edges are smooth.
+//! The picture into which bodies are drawn before it is copied to the window. It has several
+//! samples in each pixel, so that edges are smooth.
 //!
-//! Several samples are cheap on a graphics adapter, and expensive with software rendering. So a
-//! canvas begins with
-//! [`SAMPLES`], and if frames then take longer than [`SLOW`] bodies are drawn into the window, with
-//! one.
+//! Several samples are cheap on a graphics card and expensive with software rendering. A canvas
+//! starts with [`SAMPLES`]. If frames then take longer than [`SLOW`], bodies are drawn into the
+//! window with one sample.
 #![allow(unsafe_code)] // As in `gl`.
 
 use std::time::{Duration, Instant};
@@ -13,21 +12,20 @@ use eframe::glow::{self, HasContext};
 
 use super::shader::compiled;
 
-/// In each pixel.
+/// Samples in each pixel.
 const SAMPLES: i32 = 4;
 /// If frames take longer than this, each pixel gets one sample.
 const SLOW: Duration = Duration::from_millis(36);
-/// Over so many frames.
+/// Number of frames for this measurement.
 const FRAMES: u32 = 24;
 
-/// A picture that the graphics library draws into, as large as the part of the window that it
-/// fills.
+/// A picture for the graphics library, as large as its part of the window.
 pub(super) struct Canvas {
     program: glow::Program,
     array: glow::VertexArray,
     samples: i32,
     target: Option<Target>,
-    /// When the frames that are counted began, and how many there were.
+    /// Start of the measured frames, and their number.
     counted: Option<(Instant, u32)>,
 }
 
@@ -37,7 +35,7 @@ struct Target {
     /// Frame buffer with several samples in each pixel.
     drawn: glow::Framebuffer,
     buffers: [glow::Renderbuffer; 2],
-    /// The same with one.
+    /// Frame buffer with one sample in each pixel.
     resolved: glow::Framebuffer,
     texture: glow::Texture,
 }
@@ -63,11 +61,12 @@ impl Canvas {
         self.samples.max(1)
     }
 
-    /// Has `draw` fill a canvas of `size` pixels, and lays that over what is in the window's
-    /// `viewport`. With one sample, or without a canvas of that size, `draw` draws into the window.
-    /// Its argument is the first pixel (from the left, from below).
+    /// Lets `draw` fill a canvas of `size` pixels, and copies it into the window's `viewport`. With
+    /// one sample, or if there is no canvas of this size, `draw` draws into the window. Its
+    /// argument is the first pixel (from the left, from below).
     ///
     /// # Safety
+    ///
     /// The context is current.
     pub(super) unsafe fn show(&mut self, gl: &glow::Context, viewport: [i32; 4], draw: impl FnOnce([i32; 2])) {
         self.count();
@@ -127,7 +126,7 @@ impl Canvas {
             if let Some(target) = self.target.take() {
                 target.destroy(gl);
             }
-            // Without room for one, bodies are drawn into the window too.
+            // If there is no memory for a frame buffer, bodies are drawn into the window.
             self.target = if self.samples > 1 { Target::new(gl, size, self.samples).ok() } else { None };
         }
     }
@@ -204,7 +203,7 @@ impl Target {
     }
 }
 
-/// A triangle over all of the viewport.
+/// A triangle that covers the viewport.
 const VERTEX: &str = "
 out vec2 v_place;
 void main() {

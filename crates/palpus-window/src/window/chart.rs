@@ -6,20 +6,20 @@ use super::run::{ComparedTick, SeenTick};
 use crate::picture::Rgb;
 use crate::style::Colours;
 
-/// Selects what is shown of force and torque.
+/// Selects the shown representation of force and torque.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// How large they are.
+    /// Their magnitudes.
     #[default]
     Size,
-    /// Along the world's axes.
+    /// Their components along the world's axes.
     Parts,
-    /// How strong each frequency is in the newest second of their sizes.
+    /// The spectrum of their magnitudes in the newest second.
     Spectrum,
 }
 
 impl Kind {
-    /// The next, round and round.
+    /// Returns the next one, cyclically.
     pub(super) fn next(self) -> Self {
         match self {
             Self::Size => Self::Parts,
@@ -43,27 +43,27 @@ impl Series {
     }
 }
 
-/// Text of a chart's value, for a tick and for the same by other settings.
+/// Text of a chart's value, for a tick and for the same tick with other settings.
 type Said = fn(Option<&SeenTick>, Option<&ComparedTick>) -> String;
 
 /// One chart.
 pub(super) struct Chart {
     pub(super) kind: Kind,
-    /// It can show frequencies.
+    /// True if the chart can show a spectrum.
     pub(super) has_spectrum: bool,
-    /// Its name and those of its curves.
+    /// Name of the chart, and names of its curves.
     pub(super) names: Vec<(String, Rgb)>,
     pub(super) series: Vec<Series>,
     pub(super) said: Said,
-    /// Smallest range of the scale, so that round-off about zero does not fill the chart.
+    /// Smallest range of the scale, so that rounding errors near zero do not fill the chart.
     pub(super) least: f64,
 }
 
-/// mN·m of N·m, µs of s.
+/// Factors from N·m to mN·m and from s to µs.
 const MILLI: f64 = 1e3;
 const MICRO: f64 = 1e6;
 
-/// Returns all charts. `names`: of the felt and the compared settings, if a comparison runs.
+/// Returns all charts. `names`: names of the felt and the compared settings, if a comparison runs.
 pub(super) fn charts(kind: Kind, colours: &Colours, names: Option<[&str; 2]>) -> Vec<Chart> {
     let is_spectrum = kind == Kind::Spectrum;
     let vector = |title: &str, rgb: Rgb, size: [Series; 2], parts: [Series; 3], said: Said, least: [f64; 2]| {
@@ -133,7 +133,7 @@ pub(super) fn charts(kind: Kind, colours: &Colours, names: Option<[&str; 2]>) ->
     vec![force, torque, time, contacts]
 }
 
-/// A size with its unit, and beside it that by other settings, if there is one.
+/// Formats a magnitude with its unit and, if there is one, the magnitude with other settings.
 fn pair(felt: Option<DVec3>, compared: Option<DVec3>, unit: &str, times: f64, figures: usize) -> String {
     let sizes: Vec<String> =
         [felt, compared].iter().flatten().map(|v| format!("{:.figures$}", v.length() * times)).collect();

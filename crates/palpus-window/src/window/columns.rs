@@ -1,11 +1,12 @@
-//! Many values in few columns of pixels: each column shows the least and the largest of its values,
-//! so that no peak is lost however many there are.
+//! Reduces many values to few columns of pixels: each column shows the smallest and the largest of
+//! its values, so that no peak is lost.
 
-/// Least and largest value in a column; `None` if it has no value yet.
+/// Smallest and largest value in a column; `None` if it has no value yet.
 pub(super) type Column = Option<[f64; 2]>;
 
-/// Puts `values`, each with its place from 0 (left) to 1 (right), in rising order, into `width`
-/// columns. Columns without a value show the one before. Values that are no numbers are left out.
+/// Puts `values`, each with a position from 0 (left) to 1 (right) in ascending order, into `width`
+/// columns. Columns without a value repeat the previous one. Values that are not numbers are left
+/// out.
 pub(super) fn columns(values: impl Iterator<Item = (f64, f64)>, width: usize) -> Vec<Column> {
     let mut columns: Vec<Column> = vec![None; width];
     let values = values.filter(|(place, value)| value.is_finite() && *place >= 0.0);
@@ -24,7 +25,7 @@ pub(super) fn columns(values: impl Iterator<Item = (f64, f64)>, width: usize) ->
     columns
 }
 
-/// The least and the largest of all columns, and of 0.
+/// Returns the smallest and the largest value of all columns, and of 0.
 pub(super) fn extent(columns: &[Column]) -> [f64; 2] {
     columns.iter().flatten().fold([0.0, 0.0], |[low, high], range| [low.min(range[0]), high.max(range[1])])
 }
@@ -44,7 +45,7 @@ mod tests {
     }
 
     #[test]
-    fn gaps_hold_the_value_before_them() {
+    fn gaps_repeat_the_previous_value() {
         let found = columns([(0.25, 1.0), (0.5, f64::NAN), (0.8, 3.0)].into_iter(), 10);
         assert_eq!(&found[..2], [None, None]);
         assert!(found[2..8].iter().all(|column| *column == Some([1.0; 2])), "{found:?}");

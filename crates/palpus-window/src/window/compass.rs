@@ -10,16 +10,16 @@ use crate::paint::round_length;
 use crate::scene::Scene;
 use crate::style::Style;
 
-/// Points: the margin, the length of an axis, about that of the scale, and the letters.
+/// Points: margin, length of an axis, approximate length of the scale, and size of the letters.
 const MARGIN: f32 = 16.0;
 const AXIS: f32 = 26.0;
 const SCALE: f64 = 110.0;
 const LETTERS: f32 = 12.5;
-/// An axis that is seen shorter than this part of its length has no name: it would lie on the
-/// others.
+/// An axis that appears shorter than this share of its length has no label, because it would
+/// overlap the others.
 const SEEN: f32 = 0.25;
 
-/// Draws both.
+/// Draws the axes and the scale.
 pub(super) fn draw(ui: &Ui, area: &Area, camera: &Camera, scene: &Scene, style: &Style) {
     let painter = ui.painter_at(area.rect);
     let colours = style.theme.colours();
@@ -29,7 +29,7 @@ pub(super) fn draw(ui: &Ui, area: &Area, camera: &Camera, scene: &Scene, style: 
     let [right, up, back] = camera.axes();
     let mut axes =
         [("x", DVec3::X), ("y", DVec3::Y), ("z", DVec3::Z)].into_iter().zip(colours.axes).collect::<Vec<_>>();
-    // Axes that point away come first, so that the others cover them.
+    // Axes that point away are drawn first, so that the others cover them.
     axes.sort_by(|((_, one), _), ((_, other), _)| one.dot(back).total_cmp(&other.dot(back)));
     for ((name, axis), rgb) in axes {
         let way = vec2(axis.dot(right) as f32, -axis.dot(up) as f32) * AXIS;

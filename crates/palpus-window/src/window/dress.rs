@@ -1,8 +1,8 @@
 //! The theme of the window: text sizes, and colours of controls.
 //!
-//! Sizes are points at one pixel each; Ctrl with + and − scales everything. The values that matter
-//! during a run (state, force, torque) are as large as a headline, so that they are legible from
-//! two metres.
+//! Sizes are points with one pixel each. Ctrl with + and − scales everything. The values that
+//! matter during a run (state, force, torque) are as large as a headline, so that they are legible
+//! from two metres.
 
 use eframe::egui::{
     self, Color32, Context, CornerRadius, FontFamily, FontId, Margin, RichText, Stroke, TextStyle, Visuals,
@@ -16,7 +16,7 @@ use crate::style::Theme;
 const SMALL: f32 = 13.0;
 const BODY: f32 = 15.5;
 const HEADING: f32 = 18.0;
-/// Size of text that is read from afar.
+/// Size of text that is legible from a distance.
 const LARGE: f32 = 27.0;
 const ROUND: u8 = 5;
 
@@ -66,7 +66,7 @@ const DARK: Cloth = Cloth {
     warning: [255, 186, 84],
 };
 
-/// Sets sizes and colours, and the theme that is shown.
+/// Sets text sizes and colours, and the current theme.
 pub(super) fn dress(context: &Context, theme: Theme) {
     for (egui_theme, cloth, visuals) in
         [(egui::Theme::Light, &LIGHT, Visuals::light()), (egui::Theme::Dark, &DARK, Visuals::dark())]
@@ -119,7 +119,7 @@ fn dyed(mut visuals: Visuals, cloth: &Cloth) -> Visuals {
         (&mut widgets.noninteractive, cloth.panel, cloth.line),
         (&mut widgets.inactive, cloth.control, cloth.control),
         (&mut widgets.hovered, cloth.hovered, cloth.faint),
-        // Pressed, or reached by Tab, which must be visible.
+        // Pressed, or focused with Tab, which must be visible.
         (&mut widgets.active, cloth.pressed, cloth.accent),
         (&mut widgets.open, cloth.pressed, cloth.line),
     ] {
@@ -134,7 +134,7 @@ fn dyed(mut visuals: Visuals, cloth: &Cloth) -> Visuals {
     visuals
 }
 
-/// Text that is read from afar.
+/// Text that is legible from a distance.
 pub(super) fn large(text: impl Into<String>) -> RichText {
     RichText::new(text).size(LARGE)
 }
@@ -149,7 +149,7 @@ pub(super) fn small(text: impl Into<String>) -> RichText {
     RichText::new(text).small().weak()
 }
 
-/// A colour over whatever is there, `part` of it.
+/// A translucent colour with the opacity `part`.
 pub(super) fn thin(rgb: Rgb, part: f32) -> Color32 {
     colour(rgb).gamma_multiply(part)
 }

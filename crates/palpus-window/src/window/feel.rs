@@ -1,7 +1,7 @@
 //! The settings of contact in the window: presets, switches and sliders.
 //!
-//! The panel shows the run's settings as they are and asks for others only when something was
-//! moved.
+//! The panel shows the run's current settings, and requests other settings only if the user changes
+//! something.
 
 use std::ops::RangeInclusive;
 use std::time::{Duration, Instant};
@@ -29,7 +29,7 @@ const ONE_CHANGE: Duration = Duration::from_millis(700);
 pub(super) struct Feel {
     presets: Vec<Preset>,
     fitting: Fitting,
-    /// The setting that keys change.
+    /// The setting that the keys change.
     chosen: usize,
     /// Settings to compare with, if any were kept.
     kept: Option<Settings>,
@@ -44,8 +44,8 @@ impl Feel {
         Self { presets, fitting, chosen: 0, kept: None, before: Vec::new() }
     }
 
-    /// Returns the settings that `now` is compared with, and the names of both: the kept settings,
-    /// else the paper's, or palpus's own beside those.
+    /// Returns the settings that are compared with `now`, and the names of both: the kept settings,
+    /// else the paper's, or palpus's own if the paper's are felt.
     pub(super) fn other(&self, now: &Settings) -> ([&'static str; 2], Settings) {
         let is_of =
             |preset: &Preset| Settings { limits: now.limits, capacity: now.capacity, ..preset.settings } == *now;
@@ -62,13 +62,13 @@ impl Feel {
         self.kept = Some(*now);
     }
 
-    /// Gives `wanted` to the run, and keeps the settings from before for undo.
+    /// Passes `wanted` to the run, and keeps the previous settings for undo.
     fn change(&mut self, run: &mut dyn Run, now: &Settings, wanted: &Settings) -> Result<(), String> {
         if wanted == now {
             return Ok(());
         }
         apply(run, now, wanted)?;
-        // All changes by one drag of a slider are one change.
+        // All changes by one drag of a slider count as one change.
         let is_going_on = self.before.last().is_some_and(|(_, when)| when.elapsed() < ONE_CHANGE);
         match self.before.last_mut().filter(|_| is_going_on) {
             Some((_, when)) => *when = Instant::now(),
@@ -77,10 +77,11 @@ impl Feel {
         Ok(())
     }
 
-    /// Carries out an action of a key or a button.
+    /// Carries out the action of a key or a button.
     ///
     /// # Errors
-    /// Fails with the run's objection.
+    ///
+    /// Fails with the run's message.
     pub(super) fn act(&mut self, action: Action, run: &mut dyn Run) -> Result<(), String> {
         let now = run.settings();
         let mut wanted = now;
@@ -90,7 +91,7 @@ impl Feel {
                 None => return Err("there is no such preset for this scene".to_owned()),
             },
             Action::Coupling => {
-                wanted = self.fitting.switched(&now).ok_or("this device has no coupling to be had")?;
+                wanted = self.fitting.switched(&now).ok_or("there is no coupling for this device")?;
             }
             Action::Clustering => {
                 wanted.clustering = match now.clustering {
@@ -120,7 +121,7 @@ impl Feel {
         self.change(run, &now, &wanted)
     }
 
-    /// Selects the next setting that applies, in the direction of `step`; wraps around.
+    /// Selects the next applicable setting in the direction of `step`; wraps around.
     fn choose(&mut self, now: &Settings, step: usize) {
         for _ in 0..Quantity::ALL.len() {
             self.chosen = (self.chosen + step) % Quantity::ALL.len();
@@ -144,10 +145,11 @@ impl Feel {
         FrictionSettings { static_coefficient, dynamic_coefficient, tangential_stiffness: now.stiffness }
     }
 
-    /// The panel; what its buttons ask for is added to `actions`.
+    /// Draws the panel, and adds the actions of its buttons to `actions`.
     ///
     /// # Errors
-    /// Fails with the run's objection to a slider.
+    ///
+    /// Fails with the run's message about a slider.
     pub(super) fn show(&mut self, ui: &mut Ui, run: &mut dyn Run, actions: &mut Vec<Action>) -> Result<(), String> {
         let now = run.settings();
         let mut wanted = now;
@@ -157,7 +159,7 @@ impl Feel {
                 let is_on = Settings { limits: now.limits, capacity: now.capacity, ..preset.settings } == now;
                 if ui
                     .selectable_label(is_on, preset.name)
-                    .on_hover_text(format!("all settings as in this one ({key})"))
+                    .on_hover_text(format!("sets all settings to this preset ({key})"))
                     .clicked()
                 {
                     actions.push(Action::Preset(k));
@@ -184,7 +186,10 @@ impl Feel {
             "D",
             now.coupling.is_some(),
             ["coupled", "direct"],
-            ["a tool on a spring meets the contacts: palpus's way", "the device itself meets them: the paper's way"],
+            [
+                "a tool on a spring touches the part: palpus's method",
+                "the device moves the tool directly: the paper's method",
+            ],
         );
         switch(
             ui,
@@ -193,7 +198,10 @@ impl Feel {
             "K",
             now.clustering == Clustering::Smooth,
             ["smooth", "linkage"],
-            ["contacts share a force without jumps: palpus's way", "contacts are grouped by distance: the paper's way"],
+            [
+                "contacts share a force without jumps: palpus's method",
+                "contacts are grouped by distance: the paper's method",
+            ],
         );
         ui.horizontal(|ui| {
             for (words, is_on, action, key) in [
@@ -213,11 +221,11 @@ impl Feel {
             for (words, hint, action) in [
                 (
                     "compare",
-                    "shows the paper's settings, or those kept, beside these, on the same hand (Y)",
+                    "compares with the paper's settings, or the kept ones, on the same hand (Y)",
                     Action::Beside,
                 ),
-                ("keep to compare", "compares with these settings from now on (N)", Action::Keep),
-                ("undo", "goes back by one change (U)", Action::Undo),
+                ("keep to compare", "keeps these settings for the comparison (N)", Action::Keep),
+                ("undo", "undoes one change (U)", Action::Undo),
             ] {
                 if ui.button(words).on_hover_text(hint).clicked() {
                     actions.push(action);
@@ -225,19 +233,19 @@ impl Feel {
             }
             if ui
                 .button("save scene")
-                .on_hover_text("the scene with these settings, as a file that runs (F2)")
+                .on_hover_text("saves the scene with these settings as a scene file (F2)")
                 .clicked()
             {
                 actions.push(Action::Save);
             }
-            if ui.button("copy as TOML").on_hover_text("these settings, for a scene file").clicked() {
+            if ui.button("copy as TOML").on_hover_text("copies these settings for a scene file").clicked() {
                 ui.ctx().copy_text(run.settings_as_toml());
             }
         });
         Ok(())
     }
 
-    /// Default value of a quantity: of palpus's own settings, or of the paper's for direct
+    /// Default value of a quantity: from palpus's own settings, or from the paper's for direct
     /// rendering.
     fn usual(&self, quantity: Quantity, now: &Settings) -> Option<f64> {
         let alike = |preset: &&Preset| preset.settings.coupling.is_some() == now.coupling.is_some();
@@ -291,12 +299,12 @@ fn apply(run: &mut dyn Run, now: &Settings, wanted: &Settings) -> Result<(), Str
     if wanted == now {
         return Ok(());
     }
-    // The device sets the limits and the run the capacity; neither may change here.
+    // The device sets the limits and the run sets the capacity, so neither changes here.
     let wanted = Settings { limits: now.limits, capacity: now.capacity, ..*wanted };
     run.set_settings(&wanted)
 }
 
-/// Three figures.
+/// Rounds to three significant digits.
 fn rounded(value: f64, _: RangeInclusive<usize>) -> String {
     match value {
         v if v >= 9.995e6 => format!("{:.1}M", v / 1e6),
@@ -308,7 +316,7 @@ fn rounded(value: f64, _: RangeInclusive<usize>) -> String {
     }
 }
 
-/// The opposite of [`rounded`].
+/// Inverse of [`rounded`].
 fn parsed(text: &str) -> Option<f64> {
     let text = text.trim();
     let (digits, factor) = match (text.strip_suffix('k'), text.strip_suffix('M')) {

@@ -1,6 +1,6 @@
-//! The ground below a scene as egui draws it: behind everything that the graphics library draws.
+//! The ground below a scene, drawn with egui behind everything that the graphics library draws.
 //!
-//! All bodies stand above the ground, so it needs no depth test. From below it is not drawn.
+//! All bodies are above the ground, so it needs no depth test. It is not drawn from below.
 
 use eframe::egui::{Color32, Mesh, Painter, Pos2, Stroke, Ui, pos2};
 use glam::DVec3;
@@ -10,16 +10,16 @@ use crate::camera::Camera;
 use crate::ground::{Ground, Shadow};
 use crate::style::{Colours, Style};
 
-/// Parts of a grid line: each is as faint as its distance says.
+/// Number of parts of a grid line. Each part fades with its distance.
 const PARTS: i32 = 16;
-/// How strong lines are in the middle, and those through the middle.
+/// Strength of the lines in the middle, and of the lines through the middle.
 const LINE: f64 = 0.17;
 const AXIS_LINE: f64 = 0.34;
 
 /// Weaker shade is not drawn.
 const LEAST_SHADE: f64 = 2e-3;
 
-/// Draws the grid, and the shadow on it.
+/// Draws the grid and the shadow.
 pub(super) fn draw(ui: &Ui, area: &Area, camera: &Camera, ground: &Ground, shadow: &Shadow, style: &Style) {
     if !ground.is_seen_from(camera.eye()) {
         return;
@@ -46,7 +46,7 @@ fn cast(painter: &Painter, shadow: &Shadow, colours: &Colours, seen: &impl Fn(DV
     let vertices: Vec<(Option<Pos2>, f64)> = vertices.map(|(place, shade)| (seen(place), shade)).collect();
     let mut mesh = Mesh::default();
     for (at, shade) in &vertices {
-        // One that is behind the eye is in no triangle.
+        // A point behind the camera is in no triangle.
         mesh.colored_vertex(at.unwrap_or(Pos2::ZERO), ink(colours.shadow, colours.shade * shade));
     }
     for k in (0..vertices.len() - row).filter(|k| k % row + 1 < row) {
@@ -69,13 +69,13 @@ fn seen(area: &Area, camera: &Camera) -> impl Fn(DVec3) -> Option<Pos2> {
         let from_eye = point - eye;
         let depth = -back.dot(from_eye);
         let (x, y) = (right.dot(from_eye) * scale / depth, up.dot(from_eye) * scale / depth);
-        // Points near the plane of the eye are very far out.
+        // Points near the plane of the camera are projected very far out.
         let is_near = depth > nearest && x.abs() < FAR && y.abs() < FAR;
         is_near.then(|| pos2(middle.x + x as f32, middle.y - y as f32))
     }
 }
 
-/// Points from the middle: farther out nothing is drawn.
+/// Distance from the middle beyond which nothing is drawn, points.
 const FAR: f64 = 2e4;
 
 fn ink([r, g, b]: [u8; 3], strength: f64) -> Color32 {

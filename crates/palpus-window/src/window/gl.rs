@@ -1,15 +1,16 @@
-//! The bodies and marks of a scene through OpenGL 3.3 or OpenGL ES 3.0, into whatever egui draws
-//! to.
+//! Draws the bodies and marks of a scene with OpenGL 3.3 or OpenGL ES 3.0, into egui's current
+//! target.
 //!
 //! 1. A body's triangles are uploaded once, each corner with its normal and the colour of its
-//!    piece. Corners that agree in both are one corner, which a software renderer computes once. If
-//!    the sides of triangles are shown, they are uploaded again, each corner for itself, with the
-//!    side of the triangle that it is opposite to.
-//! 2. In each frame: opaque bodies; the inner, then the outer sides of translucent ones; marks,
-//!    first those parts that something hides, pale, then the others.
+//!    piece. Corners with equal data are shared, so a software renderer computes them once. If the
+//!    sides of triangles are shown, separate corners are uploaded too, each with the number of its
+//!    opposite side.
+//! 2. In each frame, opaque bodies are drawn first, then the inner and the outer sides of
+//!    translucent ones, then marks: first the hidden parts of marks in a paler colour, then the
+//!    visible ones.
 //!
-//! Light is that of `paint`. Places are taken into the view's frame in f64, so that f32 need not
-//! hold the world.
+//! The light is the same as in `paint`. Positions are transformed into the view's frame in `f64`,
+//! so that `f32` is precise enough there.
 #![allow(unsafe_code)] // This file and `shader` talk to the graphics library; every call is glow's, on the thread that owns the context.
 
 mod drawing;
@@ -30,14 +31,15 @@ pub(crate) use drawing::{Drawing, DrawnBody, projection, view};
 
 /// Parts of the names of software renderers.
 const PROCESSORS: [&str; 3] = ["llvmpipe", "softpipe", "SwiftShader"];
-/// Triangles of a body that a processor draws; larger bodies are drawn coarser ([`Solid::coarse`]).
+/// Largest number of triangles of a body with software rendering. Larger bodies are simplified
+/// ([`Solid::coarse`]).
 const MOST_BY_PROCESSOR: usize = 18_000;
 
-/// Corners that the graphics library holds.
+/// Corners in the graphics library.
 struct Held {
     array: glow::VertexArray,
     buffer: glow::Buffer,
-    /// Which corners, where they are shared.
+    /// Indices of the corners, if corners are shared.
     order: Option<glow::Buffer>,
     count: i32,
 }
@@ -46,11 +48,11 @@ struct Held {
 struct HeldSolid {
     solid: Arc<Solid>,
     shared: Held,
-    /// Made when the sides of triangles are first asked for.
+    /// Created when the sides of triangles are first shown.
     apart: Option<Held>,
 }
 
-/// All that the graphics library holds for a scene.
+/// All objects of the graphics library for a scene.
 pub(crate) struct Artist {
     program: glow::Program,
     uniforms: Uniforms,
@@ -118,12 +120,12 @@ impl Artist {
         self.canvas.as_ref().map_or(1, Canvas::samples)
     }
 
-    /// Number of triangles of all bodies, as they are drawn.
+    /// Number of triangles of all bodies as drawn.
     pub(crate) fn triangles(&self) -> usize {
         self.solids.iter().map(|held| held.solid.triangles.len()).sum()
     }
 
-    /// Draws over what is in the window's `viewport` (left, below, width, height; pixels).
+    /// Draws into the window's `viewport` (left, below, width, height; pixels).
     pub(crate) fn draw(&mut self, gl: &glow::Context, drawing: &Drawing, viewport: [i32; 4]) {
         let Some(mut canvas) = self.canvas.take() else { return };
         // SAFETY: as in `new`.
@@ -131,7 +133,7 @@ impl Artist {
         self.canvas = Some(canvas);
     }
 
-    /// Draws into the viewport and the scissor that are set, which begin at pixel `first`.
+    /// Draws into the current viewport and scissor rectangle, which begin at pixel `first`.
     fn draw_from(&mut self, gl: &glow::Context, drawing: &Drawing, first: [i32; 2]) {
         // SAFETY: as in `new`; the objects belong to this context, and buffers are as long as their
         // counts say.
@@ -158,7 +160,8 @@ impl Artist {
             gl.enable(glow::CULL_FACE);
             for hidden_side in [glow::FRONT, glow::BACK] {
                 gl.cull_face(hidden_side);
-                // A processor leaves the inner sides of what is only glass around a probe out.
+                // With software rendering, inner sides of bodies that are transparent only around a
+                // probe are left out.
                 let is_left_out = |body: &&DrawnBody| self.by_processor && body.xray && hidden_side == glow::FRONT;
                 let glass = drawing.bodies.iter().filter(|body| body.glass.is_some());
                 for body in glass.filter(|body| !is_left_out(body)) {
@@ -194,10 +197,11 @@ impl Artist {
         }
     }
 
-    /// Uploads the sides of a body's triangles, if they are shown. A library without room for them
-    /// draws none.
+    /// Uploads the sides of a body's triangles, if they are shown. Without enough graphics memory,
+    /// no sides are drawn.
     ///
     /// # Safety
+    ///
     /// The context is current.
     unsafe fn apart(&mut self, gl: &glow::Context, body: &DrawnBody) {
         let lightness = self.piece_lightness;
@@ -251,9 +255,10 @@ impl Artist {
         }
     }
 
-    /// Restricts `draw` to the pixels around the probes, since the rest of the body is solid.
+    /// Restricts `draw` to the pixels around the probes, because the rest of the body is opaque.
     ///
     /// # Safety
+    ///
     /// The context is current.
     unsafe fn within(&self, gl: &glow::Context, xrays: &[XRay], first: [i32; 2], draw: impl FnOnce()) {
         let bounds = xrays.iter().take(XRAYS).map(XRay::bounds);
@@ -338,9 +343,10 @@ impl Held {
         self.count = (corners.len() / CORNER) as i32;
     }
 
-    /// From now on the triangles are of the corners that `order` names.
+    /// Sets the corner indices of the triangles to `order`.
     ///
     /// # Safety
+    ///
     /// The context is current.
     unsafe fn share(&mut self, gl: &glow::Context, order: &[u32]) -> Result<(), String> {
         let bytes: Vec<u8> = order.iter().flat_map(|number| number.to_ne_bytes()).collect();

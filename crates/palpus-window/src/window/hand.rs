@@ -1,17 +1,18 @@
-//! The hand at the window: mouse, keys and a SpaceMouse move the pose that the simulated hand is to
-//! hold the probe in.
+//! The hand in the window: mouse, keys and a SpaceMouse move the target pose at which the simulated
+//! hand holds the probe.
 //!
-//! 1. *Mouse*: a drag that begins on the probe moves it in the view's plane, with the wheel nearer
-//!    and farther; with the right button, Shift or Alt it turns it about the point that was taken;
-//!    with Ctrl it rolls.
-//! 2. *Keys*: arrows, PageUp and PageDown along the view's axes, with Ctrl about them.
-//! 3. *SpaceMouse*: along and about the view's axes, as fast as it is pushed.
+//! 1. *Mouse*: a drag that starts on the probe moves it in the view's plane. The wheel moves it
+//!    nearer and farther. With the right button, Shift or Alt, the drag turns the probe about the
+//!    grabbed point; with Ctrl it rolls the probe.
+//! 2. *Keys*: arrows, PageUp and PageDown move along the view's axes; with Ctrl they turn about
+//!    them.
+//! 3. *SpaceMouse*: moves along and about the view's axes, with a speed that follows from the push.
 //!
-//! The first of these takes the probe over from the script where the device holds it then. When the
-//! mouse lets go, the hand lets go: no force stays; a few seconds later the script takes the probe
-//! again. A probe that keys or a SpaceMouse moved stays in place until it is given back. The probe
-//! follows by its springs, so it feels obstacles: the drawn spring goes from the probe to its
-//! target.
+//! The first of these takes the probe over from the script at the device's pose. When the mouse
+//! releases the probe, the hand releases it too, so no force remains. A few seconds later the
+//! script takes the probe again. A probe that was moved by keys or a SpaceMouse stays in place
+//! until the user returns it to the script. The probe follows its target through springs, so
+//! obstacles stop it. The drawn spring goes from the probe to its target.
 
 use std::time::{Duration, Instant};
 
@@ -27,40 +28,40 @@ use super::view3d::{Area, View3d, colour};
 use crate::picture::Rgb;
 use crate::scene::Scene;
 
-/// After the mouse has let go of the probe for so long, the script takes it again.
+/// Time after the mouse has released the probe until the script takes it again, s.
 const COMES_BACK: Duration = Duration::from_secs(4);
-/// rad the probe turns for a point of the mouse.
+/// Rotation of the probe for each point of the mouse, rad.
 const TURN: f64 = 0.01;
-/// Points beside the probe at which it still is taken.
+/// Distance from the probe at which the mouse still grabs it, points.
 const BESIDE: f64 = 9.0;
-/// Parts of the view's height that a key goes in a second, and how fast it turns, rad/s.
+/// Speed of a key: shares of the view's height per second, and rad/s.
 const KEY_SPEED: f64 = 0.22;
 const KEY_TURN: f64 = 0.9;
-/// Factor of both with Shift.
+/// Factor of both speeds with Shift.
 const SLOWLY: f64 = 0.2;
-/// s: the most that a key acts on in one frame.
+/// Longest time for which a key acts in one frame, s.
 const LONGEST_FRAME: f64 = 0.1;
-/// Drawn spring: number of points, points for each coil, and shares of the whole.
+/// The drawn spring: number of points, points for each coil, and shares of the whole.
 const COIL: f32 = 4.0;
 const COIL_LENGTH: f32 = 8.0;
 const COILS: (f32, f32) = (2.0, 12.0);
 const ENDS: f32 = 0.12;
 const POINTS_OF_COIL: usize = 12;
-/// Points: a shorter one is not drawn.
+/// Shorter springs are not drawn, points.
 const LEAST_SPRING: f32 = 12.0;
 
 /// See the module's outline.
 #[derive(Default)]
 pub(super) struct Hand {
-    /// Action of the hand; a pose is the probe's, world.
+    /// Action of the hand; poses place the probe, world.
     guide: Guide,
     grabbed: Option<Grab>,
-    /// When the mouse let go of the probe.
+    /// Time at which the mouse released the probe.
     released: Option<Instant>,
     over_probe: bool,
     /// End of the spring on the probe, in its frame.
     spring_a: DVec3,
-    /// Why a SpaceMouse does nothing.
+    /// Reason why a SpaceMouse has no effect.
     cap_trouble: Option<String>,
 }
 
@@ -73,13 +74,13 @@ struct Grab {
 /// Motion of the hand in a frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Motion {
-    /// World, m.
+    /// Translation, world, m.
     pub(super) linear: DVec3,
     pub(super) turn: DQuat,
 }
 
 impl Hand {
-    /// True while the probe is not the script's.
+    /// True while the script does not move the probe.
     pub(super) fn holds(&self) -> bool {
         self.guide != Guide::Script
     }
@@ -89,12 +90,12 @@ impl Hand {
         self.over_probe || self.grabbed.is_some()
     }
 
-    /// Why a SpaceMouse does nothing, if one is there.
+    /// Returns the reason why a SpaceMouse has no effect, if there is one.
     pub(super) fn cap_trouble(&self) -> Option<&str> {
         self.cap_trouble.as_deref()
     }
 
-    /// The hand follows its script again.
+    /// Lets the hand follow its script again.
     pub(super) fn give_back(&mut self, run: &mut dyn Run) {
         self.grabbed = None;
         self.released = None;
@@ -103,14 +104,14 @@ impl Hand {
         }
     }
 
-    /// The scene is another one: nothing is held.
+    /// Another scene was loaded: nothing is held.
     pub(super) fn forget(&mut self) {
         *self = Self::default();
     }
 
     /// Moves the held probe by mouse, keys and SpaceMouse. Returns true if the mouse moves the hand
-    /// and not the eye in this frame. `keys`: arrow keys move the hand, not a control. `handles`:
-    /// request of the handles, if they use the mouse.
+    /// and not the camera in this frame. `keys`: the arrow keys move the hand, not a control.
+    /// `handles`: request of the handles, if they use the mouse.
     #[expect(clippy::too_many_arguments, reason = "the parts of a frame, each of another kind")]
     pub(super) fn act(
         &mut self,
@@ -200,19 +201,19 @@ impl Hand {
         true
     }
 
-    /// The mouse lets go of the probe.
+    /// The mouse releases the probe.
     fn let_go(&mut self) {
         self.grabbed = None;
         self.released = Some(Instant::now());
         self.guide = Guide::Released;
     }
 
-    /// Target of the probe, or its pose if no guide moves it, world.
+    /// Returns the target of the probe, or its pose if the user does not move it, world.
     pub(super) fn aim(&self, scene: &Scene) -> Pose {
         self.held().unwrap_or_else(|| of_device(scene))
     }
 
-    /// The point about which the probe turns, world.
+    /// Returns the point about which the probe turns, world.
     pub(super) fn pivot(&self, scene: &Scene) -> DVec3 {
         self.held().map_or_else(|| of_device(scene).point(grip_a(scene)), |held| held.point(self.spring_a))
     }
@@ -223,17 +224,17 @@ impl Hand {
         run.guide(self.guide);
     }
 
-    /// Target of the probe, world, while it is held.
+    /// Returns the target of the probe, world, while it is held.
     fn held(&self) -> Option<Pose> {
         if let Guide::Held(pose) = self.guide { Some(pose) } else { None }
     }
 
-    /// Free end of the spring, world.
+    /// Returns the free end of the spring, world.
     fn target(&self) -> DVec3 {
         self.held().map_or(DVec3::ZERO, |held| held.point(self.spring_a))
     }
 
-    /// Moves the held probe, from the device's pose if the script had it.
+    /// Moves the held probe, starting from the device's pose if the script moved it before.
     fn go(&mut self, scene: &Scene, motion: &Motion) {
         let held = self.held().unwrap_or_else(|| {
             self.spring_a = grip_a(scene);
@@ -259,7 +260,7 @@ impl Hand {
     }
 }
 
-/// Pose of the probe at the device, world.
+/// Returns the pose of the probe according to the device, world.
 fn of_device(scene: &Scene) -> Pose {
     match (&scene.moment, scene.bodies.first()) {
         (Some(moment), _) => scene.moment_pose * moment.device,
@@ -268,7 +269,7 @@ fn of_device(scene: &Scene) -> Pose {
     }
 }
 
-/// Grip of the hand, in the probe's frame.
+/// Returns the grip of the hand, in the probe's frame.
 fn grip_a(scene: &Scene) -> DVec3 {
     scene.moment.as_ref().map_or(DVec3::ZERO, |moment| moment.tool.inverse().point(moment.grip))
 }
@@ -283,14 +284,14 @@ fn by_keys(ui: &egui::Ui, area: &Area, view: &View3d, frame: f64) -> Option<Moti
         );
         (along, input.modifiers)
     });
-    // With Alt, they are the eye's.
+    // With Alt, these keys move the camera.
     if along == DVec3::ZERO || modifiers.alt {
         return None;
     }
     let [right, up, back] = view.camera().axes();
     let frame = if modifiers.shift { frame * SLOWLY } else { frame };
     if modifiers.ctrl {
-        // Turns as if the near side were pushed in that direction.
+        // Turns as if the near side were pushed in this direction.
         let axis = right * -along.y + up * along.x - back * along.z;
         return Some(Motion { linear: DVec3::ZERO, turn: DQuat::from_scaled_axis(axis * KEY_TURN * frame) });
     }
@@ -299,7 +300,7 @@ fn by_keys(ui: &egui::Ui, area: &Area, view: &View3d, frame: f64) -> Option<Moti
     Some(Motion { linear, turn: DQuat::IDENTITY })
 }
 
-/// A coil between two places.
+/// Draws a coil between two points.
 fn spring(from: Pos2, to: Pos2) -> Vec<Pos2> {
     let along = to - from;
     let across = along.normalized().rot90() * COIL;
@@ -327,29 +328,29 @@ mod tests {
     }
 
     #[test]
-    fn the_hand_takes_over_where_the_device_is_and_turns_about_the_grip() {
+    fn hand_starts_at_the_device_and_rotates_about_the_grip() {
         let mut hand = Hand::default();
         hand.go(&scene(), &Motion { linear: DVec3::ZERO, turn: DQuat::from_rotation_x(0.5) });
-        let held = hand.held().expect("it holds");
-        assert!((held.point(DVec3::Z) - DVec3::new(2.0, 2.0, 4.0)).length() < 1e-12, "the grip stays");
+        let held = hand.held().expect("the hand holds the probe");
+        assert!((held.point(DVec3::Z) - DVec3::new(2.0, 2.0, 4.0)).length() < 1e-12, "the grip must not move");
         hand.go(&scene(), &Motion { linear: DVec3::Y, turn: DQuat::IDENTITY });
-        let held = hand.held().expect("it holds");
-        assert!((held.point(DVec3::Z) - DVec3::new(2.0, 3.0, 4.0)).length() < 1e-12, "and moves");
+        let held = hand.held().expect("the hand holds the probe");
+        assert!((held.point(DVec3::Z) - DVec3::new(2.0, 3.0, 4.0)).length() < 1e-12, "the grip must move");
     }
 
     #[test]
-    fn letting_go_of_the_mouse_lets_go_of_the_probe() {
+    fn releasing_the_mouse_releases_the_probe() {
         let mut hand = Hand::default();
         hand.go(&scene(), &Motion { linear: DVec3::Y, turn: DQuat::IDENTITY });
         hand.let_go();
-        assert!(hand.guide == Guide::Released && hand.holds(), "it is not the script's either");
-        // Taken again, it begins where the device is by then.
+        assert!(hand.guide == Guide::Released && hand.holds(), "the script must not hold the probe either");
+        // Taken again, the probe starts at the device's new pose.
         hand.go(&scene(), &Motion { linear: DVec3::ZERO, turn: DQuat::IDENTITY });
-        assert_eq!(hand.held().expect("it holds").translation, DVec3::new(2.0, 2.0, 3.0));
+        assert_eq!(hand.held().expect("the hand holds the probe").translation, DVec3::new(2.0, 2.0, 3.0));
     }
 
     #[test]
-    fn a_spring_reaches_from_end_to_end() {
+    fn drawn_spring_reaches_from_end_to_end() {
         let (from, to) = (Pos2::new(3.0, 4.0), Pos2::new(90.0, -20.0));
         let points = spring(from, to);
         assert_eq!((points[0], points[points.len() - 1]), (from, to));

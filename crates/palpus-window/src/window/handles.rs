@@ -1,9 +1,10 @@
 //! Handles at the grip: three arrows and three rings along and about the axes of the world. The
-//! mouse drags them to place the probe, or the arrows alone to place the grip on it.
+//! mouse drags them to place the probe. In the mode for the grip, there are only the arrows.
 //!
-//! 1. Each handle is a line on the screen ([`Handles::lines`]); the one under the mouse is lit.
-//! 2. A drag changes the handle's quantity by the part of the mouse's motion along the handle, over
-//!    the handle's own motion on the screen for a unit of that quantity.
+//! 1. Each handle is a line on the screen ([`Handles::lines`]). The handle under the mouse is
+//!    highlighted.
+//! 2. A drag changes the handle's quantity by the mouse's motion along the handle, divided by the
+//!    handle's own motion on the screen for a unit of this quantity.
 
 use eframe::egui::{self, Align2, Color32, FontId, PointerButton, Pos2, Stroke, Vec2};
 use glam::{DQuat, DVec3};
@@ -13,22 +14,22 @@ use super::hand::Motion;
 use super::view3d::{Area, View3d, colour};
 use crate::style::Style;
 
-/// Points: the length of an arrow, and within which distance of a handle the mouse takes it.
+/// Points: the length of an arrow, and the distance from a handle within which the mouse grabs it.
 const LENGTH: f64 = 78.0;
 const REACH: f32 = 7.0;
-/// Parts of the length: where an arrow begins, and the radius of a ring.
+/// Relative to the length: the start of an arrow, and the radius of a ring.
 const BEGIN: f64 = 0.18;
 const RING: f64 = 0.72;
 const RING_POINTS: u32 = 48;
-/// An arrow that is shorter on the screen (points) cannot be dragged: it points at the eye, and a
-/// small drag would move the probe far.
+/// An arrow that is shorter on the screen (points) cannot be dragged: it points at the camera, and
+/// a small drag would move the probe far.
 const LEAST_SEEN: f32 = 14.0;
 const LETTERS: f32 = 13.0;
 
-/// The quantity that the handles move.
+/// The object that the handles move.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Moves {
-    /// There are no handles.
+    /// No handles.
     #[default]
     Nothing,
     /// The probe.
@@ -38,7 +39,7 @@ pub(super) enum Moves {
 }
 
 impl Moves {
-    /// The quantity that the handles move next.
+    /// Returns the next mode of the handles.
     pub(super) fn next(self) -> Self {
         match self {
             Self::Nothing => Self::Probe,
@@ -47,7 +48,7 @@ impl Moves {
         }
     }
 
-    /// Message about the quantity.
+    /// Message about the mode.
     pub(super) fn words(self) -> &'static str {
         match self {
             Self::Nothing => "no handles",
@@ -70,19 +71,19 @@ pub(super) struct Handles {
     pub(super) moves: Moves,
     grabbed: Option<Handle>,
     lit: Option<Handle>,
-    /// The grip's way so far, world, m.
+    /// Displacement of the grip so far, world, m.
     way: DVec3,
 }
 
-/// Request of a frame.
+/// Request of the handles in a frame.
 pub(super) enum Dragged {
-    /// The mouse is free.
+    /// The handles do not use the mouse.
     Nothing,
-    /// A handle has the mouse.
+    /// A handle uses the mouse.
     Held,
     /// The probe moves by this step.
     Probe(Motion),
-    /// The grip was let go of, so far from where it was, world, m.
+    /// The grip was released at this displacement, world, m.
     Grip(DVec3),
 }
 
@@ -92,7 +93,7 @@ impl Handles {
         self.grabbed.or(self.lit).is_some()
     }
 
-    /// The mouse on the handles at `pivot` (world).
+    /// Processes the mouse for the handles at `pivot` (world).
     pub(super) fn act(&mut self, ui: &egui::Ui, area: &Area, view: &View3d, pivot: DVec3) -> Dragged {
         self.lit = None;
         if self.moves == Moves::Nothing {
@@ -136,7 +137,7 @@ impl Handles {
         }
     }
 
-    /// The handles' lines on the screen, arrows last, so that they are in front.
+    /// Returns the handles' lines on the screen. Arrows are last, so that they are in front.
     fn lines(&self, area: &Area, view: &View3d, pivot: DVec3) -> Vec<(Handle, Vec<Pos2>)> {
         let length = LENGTH * view.metres_per_point(area, pivot);
         let seen = |points: Vec<DVec3>| {
@@ -160,14 +161,14 @@ impl Handles {
         rings.chain((0..3).filter_map(arrow)).collect()
     }
 
-    /// The handle under the mouse: the nearest within reach.
+    /// Returns the handle under the mouse: the nearest within reach.
     fn under(&self, area: &Area, view: &View3d, pivot: DVec3, at: Pos2) -> Option<Handle> {
         let lines = self.lines(area, view, pivot);
         let distances = lines.iter().map(|(handle, line)| (*handle, distance_to(line, at)));
         distances.filter(|(_, far)| *far < REACH).min_by(|a, b| a.1.total_cmp(&b.1)).map(|(handle, _)| handle)
     }
 
-    /// Draws them at `pivot` (world).
+    /// Draws the handles at `pivot` (world).
     pub(super) fn draw(&self, ui: &egui::Ui, area: &Area, view: &View3d, pivot: DVec3, style: &Style) {
         if self.moves == Moves::Nothing {
             return;
@@ -206,11 +207,11 @@ impl Handles {
     }
 }
 
-/// By how much a handle at `pivot` goes on, m or rad, while the mouse at `at` moves by `moved`;
-/// `None` where it moves along the line of sight.
+/// Returns the change of a handle at `pivot`, m or rad, while the mouse at `at` moves by `moved`.
+/// `None` if the handle moves along the line of sight.
 fn dragged(handle: Handle, area: &Area, view: &View3d, pivot: DVec3, at: Pos2, moved: Vec2) -> Option<f64> {
     let metres = view.metres_per_point(area, pivot);
-    // A step of the handle, and the place on it that the mouse holds.
+    // A step along the handle (both ends, world), and its size (m or rad).
     let (step, amount) = match handle {
         Handle::Along(axis) => {
             let step = LENGTH * metres;
@@ -230,14 +231,14 @@ fn dragged(handle: Handle, area: &Area, view: &View3d, pivot: DVec3, at: Pos2, m
     along(to - from, moved).map(|steps| f64::from(steps) * amount)
 }
 
-/// How many of the steps `step` the motion `moved` makes along it; `None` of a step that is not
-/// seen.
+/// Returns how many units with the screen motion `step` are in the motion `moved` along it; `None`
+/// if `step` is not visible.
 fn along(step: Vec2, moved: Vec2) -> Option<f32> {
     let square = step.length_sq();
     (square > 0.01).then(|| step.dot(moved) / square)
 }
 
-/// Distance of a point to a line of straight parts.
+/// Returns the distance of a point to a polyline.
 fn distance_to(line: &[Pos2], at: Pos2) -> f32 {
     let of_part = |part: &[Pos2]| {
         let (from, way) = (part[0], part[1] - part[0]);
@@ -252,22 +253,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_drag_counts_along_the_handle_alone() {
+    fn drag_counts_only_along_the_handle() {
         let step = Vec2::new(30.0, -40.0);
-        assert!((along(step, step * 2.0).expect("seen") - 2.0).abs() < 1e-6);
-        assert!(along(step, Vec2::new(40.0, 30.0)).expect("seen").abs() < 1e-6, "across it, nothing moves");
+        assert!((along(step, step * 2.0).expect("the handle is visible") - 2.0).abs() < 1e-6);
+        assert!(
+            along(step, Vec2::new(40.0, 30.0)).expect("the handle is visible").abs() < 1e-6,
+            "a drag across the handle must not move it"
+        );
         assert_eq!(along(Vec2::ZERO, step), None);
     }
 
     #[test]
-    fn the_nearest_part_of_a_line_counts() {
+    fn nearest_point_of_a_line_counts() {
         let line = [Pos2::new(0.0, 0.0), Pos2::new(10.0, 0.0), Pos2::new(10.0, 10.0)];
         assert_eq!(distance_to(&line, Pos2::new(5.0, 3.0)), 3.0);
         assert_eq!(distance_to(&line, Pos2::new(14.0, 13.0)), 5.0);
     }
 
     #[test]
-    fn handles_go_from_probe_to_grip_and_away() {
+    fn handles_switch_from_probe_to_grip_to_none() {
         assert_eq!(Moves::default().next().next().next(), Moves::Nothing);
     }
 }

@@ -1,25 +1,24 @@
-//! The last seconds of a run, tick by tick, for the plots; and what they had to show, frame by
-//! frame.
+//! The last seconds of a run, tick by tick, for the plots, and their moments, frame by frame.
 
 use std::collections::VecDeque;
 
 use super::run::{ComparedTick, SeenTick};
 use crate::moment::Moment;
 
-/// s that the plots reach back.
+/// Time span of the plots, s.
 pub(crate) const SPAN: f64 = 10.0;
-/// Most moments that are kept: those of the span, at the fastest that a window is drawn.
+/// Largest number of kept moments: those of the span at the fastest frame rate.
 const MOST_MOMENTS: usize = 700;
 
-/// How the bodies are: the D and P of the paper's Figure 5.
+/// State of contact: D and P of the paper's Figure 5.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum State {
     /// No contact.
     #[default]
     Free,
-    /// Contacts, and no overlap.
+    /// Contacts without overlap.
     Disjoint,
-    /// They overlap.
+    /// Overlap.
     Penetrating,
 }
 
@@ -33,7 +32,7 @@ impl State {
     }
 }
 
-/// A time in which the state stayed the same.
+/// An interval with a constant state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Interval {
     pub(crate) from: f64,
@@ -41,18 +40,18 @@ pub(crate) struct Interval {
     pub(crate) state: State,
 }
 
-/// Everything of the last [`SPAN`] seconds, oldest first.
+/// Values of the last [`SPAN`] seconds, oldest first.
 #[derive(Debug, Default)]
 pub(crate) struct History {
     ticks: VecDeque<SeenTick>,
-    /// The same ticks by other settings.
+    /// The same ticks with other settings.
     compared: VecDeque<ComparedTick>,
     moments: VecDeque<Moment>,
 }
 
 impl History {
-    /// Adds a tick that is newer than all others, and forgets what is too old; an older one begins
-    /// anew.
+    /// Adds a tick that is newer than all others, and removes old ticks. If it is older than the
+    /// last one, the history starts again.
     pub(crate) fn push(&mut self, tick: SeenTick) {
         if self.ticks.back().is_some_and(|last| last.time >= tick.time) {
             self.clear();
@@ -70,12 +69,12 @@ impl History {
         }
     }
 
-    /// Adds what a tick is by other settings.
+    /// Adds a tick with other settings.
     pub(crate) fn push_compared(&mut self, tick: ComparedTick) {
         self.compared.push_back(tick);
     }
 
-    /// Adds what a tick has to show.
+    /// Adds the moment of a tick.
     pub(crate) fn push_moment(&mut self, moment: &Moment) {
         if self.moments.back().is_none_or(|last| last.time < moment.time) && self.moments.len() < MOST_MOMENTS {
             self.moments.push_back(moment.clone());
@@ -87,45 +86,45 @@ impl History {
         self.ticks.back().map_or(0.0, |tick| tick.time)
     }
 
-    /// Forgets everything: another scene begins.
+    /// Removes everything, because another scene starts.
     pub(crate) fn clear(&mut self) {
         *self = Self::default();
     }
 
-    /// Forgets what was compared.
+    /// Removes the comparison.
     pub(crate) fn clear_compared(&mut self) {
         self.compared.clear();
     }
 
-    /// All ticks, oldest first.
+    /// Returns all ticks, oldest first.
     pub(crate) fn ticks(&self) -> impl Iterator<Item = &SeenTick> {
         self.ticks.iter()
     }
 
-    /// The same by other settings.
+    /// Returns the ticks with other settings.
     pub(crate) fn compared(&self) -> impl Iterator<Item = &ComparedTick> {
         self.compared.iter()
     }
 
-    /// The first tick that is not before `time`, or the newest.
+    /// Returns the first tick from `time` on, or the newest.
     pub(crate) fn at(&self, time: Option<f64>) -> Option<&SeenTick> {
         let found = time.and_then(|time| self.ticks.get(self.ticks.partition_point(|tick| tick.time < time)));
         found.or(self.ticks.back())
     }
 
-    /// The same of what is compared.
+    /// Returns the compared tick for the same time.
     pub(crate) fn compared_at(&self, time: Option<f64>) -> Option<&ComparedTick> {
         let found = time.and_then(|time| self.compared.get(self.compared.partition_point(|tick| tick.time < time)));
         found.or(self.compared.back())
     }
 
-    /// The moment at `time`.
+    /// Returns the moment at `time`.
     pub(crate) fn moment(&self, time: f64) -> Option<&Moment> {
         let after = self.moments.partition_point(|moment| moment.time < time);
         self.moments.get(after).or(self.moments.back())
     }
 
-    /// The times of contact, oldest first.
+    /// Returns the intervals of contact, oldest first.
     pub(crate) fn intervals(&self) -> Vec<Interval> {
         let mut intervals: Vec<Interval> = Vec::new();
         for tick in &self.ticks {
@@ -154,24 +153,24 @@ mod tests {
     }
 
     #[test]
-    fn what_is_too_old_is_forgotten() {
+    fn too_old_ticks_are_dropped() {
         let mut history = History::default();
         for k in 0..200 {
             history.push(at(f64::from(k) * 0.125, State::Free));
             history.push_moment(&Moment { time: f64::from(k) * 0.125, ..Moment::new(1) });
         }
         assert_eq!(history.ticks().count(), 81);
-        let first = history.ticks().next().expect("there are some").time;
+        let first = history.ticks().next().expect("the history has ticks").time;
         assert!((first - (history.end() - SPAN)).abs() < 1e-9);
-        assert!((history.moment(15.0).expect("it is kept").time - 15.0).abs() < 0.13);
-        assert!((history.at(Some(15.0)).expect("it is kept").time - 15.0).abs() < 0.13);
-        // Time begins anew with another run.
+        assert!((history.moment(15.0).expect("the moment is stored").time - 15.0).abs() < 0.13);
+        assert!((history.at(Some(15.0)).expect("the moment is stored").time - 15.0).abs() < 0.13);
+        // In a new run, the time starts again.
         history.push(at(0.0, State::Free));
         assert_eq!(history.ticks().count(), 1);
     }
 
     #[test]
-    fn times_of_contact_are_told_apart() {
+    fn separate_contacts_are_distinguished() {
         use State::{Disjoint, Free, Penetrating};
         let mut history = History::default();
         for (time, state) in

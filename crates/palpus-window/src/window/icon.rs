@@ -1,4 +1,4 @@
-//! Small pictures on buttons, drawn as shapes: no font has to have them.
+//! Icons on buttons, drawn as shapes, so that no font needs to have them.
 
 use eframe::egui::{Atom, Button, Color32, Rect, Response, Shape, Stroke, StrokeKind, Ui, pos2, vec2};
 
@@ -17,7 +17,7 @@ pub(super) enum Icon {
     Open,
 }
 
-/// A button with an icon in `ink`.
+/// A button with an icon in the colour `ink`.
 pub(super) fn button(ui: &mut Ui, icon: Icon, words: &str, is_on: bool, ink: Color32, size: [f32; 2]) -> Response {
     let picture = Atom::paint(vec2(SIZE, SIZE), move |ui, place| draw(ui, icon, place.rect, ink));
     ui.add(Button::selectable(is_on, (picture, words)).frame_when_inactive(true).min_size(size.into()))

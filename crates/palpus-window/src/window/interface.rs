@@ -1,5 +1,5 @@
-//! The frames of the window, and the effects of mouse and keys. The module's description has the
-//! outline.
+//! The frames of the window, and the effects of mouse and keys. The module's description has an
+//! overview.
 
 use eframe::egui::{self, CornerRadius, Frame, Margin, Panel, ScrollArea, Ui};
 use glam::DVec3;
@@ -30,15 +30,15 @@ use crate::style::{Style, Theme};
 /// Points.
 const SIDE: f32 = 340.0;
 const STATE: f32 = 28.0;
-/// Narrower windows have the panel at the right only if it is asked for.
+/// Narrower windows show the panel at the right only on request.
 const ROOMY: f32 = 900.0;
 const PLOTS: f32 = 176.0;
-/// In a low window the plots are lower, and the scene keeps its room.
+/// In a low window the plots are lower, so that the scene keeps its space.
 const LOW: f32 = 760.0;
 const LOW_PLOTS: f32 = 132.0;
 const SIDE_MARGIN: i8 = 14;
 
-/// All that the window is.
+/// The state of the window.
 pub(super) struct Interface<'a> {
     scene: Scene,
     style: Style,
@@ -47,7 +47,7 @@ pub(super) struct Interface<'a> {
     run: &'a mut dyn Run,
     hand: Hand,
     handles: Handles,
-    /// The next run begins with the probe held there.
+    /// The next run starts with the probe held at this pose.
     jump: Option<Pose>,
     feel: Feel,
     status: Status,
@@ -60,19 +60,19 @@ pub(super) struct Interface<'a> {
     notices: Notices,
     /// The failure that was reported last.
     failure: Option<String>,
-    /// The scene's widget: while it has the keyboard, keys move the hand.
+    /// The scene's widget. While it has the keyboard focus, keys move the hand.
     view_id: Option<egui::Id>,
     frozen: bool,
-    /// The probe has been taken by a person: no hint is needed any more.
+    /// True if the user has moved the probe, so that no hint is needed.
     was_taken: bool,
-    /// The panel at the right, if a person chose; else where there is room.
+    /// The user's choice for the panel at the right; `None` shows it if there is space.
     side: Option<bool>,
     help: bool,
     /// The message about the start of this run.
     start: Option<String>,
-    /// The message about a run without contact was shown.
+    /// True if the message about a run without contact was shown.
     untouched: bool,
-    /// World, m.
+    /// Position, world, m.
     way_out: Option<DVec3>,
 }
 
@@ -174,7 +174,7 @@ impl<'a> Interface<'a> {
         }
     }
 
-    /// Shows the moment that a person looks back at.
+    /// Shows the moment at the time that the user has selected.
     fn look_back(&mut self) {
         let found = self.plots.cursor.and_then(|time| self.history.moment(time));
         if let Some(moment) = found {
@@ -184,7 +184,7 @@ impl<'a> Interface<'a> {
         }
     }
 
-    /// A person looks at another time, or at other curves.
+    /// The user selects another time, or other curves.
     fn ask_plots(&mut self, asked: Asked) {
         match asked {
             Asked::Nothing => {}
@@ -192,7 +192,7 @@ impl<'a> Interface<'a> {
             Asked::LookAt(time) => {
                 if !self.frozen {
                     self.frozen = true;
-                    self.notices.tell("looking back; the loop goes on (Z returns to it)");
+                    self.notices.tell("showing the past; the loop goes on (Z returns to the present)");
                 }
                 self.plots.cursor = Some(time);
                 self.look_back();
@@ -213,7 +213,7 @@ impl<'a> Interface<'a> {
         self.view.widen();
     }
 
-    /// Another scene, seen in the way that the last one was.
+    /// Shows another scene, from the direction of the previous one.
     fn replace(&mut self, mut scene: Scene, moments: Newest<Moment>) {
         for (k, body) in scene.bodies.iter_mut().enumerate() {
             body.colour = body.part.colour(self.style.theme);
@@ -234,7 +234,7 @@ impl<'a> Interface<'a> {
         self.notices.tell(format!("now: {}", self.scene.title));
     }
 
-    /// Step 2, and what buttons ask for.
+    /// Step 2, and the requests of buttons.
     fn act(&mut self, context: &egui::Context, action: Action) {
         match action {
             Action::Pause => {
@@ -301,7 +301,7 @@ impl<'a> Interface<'a> {
         Start { probe: Some(probe), grip_a: Some(self.run.settings().grip_a), lead_out }
     }
 
-    /// True if the panel at the right is there.
+    /// True if the panel at the right is visible.
     fn has_side(&self, context: &egui::Context) -> bool {
         self.side.unwrap_or(context.content_rect().width() >= ROOMY)
     }
@@ -326,7 +326,7 @@ impl<'a> Interface<'a> {
         }
     }
 
-    /// The whole window as a file.
+    /// Saves a picture of the whole window.
     fn picture(&self, context: &egui::Context) {
         let notices = self.notices.clone();
         context.request_screenshot(move |image| {
@@ -353,7 +353,7 @@ impl<'a> Interface<'a> {
         self.notices.check(said);
     }
 
-    /// Place of the handles, world.
+    /// Position of the handles, world.
     fn pivot(&self) -> DVec3 {
         match (self.handles.moves, self.scene.bodies.first()) {
             (Moves::Grip, Some(probe)) => probe.pose.point(self.run.settings().grip_a),
@@ -361,7 +361,7 @@ impl<'a> Interface<'a> {
         }
     }
 
-    /// The scene begins anew, held at a point that is so far from where it was held, world.
+    /// Restarts the scene with the grip at this displacement from its old position, world, m.
     fn move_grip(&mut self, way: DVec3) {
         let Some(probe) = self.scene.bodies.first() else { return };
         let grip_a = self.run.settings().grip_a + probe.pose.inverse().vector(way);
@@ -370,13 +370,13 @@ impl<'a> Interface<'a> {
         }
     }
 
-    /// Step 3, in the middle. `is_free`: no control is chosen, no dialog is open.
+    /// Step 3, in the middle. `is_free`: no control has the focus, and no dialog is open.
     fn middle(&mut self, ui: &mut Ui, is_free: bool, actions: &mut Vec<Action>) {
         let (area, other) = self.view.place_beside(ui, &self.scene, self.beside.is_some());
         self.view_id = Some(area.response.id);
         let has_focus = area.response.has_focus();
         if has_focus {
-            // Arrows move the probe, not on to another control.
+            // Arrow keys move the probe, not the focus.
             let filter = egui::EventFilter { horizontal_arrows: true, vertical_arrows: true, ..Default::default() };
             ui.memory_mut(|memory| memory.set_focus_lock_filter(area.response.id, filter));
         }
@@ -434,7 +434,7 @@ impl<'a> Interface<'a> {
         }
     }
 
-    /// Draws the dialogs, over everything.
+    /// Draws the dialogs on top.
     fn dialogs(&mut self, context: &egui::Context) {
         let dropped: Vec<_> =
             context.input(|input| input.raw.dropped_files.iter().map(|file| file.path().to_path_buf()).collect());

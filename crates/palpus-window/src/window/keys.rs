@@ -1,8 +1,8 @@
-//! Keys: which were pressed, which mean the same in every window, and how `?` lists them.
+//! Keys: which keys were pressed, which keys are the same in every window, and how `?` lists them.
 //!
 //! Each window has a table of its own keys ([`super::run_keys`], [`super::player`],
-//! [`super::viewer`]) beside the one here. A table has both a key's action and its text in the
-//! list, so that the two agree.
+//! [`super::viewer`]) in addition to the table here. A table has both a key's action and its text
+//! in the list, so that the two agree.
 
 use eframe::egui::{self, Event, Key, RichText};
 
@@ -41,17 +41,17 @@ pub(super) fn of_scene(key: Key) -> Option<SceneAction> {
     SCENE_KEYS.iter().find(|known| known.0 == key).map(|known| known.1)
 }
 
-/// A key as it was pressed.
+/// A pressed key.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pressed {
     pub(super) key: Key,
     pub(super) shift: bool,
-    /// It was down already, and is held.
+    /// True if the key was pressed before and is held.
     pub(super) again: bool,
 }
 
-/// The keys of this frame; none while text is written, and none with Ctrl or Alt, which are the
-/// window's and the eye's.
+/// Returns the keys of this frame. There are none while text is typed, and none with Ctrl or Alt,
+/// which belong to the window and the camera.
 pub(super) fn pressed(context: &egui::Context) -> Vec<Pressed> {
     if context.text_edit_focused() {
         return Vec::new();
@@ -71,13 +71,13 @@ pub(super) fn pressed(context: &egui::Context) -> Vec<Pressed> {
     context.input(|input| input.events.iter().filter_map(pressed).collect())
 }
 
-/// Letters of the name of a single key.
+/// Longest name of a single key, in letters.
 const LONGEST_KEY: usize = 5;
 
-/// Points that a list of keys leaves of the window.
+/// Margin of the window around a list of keys, points.
 const MARGIN: f32 = 60.0;
 
-/// Shows a list of keys over everything while `is_shown`.
+/// Shows a list of keys on top of everything while `is_shown`.
 pub(super) fn show(context: &egui::Context, is_shown: &mut bool, list: impl FnOnce(&mut egui::Ui)) {
     if *is_shown {
         let modal = egui::Modal::new(egui::Id::unique("keys")).show(context, list);
@@ -85,24 +85,24 @@ pub(super) fn show(context: &egui::Context, is_shown: &mut bool, list: impl FnOn
     }
 }
 
-/// The room that a list has.
+/// The space for a list.
 pub(super) fn room(ui: &egui::Ui) -> egui::Vec2 {
     ui.ctx().content_rect().size() - egui::Vec2::splat(MARGIN)
 }
 
-/// Small letters, so that a list is seen at once; scrolled where the window is too low for it.
+/// Small text, so that the whole list is visible. It scrolls in windows that are too low.
 pub(super) fn scrolled(ui: &mut egui::Ui, contents: impl FnOnce(&mut egui::Ui)) {
     let room = room(ui);
     let area = egui::ScrollArea::both().max_width(room.x).max_height(room.y);
     area.min_scrolled_width(room.x).min_scrolled_height(room.y).show(ui, |ui| {
         ui.style_mut().override_text_style = Some(egui::TextStyle::Small);
         ui.spacing_mut().interact_size.y = 0.0;
-        // Beside the scroll bar.
+        // Margin for the scroll bar.
         egui::Frame::NONE.inner_margin(egui::Margin { right: 12, ..egui::Margin::ZERO }).show(ui, contents);
     });
 }
 
-/// Lists `own` keys and what the mouse does, then the keys of every window.
+/// Lists the `own` keys and the actions of the mouse, then the keys of every window.
 pub(super) fn list<'a>(
     ui: &mut egui::Ui,
     own: impl IntoIterator<Item = (&'a str, &'a str)>,
@@ -125,12 +125,12 @@ pub(super) fn list<'a>(
     });
 }
 
-/// As the keys of every window are listed.
+/// The keys of every window, for the list.
 pub(super) fn scene_lines<'a>() -> impl Iterator<Item = (&'a str, &'a str)> {
     SCENE_KEYS.into_iter().map(|(_, _, name, words)| (name, words))
 }
 
-/// Keys and what they do, in two columns; `spacing` in points.
+/// Draws keys and their actions in two columns; `spacing` in points.
 pub(super) fn grid<'a>(
     ui: &mut egui::Ui,
     name: &str,
@@ -139,7 +139,7 @@ pub(super) fn grid<'a>(
 ) {
     egui::Grid::new(name).num_columns(2).spacing(spacing).show(ui, |ui| {
         for (key, words) in lines {
-            // Mouse actions are in words, and begin with a small letter.
+            // Mouse actions are texts that begin with a small letter.
             let is_key = key.chars().count() <= LONGEST_KEY && !key.starts_with(char::is_lowercase);
             let name = RichText::new(if is_key { format!(" {key} ") } else { key.to_owned() }).strong();
             // Draws the name of a single key as a key cap.
@@ -150,7 +150,8 @@ pub(super) fn grid<'a>(
     });
 }
 
-/// Draws buttons for actions that have no other way by mouse; returns the action of a pressed one.
+/// Draws buttons for actions that the mouse cannot do otherwise; returns the action of a pressed
+/// one.
 pub(super) fn buttons(ui: &mut egui::Ui) -> Option<SceneAction> {
     let mut asked = None;
     ui.horizontal_wrapped(|ui| {

@@ -1,17 +1,16 @@
-//! The window beside the servo loop.
+//! The window of a run.
 //!
 //! It reads the newest values that the servo thread has published ([`palpus_device::Newest`]), and
 //! sends requests through a [`Run`]; the loop never waits for it. One function builds the
-//! interface, once a frame:
+//! interface, once in each frame:
 //!
-//! 1. take the newest moment and numbers, and remember the numbers for the plots;
-//! 2. keys, which ask for what buttons ask for too;
-//! 3. the panels: at the top the controls of the run, at the right its state and the contact
-//!    settings, at the bottom the plots, in the middle the scene, in which the mouse moves the
-//!    probe or the eye.
+//! 1. take the newest moment and numbers, and store the numbers for the plots;
+//! 2. handle keys, which have the same actions as buttons;
+//! 3. draw the panels: at the top the controls of the run, at the right its state and the contact
+//!    settings, at the bottom the plots, and in the middle the scene, in which the mouse moves the
+//!    probe or the camera.
 //!
-//! A machine without a display, or whose graphics library is missing or too old, is an error that
-//! says so.
+//! If a machine has no display, or its graphics library is missing or too old, the error says so.
 
 mod backdrop;
 mod bar;
@@ -59,7 +58,7 @@ pub use player::{Replayed, ReplayedTick, show_recording};
 pub use run::{Cap, ComparedTick, FileKind, Loading, MeshFile, Numbers, Painted, Preset, Run, SeenTick, Start, Wanted};
 pub use viewer::{Viewed, view};
 
-/// Why there is no window.
+/// Reason why there is no window.
 #[derive(Debug, thiserror::Error)]
 pub enum WindowError {
     /// No display or no graphics library; the text gives the reason.
@@ -67,7 +66,7 @@ pub enum WindowError {
     Unavailable(String),
 }
 
-/// True if there may be a display: on Linux and the BSDs, if one is named by the environment.
+/// True if there may be a display: on Linux and the BSDs, if an environment variable names one.
 pub fn has_display() -> bool {
     if cfg!(any(windows, target_os = "macos")) {
         return true;
@@ -77,11 +76,12 @@ pub fn has_display() -> bool {
         .any(|name| std::env::var_os(name).is_some_and(|v| !v.is_empty()))
 }
 
-/// Shows `scene`, whose first body is the probe and whose second the environment, until the user
-/// closes the window; must be called on the main thread. `run` is what goes on behind it.
+/// Shows `scene`, whose first body is the probe and whose second body is the environment, until the
+/// user closes the window. Must be called on the main thread. `run`: the run of the scene.
 ///
 /// # Errors
-/// When no window can be opened here.
+///
+/// Fails if no window can be opened.
 pub fn open(scene: Scene, moments: Newest<Moment>, run: &mut dyn Run) -> Result<(), WindowError> {
     let title = title(&scene);
     shell::show(&title, |creation| Ok(Box::new(Interface::new(creation, scene, moments, run)?)))

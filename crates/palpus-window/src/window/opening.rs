@@ -1,9 +1,9 @@
-//! The dialog that chooses what is felt next: meshes for the probe and the environment, a scene
-//! file, a recent file, or a built-in scene.
+//! The dialog that chooses the next scene: meshes for the probe and the environment, a scene file,
+//! a recent file, or a built-in scene.
 //!
-//! 1. Each body has a [`Slot`] for a file that was dropped, typed or opened of late. A body without
-//!    one stays.
-//! 2. Enter, or the button, has the run prepare both.
+//! 1. Each body has a [`Slot`] for a file that was dropped, typed or chosen from the recent files.
+//!    A body without a new file stays.
+//! 2. Enter or the button starts the preparation of both.
 
 use std::path::{Path, PathBuf};
 
@@ -19,7 +19,7 @@ const MARGIN: f32 = 70.0;
 const SCENES_HEIGHT: f32 = 230.0;
 /// Width of the column of names.
 const SCENE_NAME: f32 = 120.0;
-/// Recent files that are offered.
+/// Number of recent files in the dialog.
 const MOST_RECENT: usize = 5;
 
 /// State of the dialog.
@@ -28,7 +28,7 @@ pub(super) struct Opening {
     environment: Slot,
     scenes: Vec<(String, String)>,
     recent: Vec<PathBuf>,
-    /// Enter was pressed before the files were read.
+    /// True if Enter was pressed before the files were read.
     hurries: bool,
     is_new: bool,
 }
@@ -40,14 +40,15 @@ impl Opening {
         Self { probe, environment, scenes: run.scenes(), recent, hurries: false, is_new: true }
     }
 
-    /// Takes a file that was dropped or chosen: for the probe if it has none yet, else for the
+    /// Takes a file that was dropped or chosen: for the probe if it has no file yet, else for the
     /// environment.
     pub(super) fn take(&mut self, path: &Path) {
         let is_free = self.probe.content() == Content::Empty;
         *(if is_free { &mut self.probe } else { &mut self.environment }) = Slot::new(Some(path));
     }
 
-    /// Draws the dialog. True while it stays open; the error is the run's objection to the choice.
+    /// Draws the dialog. Returns true while it stays open. The error is the run's message about the
+    /// choice.
     pub(super) fn show(&mut self, context: &Context, run: &mut dyn Run) -> Result<bool, String> {
         self.probe.look(run);
         self.environment.look(run);
@@ -63,7 +64,7 @@ impl Opening {
                         cancelled = ui.button("cancel (Esc)").clicked();
                     });
                 });
-                ui.label(small("Drop meshes or a scene file on the window, or type where they are."));
+                ui.label(small("Drop meshes or a scene file on the window, or type their paths."));
                 ui.add_space(4.0);
                 self.files(ui, &mut wanted);
                 self.recent(ui);
@@ -142,7 +143,7 @@ impl Opening {
 /// Result of both slots.
 #[derive(Debug, PartialEq)]
 enum Chosen {
-    /// Nothing that can be felt.
+    /// Not a valid choice.
     Nothing,
     /// Files are still being read.
     Soon,
@@ -160,7 +161,8 @@ fn chosen(probe: Content, environment: Content) -> Chosen {
     }
 }
 
-/// A file by its name, and a scene by its folder too: many are called `scene.toml`.
+/// Text for a file: its name, and for a scene file also its folder, because many are called
+/// `scene.toml`.
 fn short(file: &Path) -> String {
     let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let is_scene = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
@@ -175,7 +177,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn two_meshes_are_opened_at_once() {
+    fn two_meshes_are_opened_together() {
         let mesh = |name: &str| MeshFile { file: PathBuf::from(name), metres_per_unit: 1e-3 };
         let of = |name: &str| Content::Mesh(mesh(name));
         let both = Wanted::Meshes { probe: Some(mesh("a.obj")), environment: Some(mesh("b.obj")) };

@@ -1,4 +1,4 @@
-//! The overlay of the scene: the legend, who moves the probe, progress, and messages.
+//! The overlay of the scene: the legend, the control of the probe, progress, and messages.
 
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
@@ -14,18 +14,18 @@ use crate::picture::Rgb;
 use crate::scene::Scene;
 use crate::style::{Colours, Style};
 
-/// How long a message stays, and an error.
+/// Time for which a message and an error stay visible.
 const TOLD: Duration = Duration::from_secs(6);
 const TOLD_ERROR: Duration = Duration::from_secs(15);
 /// Points.
 const MARGIN: f32 = 14.0;
 const LINE: f32 = 21.0;
 const LETTERS: f32 = 14.5;
-/// Lines of the legend's height, and points of width, that a picture has beside the legend.
+/// Smallest picture with a legend: its height in lines, and its width beside the legend in points.
 const LEAST_LINES: f32 = 10.0;
 const LEAST_WIDTH: f32 = 460.0;
 const PROGRESS: f32 = 420.0;
-/// A lower picture has smaller notices, so that it is seen.
+/// Lower pictures have smaller notices, so that the scene stays visible.
 const LOW: f32 = 360.0;
 const LEAST_ARROW: f32 = 36.0;
 
@@ -48,7 +48,7 @@ impl Notices {
         self.set(words.into(), true);
     }
 
-    /// Complains if there is something to complain of.
+    /// Shows an error message, if there is one.
     pub(super) fn check<T>(&self, result: Result<T, String>) -> Option<T> {
         result.map_err(|error| self.complain(error)).ok()
     }
@@ -67,22 +67,22 @@ impl Notices {
     }
 }
 
-/// An arrow from the grip to where it has to go before force comes.
+/// Draws an arrow from the grip to the place at which the force begins.
 pub(super) fn way_out(ui: &Ui, area: &Area, view: &View3d, scene: &Scene, way: DVec3, ink: Rgb) {
     let Some(moment) = &scene.moment else { return };
     let from = scene.moment_pose.point(moment.grip);
     let [Some(tail), Some(tip)] = [from, from + way].map(|end| view.seen_at(area, end)) else { return };
     let seen = tip - tail;
-    // A short way is drawn longer, along itself.
+    // A short way is drawn longer in its direction.
     let arrow = seen.normalized() * seen.length().max(LEAST_ARROW);
     ui.painter_at(area.rect).arrow(tail, arrow, Stroke::new(2.5, colour(ink)));
 }
 
-/// Below at the left: what the colours mean.
+/// Bottom left: the legend.
 pub(super) fn legend(ui: &Ui, rect: Rect, scene: &Scene, style: &Style) {
     let colours = style.theme.colours();
     let lines = meanings(scene, style, &colours);
-    // In a small picture they would lie over what they explain.
+    // In a small picture the legend would cover the scene.
     if rect.height() < LINE * (lines.len() as f32 + LEAST_LINES) || rect.width() < LEAST_WIDTH {
         return;
     }
@@ -93,7 +93,7 @@ pub(super) fn legend(ui: &Ui, rect: Rect, scene: &Scene, style: &Style) {
     let width = words.iter().map(|words| words.size().x).fold(0.0, f32::max);
     let size = vec2(20.0 + width, LINE * lines.len() as f32);
     let at = Rect::from_min_size(pos2(rect.left() + MARGIN, rect.bottom() - MARGIN - size.y), size);
-    // A plate, so that it is legible over a body.
+    // A background plate, so that the text is legible over a body.
     painter.rect_filled(at.expand2(vec2(8.0, 4.0)), 6.0, thin(colours.below, 0.55));
     for (k, ((rgb, _), words)) in lines.iter().zip(words).enumerate() {
         let y = at.top() + LINE * (k as f32 + 0.5);
@@ -126,7 +126,7 @@ fn meanings(scene: &Scene, style: &Style, colours: &Colours) -> Vec<(Rgb, &'stat
     lines
 }
 
-/// Above at the left: whose the probe is, and how to change that.
+/// Top left: what moves the probe, and how to change this.
 pub(super) fn whose(ui: &mut Ui, rect: Rect, holds: bool, cap: Option<&str>, actions: &mut Vec<Action>) {
     let place = Rect::from_min_max(rect.min + vec2(MARGIN, MARGIN), pos2(rect.right() - MARGIN, rect.top() + 90.0));
     let mut ui = ui.new_child(UiBuilder::new().max_rect(place));
@@ -143,8 +143,8 @@ pub(super) fn whose(ui: &mut Ui, rect: Rect, holds: bool, cap: Option<&str>, act
     }
 }
 
-/// Draws the hint on the probe that it can be dragged, until a person has taken it once: at its
-/// side, since the arrow of the force mostly points up.
+/// Draws a hint on the probe that the mouse can drag it, until the user has done so once. The hint
+/// is at the side of the probe, because the arrow of the force mostly points up.
 pub(super) fn hint(ui: &Ui, area: &Area, view: &View3d, scene: &Scene, style: &Style) {
     let Some(probe) = scene.bodies.first() else { return };
     let vertices = &probe.solid.vertices;
@@ -158,7 +158,7 @@ pub(super) fn hint(ui: &Ui, area: &Area, view: &View3d, scene: &Scene, style: &S
     let words = painter.layout_no_wrap(HINT.to_owned(), FontId::proportional(LETTERS), colour(colours.ink));
     let frame = words.size() + vec2(16.0, 8.0);
     let room = area.rect.shrink(4.0);
-    // At the right where there is no room at the left.
+    // At the right if there is no space at the left.
     let is_left = left.x - POINTER - frame.x > room.left();
     let (tip, side, align) =
         if is_left { (left, -1.0, Align2::RIGHT_CENTER) } else { (right, 1.0, Align2::LEFT_CENTER) };
@@ -173,15 +173,15 @@ pub(super) fn hint(ui: &Ui, area: &Area, view: &View3d, scene: &Scene, style: &S
     painter.galley(at.min + vec2(8.0, 4.0), words, colour(colours.ink));
 }
 
-/// Points: how long the hint's pointer is.
+/// Length of the hint's pointer, points.
 const POINTER: f32 = 8.0;
-/// Vertices of the probe among which its top is looked for.
+/// Number of the probe's vertices among which its top is searched.
 const MOST_HINTED: usize = 3000;
 
 /// Text of the hint.
 const HINT: &str = "drag me";
 
-/// Draws progress and messages, below in the middle.
+/// Draws progress and messages, at the bottom in the middle.
 pub(super) fn told(ui: &mut Ui, rect: Rect, run: &mut dyn Run, notices: &Notices) {
     let mut bottom = rect.bottom() - MARGIN;
     if let Some((words, is_error)) = notices.now() {
@@ -201,7 +201,7 @@ pub(super) fn told(ui: &mut Ui, rect: Rect, run: &mut dyn Run, notices: &Notices
     }
 }
 
-/// Something raised, centered above `bottom`; its height.
+/// Draws a raised frame, centered above `bottom`; returns its height.
 fn card(ui: &mut Ui, rect: Rect, bottom: f32, contents: impl FnOnce(&mut Ui)) -> f32 {
     let id = ui.scope_id().with(("card", bottom as i32));
     let response = egui::Area::new(id)
@@ -218,7 +218,7 @@ fn card(ui: &mut Ui, rect: Rect, bottom: f32, contents: impl FnOnce(&mut Ui)) ->
     response.response.rect.height()
 }
 
-/// Over everything while a file is held over the window.
+/// Drawn on top while a file is dragged over the window.
 pub(super) fn drop_here(ui: &Ui, rect: Rect, style: &Style) {
     let colours = style.theme.colours();
     let painter = ui.painter_at(rect);

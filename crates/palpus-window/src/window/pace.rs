@@ -1,23 +1,24 @@
-//! How long a window waits between two frames, so that they follow each other at a steady pace
-//! whatever drawing one takes.
+//! Computes the waiting time of a window between two frames, so that the frame rate is steady
+//! whatever the drawing takes.
 
 use std::time::{Duration, Instant};
 
-/// Between two frames; longer where the processor draws, which the loop needs.
+/// Time between two frames. It is longer with software rendering, because the loop needs the
+/// processor.
 const FRAME: Duration = Duration::from_millis(16);
 const FRAME_OF_PROCESSOR: Duration = Duration::from_millis(30);
-/// A wait is no shorter, so that other threads get the processor.
+/// Shortest wait, so that other threads get the processor.
 const LEAST_WAIT: Duration = Duration::from_millis(1);
-/// Share by which the time of drawing follows that of the last frame.
+/// Smoothing factor of the drawing time.
 const OF_LATE: f64 = 0.2;
 
 /// See the module's description.
 #[derive(Debug)]
 pub(super) struct Pace {
     frame: Duration,
-    /// When the last frame began, and the wait that it asked for.
+    /// When the last frame began, and the wait that it requested.
     last: Option<(Instant, Duration)>,
-    /// s: what a frame takes beside the wait, of late.
+    /// Recent time of a frame without the wait, s.
     busy: f64,
 }
 
@@ -26,11 +27,11 @@ impl Pace {
         Self { frame: if by_processor { FRAME_OF_PROCESSOR } else { FRAME }, last: None, busy: 0.0 }
     }
 
-    /// How long to wait after a frame that begins `now`.
+    /// Returns the wait after a frame that begins `now`.
     pub(super) fn wait(&mut self, now: Instant) -> Duration {
         let frame = self.frame.as_secs_f64();
         if let Some((last, wait)) = self.last {
-            // A longer pause is that of a hidden window.
+            // A longer pause means that the window was hidden.
             let busy = now.saturating_duration_since(last).saturating_sub(wait).as_secs_f64().min(2.0 * frame);
             self.busy += OF_LATE * (busy - self.busy);
         }
@@ -45,7 +46,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn drawing_takes_its_time_from_the_wait() {
+    fn drawing_time_is_subtracted_from_the_wait() {
         for (drawing, period) in [(0, 30), (5, 30), (20, 30), (50, 51)] {
             let mut pace = Pace::new(true);
             let mut now = Instant::now();

@@ -1,4 +1,4 @@
-//! Which body is under the mouse, and where.
+//! Finds the body under the mouse, and the point on it.
 
 use glam::DVec3;
 use palpus::algebra::Pose;
@@ -7,10 +7,10 @@ use super::view3d::Ray;
 use crate::scene::{Scene, ShownBody};
 use crate::solid::Solid;
 
-/// The point of the probe under `ray`, in the probe's frame: the nearest on its triangles, or a
-/// corner that is nearly there, for what is thin. None where something is nearer that the probe is
-/// not seen through.
-/// `metres` says how far beside the ray counts as nearly, at a point of the world.
+/// Returns the point of the probe under `ray`, in the probe's frame: the nearest point on its
+/// triangles or, for thin parts, a corner close to the ray. `None` if a body through which the
+/// probe is not visible is nearer. `metres` returns the largest distance from the ray at a point of
+/// the world.
 pub(super) fn probe_at(scene: &Scene, ray: &Ray, metres: impl Fn(DVec3) -> f64) -> Option<DVec3> {
     let probe = scene.bodies.first()?;
     let local = ray.within(&probe.pose);
@@ -26,7 +26,7 @@ pub(super) fn probe_at(scene: &Scene, ray: &Ray, metres: impl Fn(DVec3) -> f64) 
 }
 
 impl Ray {
-    /// The same in the frame of a body that stands so.
+    /// The ray in the frame of a body at this pose.
     fn within(&self, pose: &Pose) -> Self {
         let inverse = pose.inverse();
         Self { origin: inverse.point(self.origin), direction: inverse.vector(self.direction) }
@@ -37,7 +37,7 @@ impl Ray {
     }
 }
 
-/// How far along the ray the solid begins.
+/// Distance along the ray at which the solid begins.
 fn first_hit(solid: &Solid, ray: &Ray) -> Option<f64> {
     let of = |triangle: &[u32; 3]| hit(triangle.map(|v| solid.vertices[v as usize]), ray);
     solid.triangles.iter().filter_map(of).min_by(f64::total_cmp)
@@ -59,8 +59,8 @@ fn hit([a, b, c]: [DVec3; 3], ray: &Ray) -> Option<f64> {
     (along_u >= 0.0 && along_v >= 0.0 && along_u + along_v <= 1.0 && distance > 0.0).then_some(distance)
 }
 
-/// Returns the corner nearest to the eye, which is the visible one, among those within reach of the
-/// ray.
+/// Returns the nearest corner to the camera, which is the visible one, among the corners within
+/// reach of the ray.
 fn nearly(solid: &Solid, ray: &Ray, reach: impl Fn(DVec3) -> f64) -> Option<(f64, DVec3)> {
     let along = |point: &DVec3| ((*point - ray.origin).dot(ray.direction), *point);
     let is_near =
@@ -78,7 +78,7 @@ mod tests {
     fn cube(at: DVec3, translucent: bool) -> ShownBody {
         let corner = |k: u32| DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2 & 1)) - 0.5;
         let points: Vec<DVec3> = (0..8).map(corner).collect();
-        let solid = Arc::new(Solid::of_body(&Body::from_convex(&points).expect("a cube")));
+        let solid = Arc::new(Solid::of_body(&Body::from_convex(&points).expect("the cube has a hull")));
         ShownBody {
             part: BodyPart::Probe,
             solid,
@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_side_is_hit_unless_something_opaque_hides_it() {
+    fn nearest_face_is_hit_unless_opaque_body_hides_it() {
         let ray = |x: f64| Ray { origin: DVec3::new(x, 3.0, 10.0), direction: -DVec3::Z };
         let seen_by = |look, x| {
             let mut above = cube(DVec3::new(2.0, 3.0, 4.0), false);
@@ -98,15 +98,19 @@ mod tests {
             probe_at(&scene, &ray(x), |_| 0.1)
         };
         let pick = |translucent, x| seen_by(Look { translucent, ..Look::default() }, x);
-        let on_top = pick(true, 2.25).expect("it is hit");
+        let on_top = pick(true, 2.25).expect("the cube is hit");
         assert!((on_top - DVec3::new(0.25, 0.0, 0.5)).length() < 1e-12, "{on_top}");
         assert_eq!(pick(false, 2.25), None);
-        assert_eq!(seen_by(Look { xray: true, ..Look::default() }, 2.25), Some(on_top), "what is seen is taken");
+        assert_eq!(
+            seen_by(Look { xray: true, ..Look::default() }, 2.25),
+            Some(on_top),
+            "the visible point must be picked"
+        );
         assert_eq!(pick(true, 3.5), None);
     }
 
     #[test]
-    fn a_corner_that_is_nearly_hit_counts() {
+    fn nearly_hit_corner_counts() {
         let scene = Scene { bodies: vec![cube(DVec3::ZERO, false)], ..Scene::default() };
         let ray = Ray { origin: DVec3::new(0.55, 0.5, 9.0), direction: -DVec3::Z };
         assert_eq!(probe_at(&scene, &ray, |_| 0.1), Some(DVec3::splat(0.5)));

@@ -1,10 +1,10 @@
-//! The last seconds as curves: force, torque, times, contacts, newest at the right.
+//! The last seconds as curves: force, torque, times and contacts, with the newest values at the
+//! right.
 //!
-//! Every tick is in them: a column of pixels shows the least and the largest value of its ticks.
-//! Behind the curves stands how the bodies were, as in the paper's Figure 5: green while there were
-//! contacts and no overlap (D), red while they overlapped (P). Above each chart is its newest
-//! value, or the value at the cursor, which all charts share. A drag freezes the charts and moves
-//! back in time.
+//! The plots use every tick: a column of pixels shows the smallest and the largest value of its
+//! ticks. The background shows the state of contact, as in the paper's Figure 5: green with
+//! contacts and no overlap (D), red with overlap (P). Above each chart is its newest value, or the
+//! value at the cursor, which all charts share. A drag freezes the charts and moves back in time.
 
 use eframe::egui::{self, Align2, FontId, Painter, Pos2, Rect, Sense, Stroke, Ui, pos2};
 
@@ -23,34 +23,34 @@ const SCALE: f32 = 11.5;
 const TITLE: f32 = 14.0;
 const VALUE: f32 = 17.0;
 const LEAST_VALUE: f32 = 13.5;
-/// Narrower charts than this leave those of times and contacts out.
+/// In narrower windows, the charts of times and contacts are left out.
 const NARROW: f32 = 130.0;
-/// How much of a state's colour stands behind the curves.
+/// Opacity of the state's colour behind the curves.
 const STATE: f32 = 0.13;
-/// s between two marks of time, and Hz between two of frequency.
+/// Distance between two marks of time (s), and of frequency (Hz).
 const MARK: f64 = 2.0;
 const MARK_HZ: f64 = 100.0;
 
-/// How the plots are looked at.
+/// State of the plots.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Plots {
     pub(super) kind: Kind,
-    /// s: the time that is looked back at.
+    /// The selected time in the past, s.
     pub(super) cursor: Option<f64>,
 }
 
-/// Actions of a person on the plots.
+/// Actions of the user on the plots.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Asked {
     Nothing,
-    /// Looks at this time, s.
+    /// Selects this time, s.
     LookAt(f64),
-    /// A click on what names a chart.
+    /// A click on the name of a chart.
     NextKind,
 }
 
 impl Plots {
-    /// Draws all charts, side by side. `names`: of the felt and the compared settings, if a
+    /// Draws all charts side by side. `names`: names of the felt and the compared settings, if a
     /// comparison runs.
     pub(super) fn show(&self, ui: &mut Ui, history: &History, theme: Theme, names: Option<[&str; 2]>) -> Asked {
         let colours = theme.colours();
@@ -89,9 +89,9 @@ impl Plots {
 struct Seen<'a> {
     history: &'a History,
     intervals: &'a [Interval],
-    /// s, at the right.
+    /// Time at the right edge, s.
     end: f64,
-    /// s.
+    /// Shown time span, s.
     cursor: Option<f64>,
     colours: Colours,
 }
@@ -190,7 +190,7 @@ impl Seen<'_> {
             [low.min(of[0]), high.max(of[1]).max(-of[0] * f64::from(u8::from(of[0] < 0.0)))]
         });
         let top = round_up(high.max(-low));
-        // Parts of a vector are as far below zero as above it.
+        // The scale of components is symmetric about zero.
         let bottom = if low < 0.0 { -top } else { 0.0 };
         let y = |value: f64| field.bottom() - field.height() * (0.94 * (value - bottom) / (top - bottom)) as f32;
         let faint = colour(self.colours.faint);
@@ -214,8 +214,8 @@ impl Seen<'_> {
         painter.text(pos2(field.left() + 4.0, y(top)), Align2::LEFT_TOP, number(top), font, faint);
     }
 
-    /// Writes the chart's name and its value, as large as there is room for both; in a chart that
-    /// is too narrow, the name alone.
+    /// Writes the chart's name and its value as large as possible. In a chart that is too narrow,
+    /// only the name is written.
     fn head(&self, ui: &Ui, field: Rect, chart: &Chart) {
         let base = field.top() - 5.0;
         let painter = ui.painter();

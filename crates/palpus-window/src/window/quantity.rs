@@ -1,9 +1,9 @@
 //! The sliders: units, ranges, and settings that change together.
 //!
-//! Ranges come from the settings that fit the device. A coupling is quiet up to about twice what
-//! palpus chooses for it (see [`palpus::render::VirtualCoupling`]), and so is a device without one
-//! for contacts of that stiffness; so that is where sliders end. Behind a coupling the contacts'
-//! stiffness is not felt and may be far larger.
+//! The ranges follow from the settings that fit the device. A coupling is stable up to about twice
+//! the stiffness that palpus chooses (see [`palpus::render::VirtualCoupling`]), and without a
+//! coupling the same is true for the contact stiffness. The sliders end there. Behind a coupling
+//! the contact stiffness is not felt and may be much larger.
 
 use palpus::render::Settings;
 
@@ -32,7 +32,7 @@ pub(super) struct Range {
     pub(super) logarithmic: bool,
 }
 
-/// Settings that fit the device, with and without a coupling: what ranges and switches begin from.
+/// Settings that fit the device, with and without a coupling, from which ranges and switches start.
 #[derive(Clone, Debug)]
 pub(super) struct Fitting {
     pub(super) coupled: Option<Settings>,
@@ -41,25 +41,25 @@ pub(super) struct Fitting {
 
 /// Sliders end at this multiple of the fitting value.
 const QUIET: f64 = 2.0;
-/// How much less than what fits is offered: of a coupling, of contacts behind one, of the
-/// tolerance.
+/// Smallest offered share of the fitting value: of a coupling, of contacts behind a coupling, of
+/// the tolerance.
 const LOOSEST: f64 = 0.05;
 const SOFTEST: f64 = 0.02;
 const FINEST: f64 = 0.1;
-/// How much more of the tolerance, and of the clusters' radius.
+/// Largest offered multiple of the tolerance, and of the cluster radius.
 const COARSEST: f64 = 5.0;
-/// N/m, of contacts without a coupling.
+/// Range of the contact stiffness without a coupling, N/m.
 const SOFTEST_DIRECT: f64 = 50.0;
-/// Coefficients of friction: rubber on dry stone has about one.
+/// Largest coefficient of friction: rubber on dry stone has about one.
 const MOST_FRICTION: f64 = 1.5;
-/// Degrees: at more, nothing is a crease.
+/// Largest crease angle, degrees: above it, no edge is a crease.
 const MOST_CREASE: f64 = 90.0;
-/// A press of a key: parts of a range, or the factor where it is logarithmic.
+/// Step of a key press: a share of the range, or a factor for logarithmic ranges.
 const KEY_PART: f64 = 0.05;
 const KEY_FACTOR: f64 = 1.1;
 
 impl Fitting {
-    /// Settings of the first presets of each kind; `now` without presets.
+    /// Returns the settings of the first presets of each kind; `now` without presets.
     pub(super) fn of(presets: &[Preset], now: &Settings) -> Self {
         let all = || presets.iter().map(|preset| preset.settings).chain([*now]);
         let direct = all().find(|settings| settings.coupling.is_none());
@@ -69,8 +69,8 @@ impl Fitting {
         }
     }
 
-    /// The other of the two modes, with the stiffness of contacts that belongs to it; nothing where
-    /// there is no coupling to be had.
+    /// Returns settings with the other mode and its contact stiffness; `None` if no coupling is
+    /// possible.
     pub(super) fn switched(&self, now: &Settings) -> Option<Settings> {
         let other = if now.coupling.is_some() { self.direct } else { self.coupled? };
         let mut switched = Settings { coupling: other.coupling, ..*now };
@@ -83,7 +83,7 @@ impl Fitting {
 }
 
 impl Quantity {
-    /// All quantities, in the order of the panel.
+    /// All quantities in the order of the panel.
     pub(super) const ALL: [Self; 10] = [
         Self::Stiffness,
         Self::Tolerance,
@@ -112,15 +112,15 @@ impl Quantity {
         }
     }
 
-    /// Explains the quantity in a sentence.
+    /// Explains the quantity in one sentence.
     pub(super) fn words(self) -> &'static str {
         match self {
-            Self::Stiffness => "how hard a contact pushes back",
-            Self::Tolerance => "from which distance on contacts are found",
+            Self::Stiffness => "force of a contact for each metre of depth",
+            Self::Tolerance => "contacts exist where the surfaces are closer than this",
             Self::Radius => "contacts nearer to each other than this share a force, with linkage clustering",
             Self::StaticFriction => "friction coefficient of a contact that holds",
             Self::DynamicFriction => "friction coefficient of a contact that slides",
-            Self::Crease => "edges at which the surface turns by less than this are felt as smooth",
+            Self::Crease => "edges with a smaller angle between their faces' normals feel smooth",
             Self::CouplingStiffness => "the spring between the device and the tool",
             Self::CouplingDamping => "the damper between the device and the tool",
             Self::TurningStiffness => "the spring against rotation between the device and the tool",
@@ -140,7 +140,7 @@ impl Quantity {
         }
     }
 
-    /// Returns the value in its unit; `None` where it does not apply.
+    /// Returns the value in its unit; `None` if the quantity does not apply.
     pub(super) fn get(self, settings: &Settings) -> Option<f64> {
         let (friction, coupling) = (settings.friction, settings.coupling);
         match self {
@@ -157,7 +157,8 @@ impl Quantity {
         }
     }
 
-    /// Sets it and what goes along with it; nothing where it does not apply.
+    /// Sets the value and the settings that depend on it; does nothing if the quantity does not
+    /// apply.
     pub(super) fn set(self, settings: &mut Settings, value: f64) {
         match self {
             Self::Stiffness => set_stiffness(settings, value),
@@ -218,7 +219,7 @@ impl Quantity {
 }
 
 impl Range {
-    /// One press of a key from `value`.
+    /// Returns the value after one key press.
     pub(super) fn pressed(&self, value: f64, more: bool) -> f64 {
         let goes_to = match (self.logarithmic, more) {
             (true, true) => value * KEY_FACTOR,
@@ -238,8 +239,8 @@ fn set_stiffness(settings: &mut Settings, stiffness: f64) {
     settings.stiffness = stiffness;
 }
 
-/// With a coupling, contacts push from a part of the tolerance on, and so hard that the device's
-/// largest force comes within it: both go along.
+/// With a coupling, contacts push from a share of the tolerance on, with a stiffness that reaches
+/// the device's largest force within this distance. Both therefore change with the tolerance.
 fn set_tolerance(settings: &mut Settings, tolerance: f64) {
     let times = tolerance / settings.contact_tolerance;
     if let Some(coupling) = &mut settings.coupling {
@@ -255,7 +256,7 @@ mod tests {
     use palpus::force::{FrictionSettings, ShadingSettings};
     use palpus::render::VirtualCoupling;
 
-    fn all_of_it() -> Settings {
+    fn all_enabled() -> Settings {
         let coupling = VirtualCoupling {
             stiffness: 1000.0,
             damping: 3.0,
@@ -278,8 +279,8 @@ mod tests {
     }
 
     #[test]
-    fn every_end_of_every_slider_is_valid_and_is_what_is_read_back() {
-        let coupled = all_of_it();
+    fn slider_ends_are_valid_and_read_back() {
+        let coupled = all_enabled();
         let presets = [
             Preset { name: "palpus", settings: coupled },
             Preset { name: "the paper", settings: Settings { coupling: None, stiffness: 800.0, ..coupled } },
@@ -292,7 +293,7 @@ mod tests {
                     let mut settings = preset.settings;
                     quantity.set(&mut settings, value);
                     assert_eq!(settings.validate(), Ok(()), "{quantity:?} {value}");
-                    let read = quantity.get(&settings).expect("it applies");
+                    let read = quantity.get(&settings).expect("the quantity applies");
                     assert!((read - value).abs() < 1e-9 * value.max(1.0), "{quantity:?} {read} {value}");
                 }
             }
@@ -300,15 +301,15 @@ mod tests {
     }
 
     #[test]
-    fn a_mode_brings_the_stiffness_that_belongs_to_it() {
-        let coupled = all_of_it();
+    fn mode_sets_its_own_stiffness() {
+        let coupled = all_enabled();
         let paper = Settings { coupling: None, stiffness: 800.0, friction: None, ..coupled };
         let presets = [Preset { name: "palpus", settings: coupled }, Preset { name: "the paper", settings: paper }];
         let fitting = Fitting::of(&presets, &coupled);
-        let direct = fitting.switched(&coupled).expect("there is one");
+        let direct = fitting.switched(&coupled).expect("the mode can be switched");
         assert!(direct.coupling.is_none() && (direct.stiffness - 800.0).abs() < 1e-9);
         assert!(direct.friction.is_some_and(|friction| (friction.tangential_stiffness - 800.0).abs() < 1e-9));
-        let back = fitting.switched(&direct).expect("there is one");
+        let back = fitting.switched(&direct).expect("the mode can be switched");
         assert!(back.coupling == coupled.coupling && (back.stiffness - coupled.stiffness).abs() < 1e-6);
     }
 }

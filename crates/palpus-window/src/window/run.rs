@@ -1,9 +1,9 @@
-//! The interface between the window and the run behind it.
+//! The interface between the window and the run.
 //!
-//! The window draws and asks; a [`Run`] answers. All calls come from the window's thread and return
-//! at once: slow work (preparing a mesh) goes on elsewhere and is polled in each frame, and
-//! requests reach the servo loop as a newest value, never by waiting. Frames: poses are the probe's
-//! in the world.
+//! The window draws and sends requests; a [`Run`] answers. All calls come from the window's thread
+//! and return at once. Slow work (preparing a mesh) is done elsewhere and polled in each frame.
+//! Requests reach the servo loop as newest values, without waiting. Poses place the probe in the
+//! world.
 
 use std::path::{Path, PathBuf};
 
@@ -15,38 +15,39 @@ use palpus_device::{Cuts, DeviceSpec, Guide, Newest, Phase};
 use crate::moment::Moment;
 use crate::scene::Scene;
 
-/// A run of the servo loop that is watched and steered. See the module's description for threads
-/// and frames.
+/// A run of the servo loop that the window shows and controls. See the module's description for
+/// threads and frames.
 pub trait Run {
-    /// The newest numbers. Ticks are counted from the beginning of the run; they may begin anew
-    /// when the scene is replaced.
+    /// The newest numbers. Ticks are counted from the beginning of the run; the count may start
+    /// again when the scene is replaced.
     fn numbers(&mut self) -> Numbers;
 
-    /// Every tick since the last call, oldest first; those for which there was no room are left
-    /// out.
+    /// Every tick since the last call, oldest first. Ticks that exceeded the capacity are missing.
     fn ticks(&mut self, each: &mut dyn FnMut(SeenTick));
 
     /// Starts a comparison: from now on, the same ticks are also computed with other settings, from
     /// the same device poses. The result is not sent to the device. `None` ends the comparison.
     ///
     /// # Errors
-    /// In words, when it cannot be.
+    ///
+    /// Fails with a message if a comparison is not possible.
     fn compare(&mut self, with: Option<&Settings>) -> Result<(), String>;
 
-    /// Passes the ticks computed with other settings since the last call, oldest first, and returns
-    /// the newest moment of them, if there is one.
+    /// Passes the ticks computed with other settings since the last call, oldest first. Returns
+    /// their newest moment, if there is one.
     fn compared(&mut self, each: &mut dyn FnMut(ComparedTick)) -> Option<&Moment>;
 
     /// The device, for its name, its limits and its workspace.
     fn device(&self) -> &DeviceSpec;
 
-    /// The engine's settings as they are from the next tick on.
+    /// The engine's settings from the next tick on.
     fn settings(&self) -> Settings;
 
-    /// Changes the settings from the next tick on. Capacity and limits stay as they are.
+    /// Changes the settings from the next tick on. Capacity and limits stay the same.
     ///
     /// # Errors
-    /// Fails with a message if the settings cannot be used; the run then keeps its old settings.
+    ///
+    /// Fails with a message if the settings are not valid; the run then keeps its old settings.
     fn set_settings(&mut self, settings: &Settings) -> Result<(), String>;
 
     /// The settings as lines of a scene file.
@@ -56,59 +57,61 @@ pub trait Run {
     /// any others.
     fn presets(&self) -> Vec<Preset>;
 
-    /// True if a person at the window may move the probe: a simulated hand, not a device in a real
-    /// one.
+    /// True if the user may move the probe in the window: there is a simulated hand, and no real
+    /// device.
     fn can_guide(&self) -> bool;
 
-    /// The simulated hand intends this pose of the probe (its mesh's frame, world) from now on, and
-    /// goes there as fast as hands do; or lets go of it, or goes back to its script. Without a
-    /// simulated hand this does nothing.
+    /// Sets the target pose of the probe (its mesh's frame, world), which the simulated hand
+    /// approaches at the speed of a hand; or lets the hand release the probe, or return to its
+    /// script. Without a simulated hand this does nothing.
     fn guide(&mut self, guide: Guide);
 
-    /// Called in every frame: the key for force is held, or not.
+    /// Called in every frame: whether the key for force is held.
     fn hold(&mut self, held: bool);
 
-    /// Message about a probe that began inside the part, if it did.
+    /// Message about a probe that started inside the part, if it did.
     fn start(&self) -> Option<String>;
 
-    /// Condition for force to come, if it is known.
+    /// Condition for the force to begin, if it is known.
     fn waits_for(&self) -> Option<String>;
 
-    /// Why there was no contact so far, and what to do, if the run is long enough for one.
+    /// Reason for no contact so far, and a remedy, if the run is long enough.
     fn untouched(&mut self) -> Option<String>;
 
-    /// How far a SpaceMouse is being pushed, if there is one to guide the probe with.
+    /// How far a SpaceMouse is pushed, if one can move the probe.
     fn cap(&mut self) -> Cap;
 
-    /// Stops the loop's time, with no force, or lets it go on.
+    /// Pauses the loop without force, or continues it.
     ///
     /// # Errors
-    /// In words, where it cannot be stopped.
+    ///
+    /// Fails with a message if the loop cannot be paused.
     fn pause(&mut self, paused: bool) -> Result<(), String>;
 
     /// True while the loop is paused.
     fn is_paused(&self) -> bool;
 
-    /// In a pause: runs this many ticks, then pauses again.
+    /// During a pause: runs this many ticks, then pauses again.
     fn step(&mut self, ticks: u64);
 
-    /// Begins a recording in a file of its own, or ends it.
+    /// Starts a recording in its own file, or ends it.
     ///
     /// # Errors
-    /// In words, when the file cannot be written.
+    ///
+    /// Fails with a message if the file cannot be written.
     fn record(&mut self, on: bool) -> Result<PathBuf, String>;
 
-    /// The file that is being written, while there is one.
+    /// The file of the current recording, if there is one.
     fn recording(&self) -> Option<PathBuf>;
 
-    /// Description of a failure of the recording while the run went on.
+    /// Description of an error of the recording during the run.
     fn recording_trouble(&self) -> Option<String>;
 
-    /// The built-in scenes: name, and description.
+    /// The built-in scenes: name and description.
     fn scenes(&self) -> Vec<(String, String)>;
 
-    /// Returns the function that reads a file to find its kind. The window calls it on a thread of
-    /// its own.
+    /// Returns the function that reads a file to find its kind. The window calls it on a separate
+    /// thread.
     fn reader(&self) -> fn(&Path) -> Result<FileKind, String>;
 
     /// Starts to prepare the next scene, while the loop goes on with the current one.
@@ -117,81 +120,84 @@ pub trait Run {
     /// Fails with a description if it cannot start. Later failures come by [`Run::loading`].
     fn load(&mut self, wanted: Wanted) -> Result<(), String>;
 
-    /// Restarts the scene with all bodies at their start poses, and the probe at `at`, if given.
+    /// Restarts the scene with all bodies at their start poses, and with the probe at `at`, if
+    /// given.
     ///
     /// # Errors
-    /// As [`Run::load`].
+    ///
+    /// Fails as [`Run::load`].
     fn restart(&mut self, at: Option<Start>) -> Result<(), String>;
 
-    /// Saves the scene with the settings as they are, in a new file that can be run.
+    /// Saves the scene with the current settings in a new file that can be run.
     ///
     /// # Errors
-    /// In words, when it cannot be written.
+    ///
+    /// Fails with a message if the file cannot be written.
     fn save(&mut self) -> Result<PathBuf, String>;
 
-    /// Files that were opened of late, newest first.
+    /// Recently opened files, newest first.
     fn recent(&self) -> Vec<PathBuf>;
 
     /// Progress of the preparation. A failure is reported until the next [`Run::load`].
     fn loading(&mut self) -> Loading;
 
-    /// Returns the new scene and its moments, once after it has replaced the old one.
+    /// Returns the new scene and its moments, once after the new scene has replaced the old one.
     fn replaced(&mut self) -> Option<(Scene, Newest<Moment>)>;
 
-    /// The loop has ended by itself.
+    /// True if the loop has ended by itself.
     fn is_over(&self) -> bool;
 
-    /// True if the window goes when the loop has ended.
+    /// True if the window closes when the loop has ended.
     fn closes_when_over(&self) -> bool;
 
     /// Called when the window closes, with statistics of its frames.
     fn painted(&mut self, _: Painted) {}
 }
 
-/// How a window was drawn.
+/// Statistics of the drawing of a window.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Painted {
-    /// Frames.
+    /// Number of frames.
     pub frames: u64,
-    /// Frames a second, from the first frame to the last; 0 with fewer than two.
+    /// Frames per second, from the first frame to the last; 0 with fewer than two.
     pub rate_hz: f64,
-    /// The renderer's name in the graphics library.
+    /// The renderer's name according to the graphics library.
     pub renderer: String,
-    /// Triangles of the bodies, as they are drawn.
+    /// Triangles of the bodies, as drawn.
     pub triangles: usize,
-    /// Samples in each pixel of them.
+    /// Samples in each pixel.
     pub samples: u32,
 }
 
 /// Values of one tick for texts and plots.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Numbers {
-    /// Since the run began.
+    /// Number of ticks since the run began.
     pub ticks: u64,
-    /// Ticks per second that the loop is to make.
+    /// Nominal ticks per second.
     pub rate_hz: f64,
-    /// s since the run began, counted in ticks.
+    /// Time since the run began, counted in ticks, s.
     pub time: f64,
-    /// N, as the device got it.
+    /// Force that the device got, N.
     pub force: f64,
-    /// N·m.
+    /// Torque that the device got, N·m.
     pub torque: f64,
-    /// s: what finding contacts and depths took.
+    /// Time for contacts and depths, s.
     pub query: f64,
-    /// s: what computing forces took.
+    /// Time for forces, s.
     pub force_time: f64,
-    /// Step over the period, of late.
+    /// Recent ratio of the step to the period.
     pub load: f64,
-    /// Recent share of the contacts that were extrapolated from the previous tick, since a step's
-    /// work is bounded.
+    /// Recent share of the contacts that were extrapolated from the previous tick, because a step's
+    /// work is limited.
     pub carried: f64,
-    /// Ticks whose wrench came more than a period late.
+    /// Number of ticks whose wrench was written more than a period late.
     pub overruns: u64,
-    /// Times that a fault took the force away.
+    /// Number of times that a fault removed the force.
     pub faults: u64,
     /// Number of contacts with a separation below the tolerance.
     pub contacts: u32,
-    /// Groups of contacts that share a force.
+    /// Number of groups of contacts that share a force.
     pub clusters: u32,
     /// Separation of the deepest contact, m, negative in overlap; infinite without contacts.
     pub separation: f64,
@@ -199,8 +205,8 @@ pub struct Numbers {
     pub cuts: Cuts,
     /// Phase of the engagement.
     pub phase: Phase,
-    /// Translation from the probe to where force can begin, world, m; `None` unless the run waits
-    /// for that and it is known.
+    /// Translation from the probe to the place at which force can begin, world, m. `None` unless
+    /// the run waits for this and it is known.
     pub way_out: Option<DVec3>,
 }
 
@@ -232,39 +238,39 @@ impl Default for Numbers {
 /// One tick, for the plots.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SeenTick {
-    /// s since the run began, counted in ticks.
+    /// Time since the run began, counted in ticks, s.
     pub time: f64,
-    /// N, as the device got it, world.
+    /// Force that the device got, N, world.
     pub force: DVec3,
-    /// N·m, about the grip, world.
+    /// Torque that the device got, about the grip, N·m, world.
     pub torque: DVec3,
-    /// s: what finding contacts and depths took.
+    /// Time for contacts and depths, s.
     pub query: f64,
-    /// s: what computing forces took.
+    /// Time for forces, s.
     pub force_time: f64,
     /// Number of contacts with a separation below the tolerance.
     pub contacts: u32,
-    /// m: of the deepest contact, negative where the bodies overlap.
+    /// Separation of the deepest contact, m; negative where the bodies overlap.
     pub separation: f64,
 }
 
-/// The same by other settings.
+/// The same tick with other settings.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ComparedTick {
     /// Time since the run began, s.
     pub time: f64,
-    /// N, world: what the device would get, before its safety chain.
+    /// Force that the device would get, before its safety chain, N, world.
     pub force: DVec3,
-    /// N·m, about the grip, world.
+    /// Torque about the grip, N·m, world.
     pub torque: DVec3,
 }
 
 /// Settings by name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Preset {
-    /// As it stands on its button.
+    /// Text of its button.
     pub name: &'static str,
-    /// All of them.
+    /// The settings.
     pub settings: Settings,
 }
 
@@ -274,23 +280,22 @@ pub enum Cap {
     /// No SpaceMouse was found.
     #[default]
     None,
-    /// There is one that may not be read; why, and what mends it.
+    /// A SpaceMouse that may not be read: the reason and a remedy.
     Unusable(String),
-    /// How it is pushed: as a speed of the hand, m/s and rad/s, x to the right, y away from the
-    /// user, z up.
+    /// The push as a speed of the hand, m/s and rad/s: x to the right, y away from the user, z up.
     Pushed(Twist),
 }
 
 /// Kind of a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FileKind {
-    /// A scene file, which is complete by itself.
+    /// A scene file, which is complete.
     Scene,
-    /// A mesh, whose unit the file does not give.
+    /// A mesh, whose unit the file does not state.
     Mesh {
-        /// Sides of the box about it, in the file's unit.
+        /// Sides of its box, in the file's unit.
         size: DVec3,
-        /// How many.
+        /// Number of triangles.
         triangles: usize,
     },
 }
@@ -302,7 +307,7 @@ pub enum Wanted {
     Scene(String),
     /// A scene file.
     SceneFile(PathBuf),
-    /// Meshes in the place of the two bodies; a body without one stays.
+    /// Meshes that replace the two bodies; a body without a mesh stays.
     Meshes {
         /// The probe.
         probe: Option<MeshFile>,
@@ -311,12 +316,12 @@ pub enum Wanted {
     },
 }
 
-/// A mesh, and what its numbers mean.
+/// A mesh with its unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshFile {
     /// Path of the file.
     pub file: PathBuf,
-    /// m, of the file's unit.
+    /// The file's unit, m.
     pub metres_per_unit: f64,
 }
 
@@ -334,23 +339,24 @@ pub struct Start {
     pub probe: Option<Pose>,
     /// m, in the frame of its mesh; `None` for the scene's own.
     pub grip_a: Option<DVec3>,
-    /// The device leads the probe out first, if it overlaps the environment or an object there.
+    /// True if the device leads the probe out first, if it overlaps the environment or an object
+    /// there.
     pub lead_out: bool,
 }
 
-/// How far preparing has come.
+/// Progress of the preparation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Loading {
-    /// There is nothing to prepare.
+    /// Nothing is being prepared.
     #[default]
     Idle,
     /// It is in progress.
     UnderWay {
         /// Description of the current work.
         words: String,
-        /// How much is done, 0 to 1, where that can be said.
+        /// Finished share, 0 to 1, if known.
         part: Option<f64>,
     },
-    /// It failed, in words.
+    /// It failed; the text describes the error.
     Failed(String),
 }

@@ -1,5 +1,5 @@
-//! Actions of the window beside a run, and their keys, beside those of every window. Keys that move
-//! the probe are in `hand`.
+//! Actions of the window of a run, and their keys, in addition to those of every window. Keys that
+//! move the probe are in `hand`.
 
 use eframe::egui::{self, Key};
 
@@ -12,9 +12,9 @@ pub(super) enum Action {
     Tick,
     Record,
     Restart,
-    /// The scene begins anew where the hand holds the probe.
+    /// Restarts the scene at the pose at which the hand holds the probe.
     Jump,
-    /// The same, and the device leads the probe out of the part.
+    /// Restarts the scene there, and the device leads the probe out of the part.
     LeadOut,
     Open,
     Save,
@@ -28,7 +28,7 @@ pub(super) enum Action {
     Glass,
     /// Compares the felt settings with others.
     Beside,
-    /// These settings are what is compared with.
+    /// Keeps these settings for the comparison.
     Keep,
     Undo,
     PlotKind,
@@ -41,20 +41,20 @@ pub(super) enum Action {
     LaterSetting,
     Less,
     More,
-    /// The panel at the right.
+    /// Shows or hides the panel at the right.
     Side,
     Scene(SceneAction),
 }
 
-/// A key and what it does.
+/// A key and its action.
 struct Shortcut {
     key: Key,
     action: Action,
-    /// As `?` lists it.
+    /// Text in the list of `?`.
     name: &'static str,
     words: &'static str,
     group: Group,
-    /// It acts again and again while it is held down.
+    /// True if it repeats while it is held.
     repeats: bool,
 }
 
@@ -73,20 +73,20 @@ const fn held(group: Group, key: Key, action: Action, name: &'static str, words:
     Shortcut { key, action, name, words, group, repeats: true }
 }
 
-/// The window's own. A second key for the same has no words.
+/// The window's own keys. A second key for the same action has no text.
 const SHORTCUTS: [Shortcut; 34] = [
     once(Group::Run, Key::Space, Action::Pause, "Space", "pause, go on"),
     held(Group::Run, Key::Period, Action::Tick, ".", "one tick, while paused"),
     once(Group::Run, Key::E, Action::Record, "E", "begin and end a recording"),
     once(Group::Run, Key::Backspace, Action::Restart, "Back", "begin the scene anew"),
-    once(Group::Run, Key::J, Action::Jump, "J", "jump: begin where the hand holds it"),
+    once(Group::Run, Key::J, Action::Jump, "J", "jump: restart where the hand holds it"),
     once(Group::Run, Key::F4, Action::LeadOut, "F4", "lead the probe out of the part"),
     once(Group::Run, Key::O, Action::Open, "O", "open meshes or a scene"),
     once(Group::Run, Key::F2, Action::Save, "F2", "save the scene as a file"),
     once(Group::Run, Key::Escape, Action::Script, "Esc", "the hand goes back to its script"),
-    once(Group::Run, Key::Z, Action::Freeze, "Z", "hold the picture; the loop goes on"),
+    once(Group::Run, Key::Z, Action::Freeze, "Z", "freeze the plots; the loop goes on"),
     once(Group::Run, Key::F1, Action::Scene(SceneAction::Keys), "F1", ""),
-    once(Group::Settings, Key::Y, Action::Beside, "Y", "the paper's way beside it, same hand"),
+    once(Group::Settings, Key::Y, Action::Beside, "Y", "compare with the paper's method"),
     once(Group::Settings, Key::N, Action::Keep, "N", "keep these settings to compare with"),
     once(Group::Settings, Key::U, Action::Undo, "U", "undo the last change"),
     once(Group::Settings, Key::B, Action::Preset(0), "B", "settings: palpus's own"),
@@ -132,11 +132,11 @@ const MOUSE: [(&str, &str); 14] = [
     ("Ctrl + and Ctrl −", "everything larger, smaller"),
 ];
 
-/// Points: the width that the list takes in three columns.
+/// Width of the list in three columns, points.
 const WIDE: f32 = 960.0;
 
-/// Returns the actions of this frame. Keys that controls use too belong to them while
-/// `elsewhere`, that is, while a control is chosen.
+/// Returns the actions of this frame. While `elsewhere` is true, a control has the focus and keys
+/// that controls use belong to it.
 pub(super) fn asked(context: &egui::Context, elsewhere: bool) -> Vec<Action> {
     let pressed = pressed(context).into_iter().filter(|pressed| !(elsewhere && is_of_controls(pressed.key)));
     pressed.filter_map(|pressed| meant(&pressed)).collect()
@@ -148,7 +148,7 @@ fn meant(pressed: &Pressed) -> Option<Action> {
     own.map(|own| own.action).or_else(of_scene)
 }
 
-/// Space presses the control that is chosen; Escape leaves it.
+/// Space presses the focused control; Escape removes the focus.
 fn is_of_controls(key: Key) -> bool {
     matches!(key, Key::Space | Key::Escape)
 }
@@ -196,7 +196,7 @@ mod tests {
     use crate::window::keys::SCENE_KEYS;
 
     #[test]
-    fn no_key_means_two_things() {
+    fn no_key_has_two_actions() {
         let own = SHORTCUTS.iter().map(|shortcut| shortcut.key);
         let all: Vec<Key> = own.chain(SCENE_KEYS.iter().map(|known| known.0)).chain([HOLD]).collect();
         for (k, key) in all.iter().enumerate() {

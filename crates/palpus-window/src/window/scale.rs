@@ -1,12 +1,12 @@
 //! Lengths of arrows: scaled to the recent forces, so that a light touch on a strong device is
 //! seen.
 
-/// s in which the recent largest force decays by a factor of e.
+/// Time in which the recent largest force decays by a factor of e, s.
 const MEMORY: f64 = 6.0;
-/// Share of the device's limit: a smaller force does not reach the full length of an arrow.
+/// Share of the device's limit. Smaller forces never get an arrow of full length.
 const LEAST: f64 = 0.02;
 
-/// The largest value of late.
+/// The largest recent value.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Scale {
     peak: f64,
@@ -14,7 +14,8 @@ pub(super) struct Scale {
 }
 
 impl Scale {
-    /// The value of the longest arrow, after `value` at `time` (s), on a device that gives `limit`.
+    /// Returns the value with the longest arrow, after `value` at `time` (s), on a device with the
+    /// limit `limit`.
     pub(super) fn follow(&mut self, value: f64, time: f64, limit: f64) -> f64 {
         let passed = (time - self.time).max(0.0);
         self.time = time;
@@ -29,9 +30,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn arrows_follow_what_is_felt_of_late() {
+    fn arrow_scale_follows_recent_forces() {
         let mut scale = Scale::default();
-        assert_eq!(scale.follow(0.0, 0.0, 10.0), 0.2, "noise is not magnified");
+        assert_eq!(scale.follow(0.0, 0.0, 10.0), 0.2, "noise must not be magnified");
         assert_eq!(scale.follow(3.0, 1.0, 10.0), 3.0);
         let after = scale.follow(0.5, 2.0, 10.0);
         assert!(after > 2.0 && after < 3.0, "{after}");

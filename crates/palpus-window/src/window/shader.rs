@@ -1,15 +1,18 @@
-//! The programs of the graphics library for corners and pixels.
+//! The shader programs for corners and pixels.
 #![allow(unsafe_code)] // As in `gl`.
 
 use eframe::egui_glow::ShaderVersion;
 use eframe::glow::{self, HasContext};
 
-/// The program that draws bodies and marks; where `by_processor`, light is worked out for corners.
+/// Creates the program that draws bodies and marks. If `by_processor`, light is computed for
+/// corners.
 ///
 /// # Errors
+///
 /// Fails with the message of the graphics library.
 ///
 /// # Safety
+///
 /// The context is current.
 pub(super) unsafe fn program(gl: &glow::Context, by_processor: bool) -> Result<glow::Program, String> {
     let per_corner = if by_processor { PER_CORNER } else { "" };
@@ -18,13 +21,15 @@ pub(super) unsafe fn program(gl: &glow::Context, by_processor: bool) -> Result<g
     unsafe { compiled(gl, [VERTEX, FRAGMENT], &before, &["a_point", "a_normal", "a_colour", "a_sides"]) }
 }
 
-/// A vertex and a fragment shader, compiled and linked; `before` comes before both, `attributes`
-/// are numbered as they come.
+/// Compiles and links a vertex and a fragment shader. `before` is put before both sources;
+/// `attributes` are numbered in their order.
 ///
 /// # Errors
+///
 /// Fails with the message of the graphics library.
 ///
 /// # Safety
+///
 /// The context is current.
 pub(super) unsafe fn compiled(
     gl: &glow::Context,
@@ -67,13 +72,13 @@ pub(super) unsafe fn compiled(
 
 const PRECISION: &str = "#ifdef GL_ES\nprecision highp float;\nprecision highp int;\n#endif\n";
 
-/// Most capsules that a body is seen through at: two hands' probes.
+/// Largest number of capsules around which a body is transparent: the probes of two hands.
 pub(super) const XRAYS: usize = 2;
 
 /// For software renderers: light is computed for corners, not for all pixels of small triangles.
 const PER_CORNER: &str = "#define PER_CORNER\n";
 
-/// Light and cover of a place, for both shaders.
+/// Light and opacity at a position, for both shaders.
 const LIT: &str = "
 uniform vec4 u_colour;
 uniform vec2 u_glass;
@@ -126,8 +131,9 @@ void main() {
 
 const FRAGMENT: &str = "
 uniform float u_wire;
-// Capsules around which bodies are transparent: ends (pixels, and m from the eye), radius (pixels)
-// and reach (m). The pass: a whole body, its solid part, its translucent part; or a patch.
+// Capsules around which bodies are transparent: ends (pixels, and m from the camera), radius
+// (pixels) and reach (m). The pass: a whole body, its opaque part, its translucent part, or a
+// patch.
 uniform vec3 u_ends[2 * XRAYS];
 uniform vec2 u_sizes[XRAYS];
 uniform int u_part;

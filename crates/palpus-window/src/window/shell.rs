@@ -1,4 +1,4 @@
-//! Opens windows of the operating system, with the functions that all windows of the program share.
+//! Opens windows, and has functions that all windows of the program share.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex};
@@ -8,11 +8,12 @@ use eframe::egui::{self, RichText, TextureHandle, TextureOptions};
 use super::{WindowError, shot};
 use crate::picture::Picture;
 
-/// Opens a window called `title` with what `app` makes, until the user closes it; must be called on
-/// the main thread.
+/// Opens a window called `title` with the app from `app`, until the user closes it; must be called
+/// on the main thread.
 ///
 /// # Errors
-/// When no window can be opened here.
+///
+/// Fails if no window can be opened.
 pub(super) fn show<'a>(
     title: &str,
     app: impl FnOnce(&eframe::CreationContext<'_>) -> Result<Box<dyn eframe::App + 'a>, String> + 'a,
@@ -28,7 +29,7 @@ pub(super) fn show<'a>(
         ..eframe::NativeOptions::default()
     };
     let run = || eframe::run_native("palpus", options, Box::new(|creation| Ok(app(creation)?)));
-    // The window library panics where one of its shared libraries is missing.
+    // The window library panics if one of its shared libraries is missing.
     match catch_unwind(AssertUnwindSafe(run)) {
         Ok(Ok(())) => Ok(()),
         Ok(Err(error)) => Err(WindowError::Unavailable(last_part(&error.to_string()))),
@@ -39,8 +40,7 @@ pub(super) fn show<'a>(
     }
 }
 
-/// Errors of the window library begin with where in its sources they arose; what happened comes
-/// last.
+/// Errors of the window library begin with the place in its source; the cause comes last.
 fn last_part(error: &str) -> String {
     error
         .rsplit(".rs:")
@@ -50,7 +50,7 @@ fn last_part(error: &str) -> String {
         .to_owned()
 }
 
-/// The line in which a window says what it did.
+/// The line in which a window reports its last action.
 #[derive(Clone, Debug)]
 pub(super) struct Status(Arc<Mutex<String>>);
 
@@ -71,7 +71,7 @@ impl Status {
         }
     }
 
-    /// Writes the whole window into a file, and says which.
+    /// Writes a picture of the whole window into a file, and reports its name.
     pub(super) fn screenshot(&self, context: &egui::Context) {
         let status = self.clone();
         context.request_screenshot(move |image| match shot::keep(&image) {
@@ -81,7 +81,7 @@ impl Status {
     }
 }
 
-/// A picture for egui, in the place of the one before.
+/// Replaces a picture of egui.
 pub(super) fn show_picture(context: &egui::Context, slot: &mut Option<TextureHandle>, picture: &Picture) {
     let image = egui::ColorImage::from_rgb([picture.width(), picture.height()], picture.bytes());
     match slot {
@@ -90,7 +90,7 @@ pub(super) fn show_picture(context: &egui::Context, slot: &mut Option<TextureHan
     }
 }
 
-/// Names and what they stand for, in two columns.
+/// Names and values in two columns.
 pub(super) fn rows<'r>(ui: &mut egui::Ui, name: &str, rows: impl IntoIterator<Item = (&'r str, String)>) {
     egui::Grid::new(name).num_columns(2).spacing([18.0, 3.0]).show(ui, |ui| {
         for (name, value) in rows {
@@ -106,7 +106,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn errors_are_told_without_places_in_sources() {
+    fn errors_are_shown_without_source_locations() {
         assert_eq!(last_part("winit EventLoopError: os error at a/b/mod.rs:788: Failed to open"), "Failed to open");
         assert_eq!(last_part("no config found"), "no config found");
     }

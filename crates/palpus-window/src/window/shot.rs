@@ -1,4 +1,4 @@
-//! Pictures of the whole window, each in a file of its own.
+//! Pictures of the whole window, each in its own file.
 
 use std::fs::OpenOptions;
 use std::io;
@@ -13,7 +13,7 @@ const FOLDER: &str = "palpus-out";
 /// Most pictures in a folder.
 const MOST: u32 = 100_000;
 
-/// Writes what was on the screen into the first free file; its name.
+/// Writes the screen content into the first free file; returns its name.
 pub(super) fn keep(image: &ColorImage) -> Result<PathBuf, String> {
     keep_in(Path::new(FOLDER), image).map_err(|error| format!("no picture could be written into {FOLDER}: {error}"))
 }
@@ -49,13 +49,14 @@ mod tests {
     use eframe::egui::Color32;
 
     #[test]
-    fn no_picture_takes_the_place_of_another() {
+    fn no_picture_overwrites_another() {
         let folder = std::env::temp_dir().join(format!("palpus-shot-{}", std::process::id()));
         let image = ColorImage::filled([3, 2], Color32::RED);
-        let files: Vec<PathBuf> = (0..3).map(|_| keep_in(&folder, &image).expect("written")).collect();
+        let files: Vec<PathBuf> =
+            (0..3).map(|_| keep_in(&folder, &image).expect("the picture can be written")).collect();
         let names: Vec<_> = files.iter().filter_map(|file| file.file_name()?.to_str()).collect();
         assert_eq!(names, ["window-1.png", "window-2.png", "window-3.png"]);
         assert!(files.iter().all(|file| std::fs::read(file).is_ok_and(|bytes| bytes.starts_with(b"\x89PNG"))));
-        std::fs::remove_dir_all(&folder).expect("ours");
+        std::fs::remove_dir_all(&folder).expect("the folder can be deleted");
     }
 }

@@ -1,7 +1,7 @@
 //! A file of the dialog: its path, its content, and its unit of length.
 //!
-//! A path that names a file is read at once, on a thread of its own, to say whether it is a scene
-//! or a mesh, and how large. The unit of a mesh is guessed from its size.
+//! If the path names a file, the file is read at once on a separate thread, to find out whether it
+//! is a scene or a mesh, and its size. The unit of a mesh is guessed from its size.
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
@@ -12,13 +12,13 @@ use glam::DVec3;
 use super::dress::small;
 use super::run::{FileKind, MeshFile, Run};
 
-/// m: likely sizes of probe and environment.
+/// Likely sizes of probe and environment, m.
 const LIKELY: [f64; 2] = [4e-3, 1.2];
 
 /// See the module's description.
 pub(super) struct Slot {
     path: String,
-    /// The path that was read, and what came of it.
+    /// The path that was read, and the result.
     read: Option<(PathBuf, Reading)>,
     unit: Unit,
 }
@@ -31,7 +31,7 @@ enum Reading {
 /// State of a slot.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Content {
-    /// No path: the present body stays.
+    /// No path: the current body stays.
     Empty,
     /// It is being read.
     Busy,
@@ -51,7 +51,7 @@ enum Unit {
 }
 
 impl Unit {
-    /// The likelier first: a size may fit several.
+    /// Units in the order of likelihood; a size may fit several.
     const ALL: [Self; 4] = [Self::Millimetre, Self::Metre, Self::Centimetre, Self::Inch];
 
     fn name(self) -> &'static str {
@@ -72,7 +72,8 @@ impl Unit {
         }
     }
 
-    /// The first in which the largest side is that of a thing one holds or touches.
+    /// Returns the first unit with which the largest side is that of an object that one holds or
+    /// touches.
     fn likely(size: DVec3) -> Self {
         let largest = size.max_element();
         let fits = |unit: &Self| (LIKELY[0]..=LIKELY[1]).contains(&(largest * unit.metres()));
@@ -100,7 +101,7 @@ impl Slot {
         }
     }
 
-    /// Reads the file at the path, if that is new.
+    /// Reads the file at the path, if the path is new.
     pub(super) fn look(&mut self, run: &dyn Run) {
         let path = PathBuf::from(self.path.trim());
         let is_read = self.read.as_ref().is_some_and(|(read, _)| *read == path);
@@ -108,7 +109,7 @@ impl Slot {
             self.read = path.is_file().then(|| {
                 let (tell, told) = channel();
                 let (read, file) = (run.reader(), path.clone());
-                // The receiver may be gone by now.
+                // The receiver may not exist any more.
                 std::thread::spawn(move || tell.send(read(&file)));
                 (path, Reading::UnderWay(told))
             });
@@ -126,8 +127,8 @@ impl Slot {
         *reading = Reading::Done(kind);
     }
 
-    /// Its line, and what is known of the file. True if Enter was pressed in it. `focus`: it gets
-    /// the keyboard.
+    /// Draws its line and the known facts about the file. Returns true if Enter was pressed in it.
+    /// `focus`: the line gets the keyboard.
     pub(super) fn show(&mut self, ui: &mut Ui, hint: &str, focus: bool) -> bool {
         let edit = TextEdit::singleline(&mut self.path).desired_width(f32::INFINITY).hint_text(hint);
         let response = ui.add(edit);
@@ -167,7 +168,7 @@ impl Slot {
     }
 }
 
-/// A box's sides in a unit that suits them.
+/// The sides of a box in a suitable unit.
 fn sides(metres: DVec3) -> String {
     let (times, unit, figures) = match metres.max_element() {
         largest if largest >= 1.0 => (1.0, "m", 2),
@@ -191,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn an_empty_slot_changes_nothing() {
+    fn empty_slot_changes_nothing() {
         assert_eq!(Slot::new(None).content(), Content::Empty);
         assert_eq!(Slot::new(Some(Path::new("nowhere.obj"))).content(), Content::Bad);
     }

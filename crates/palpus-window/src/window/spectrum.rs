@@ -1,29 +1,30 @@
 //! Amplitude spectrum of the newest values, in which hum is visible as a peak.
 //!
-//! 1. The last values, without their mean, under a Hann window.
-//! 2. Their Fourier transform (J. Cooley, J. Tukey, *An algorithm for the machine calculation of
-//!    complex Fourier series*, 1965).
-//! 3. The amplitude at each frequency, such that a sine of amplitude 1 gives 1.
+//! 1. The mean of the last values is removed, and a Hann window is applied.
+//! 2. Fourier transform (J. Cooley, J. Tukey, *An algorithm for the machine calculation of complex
+//!    Fourier series*, 1965).
+//! 3. The amplitude at each frequency is scaled so that a sine of amplitude 1 gives 1.
 
 use std::f64::consts::TAU;
 
-/// Values that are looked at.
+/// Number of values.
 pub(super) const LENGTH: usize = 1024;
 
-/// The amplitudes of the last [`LENGTH`] of `values`, from the first frequency above 0 up to half
-/// the rate; `None` if there are not as many.
+/// Returns the amplitudes of the last [`LENGTH`] of `values`, from the first frequency above 0 up
+/// to half the rate; `None` if there are fewer values.
 pub(super) fn amplitudes(values: &[f64]) -> Option<Vec<f64>> {
     let last = &values[values.len().checked_sub(LENGTH)?..];
     let mean = last.iter().sum::<f64>() / LENGTH as f64;
     let hann = |k: usize| 0.5 - 0.5 * (TAU * k as f64 / LENGTH as f64).cos();
     let windowed: Vec<[f64; 2]> = last.iter().enumerate().map(|(k, value)| [(value - mean) * hann(k), 0.0]).collect();
     let transformed = transform(&windowed);
-    // The window lets half of a sine pass, of which half is at the negative frequency.
+    // The Hann window passes half of a sine's amplitude, and half of that is at the negative
+    // frequency.
     let scale = 4.0 / LENGTH as f64;
     Some(transformed[1..=LENGTH / 2].iter().map(|[re, im]| scale * re.hypot(*im)).collect())
 }
 
-/// Fourier transform of as many values as a power of two.
+/// Fourier transform; the number of values is a power of two.
 fn transform(values: &[[f64; 2]]) -> Vec<[f64; 2]> {
     if values.len() < 2 {
         return values.to_vec();
@@ -46,11 +47,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_hum_is_a_peak_of_its_amplitude() {
-        // 125 periods in the window: 122 Hz at 1000 Hz.
+    fn oscillation_is_a_peak_of_its_amplitude() {
+        // 125 periods in the window: 122 Hz at a rate of 1000 Hz.
         let value = |k: usize| 3.0 + 0.2 * (TAU * 125.0 * k as f64 / LENGTH as f64).sin();
         let values: Vec<f64> = (0..2000).map(value).collect();
-        let amplitudes = amplitudes(&values).expect("enough of them");
+        let amplitudes = amplitudes(&values).expect("there are enough values");
         assert!((amplitudes[124] - 0.2).abs() < 1e-6, "{}", amplitudes[124]);
         assert!(amplitudes.iter().enumerate().all(|(k, a)| k.abs_diff(124) <= 1 || *a < 1e-9));
         assert_eq!(super::amplitudes(&values[..LENGTH - 1]), None);

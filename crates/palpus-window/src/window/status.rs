@@ -1,4 +1,4 @@
-//! The status panel: state of the run in words, and numbers of the loop.
+//! The status panel: the state of the run as text, and numbers of the loop.
 
 use std::time::{Duration, Instant};
 
@@ -11,14 +11,14 @@ use super::view3d::colour;
 use crate::picture::Rgb;
 use crate::style::Theme;
 
-/// Over which time the rate is counted.
+/// Time over which the rate is measured.
 const RATE_SPAN: Duration = Duration::from_millis(500);
-/// How long a cut stays on the screen after its last tick.
+/// Time for which a cut stays visible after its last tick.
 const CUT_SPAN: Duration = Duration::from_millis(1500);
 /// Points.
 const VALUE: f32 = 20.0;
 
-/// The window's memory of the numbers that it showed.
+/// The state of the panel between frames.
 pub(super) struct Status {
     now: Numbers,
     counted: (Instant, u64),
@@ -47,14 +47,14 @@ impl Status {
         }
     }
 
-    /// Cuts of the last moments, except that of the engagement, which the state tells.
+    /// Recent cuts, except the engagement's, which the state shows.
     fn cuts(&self) -> impl Iterator<Item = Cut> {
         Cut::ALL.into_iter().filter(|cut| {
             *cut != Cut::Engagement && self.cuts[*cut as usize].is_some_and(|seen| seen.elapsed() < CUT_SPAN)
         })
     }
 
-    /// The state in one line, where there is no panel.
+    /// Draws the state in one line, if there is no panel.
     pub(super) fn brief(&self, ui: &mut Ui, run: &dyn Run, theme: Theme) {
         let (words, lamp) = self.state(run, theme);
         ui.horizontal(|ui| {
@@ -64,7 +64,7 @@ impl Status {
         });
     }
 
-    /// The state in words, and the colour of its lamp.
+    /// Text of the state, and the colour of its lamp.
     fn state(&self, run: &dyn Run, theme: Theme) -> (&'static str, Rgb) {
         let (words, is_well) = if run.is_over() {
             ("the run has ended", true)
@@ -82,7 +82,7 @@ impl Status {
         (words, lamp)
     }
 
-    /// The panel.
+    /// Draws the panel.
     pub(super) fn show(&self, ui: &mut Ui, run: &dyn Run, theme: Theme) {
         let (words, lamp) = self.state(run, theme);
         let waits_for = run.waits_for();
@@ -104,12 +104,12 @@ impl Status {
             let comma = if words.is_empty() { "" } else { "; " };
             words += &format!("{comma}{:.0} % of the contacts extrapolated", 100.0 * self.now.carried);
         }
-        // Always there, so that nothing below it moves.
+        // Always drawn, so that nothing below it moves.
         ui.label(RichText::new(words).small().color(ui.visuals().warn_fg_color));
         Self::trouble(ui, run);
     }
 
-    /// Writes warnings beside the numbers.
+    /// Writes warnings next to the numbers.
     fn trouble(ui: &mut Ui, run: &dyn Run) {
         if let Some(words) = run.recording_trouble() {
             ui.label(RichText::new(words).small().color(ui.visuals().error_fg_color));

@@ -1,15 +1,16 @@
-//! A scene in three dimensions, turned, moved and zoomed by the mouse: the middle of every window
+//! A scene in three dimensions that the mouse turns, moves and zooms: the middle of every window
 //! with bodies.
 //!
-//! In each frame a window
+//! In each frame, a window
 //!
-//! 1. gives the view its place ([`View3d::place`]), which the first time moves the eye to where
-//!    everything is seen;
-//! 2. uses the mouse for what is its own, or leaves it to the eye ([`View3d::navigate`]);
-//! 3. has the scene drawn ([`View3d::draw`]), with marks of its own beside those of the scene.
+//! 1. gives the view its place ([`View3d::place`]); the first time, this moves the camera so that
+//!    everything is visible;
+//! 2. uses the mouse for its own purposes, or leaves it to the camera ([`View3d::navigate`]);
+//! 3. lets the view draw the scene ([`View3d::draw`]), with additional marks.
 //!
-//! Whatever needs the graphics library happens while egui paints, when its context is current; so a
-//! replaced scene is uploaded in the next frame. Places in the window are egui's points.
+//! Code that needs the graphics library runs while egui paints, when its context is current. A
+//! replaced scene is therefore uploaded in the next frame. Places in the window are in egui's
+//! points.
 
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
@@ -33,34 +34,34 @@ use crate::scene::{Look, Scene, ShownBody};
 use crate::solid::Solid;
 use crate::style::Style;
 
-/// rad the view turns for a point of the mouse.
+/// Rotation of the view for each point of the mouse, rad.
 const TURN: f32 = 0.008;
 /// Zoom by the wheel: the exponent for each point of scrolling.
 const ZOOM: f32 = 0.0025;
-/// rad in a second that a key turns it, and the exponent that it comes nearer; s: the most that it
-/// acts on in a frame.
+/// Rotation by a key, rad/s; exponent of its zoom; and longest time for which it acts in one frame,
+/// s.
 const KEY_TURN: f32 = 1.2;
 const KEY_ZOOM: f32 = 1.0;
 const LONGEST_FRAME: f32 = 0.1;
-/// Most dots that are drawn; more would not be distinguishable.
+/// Largest number of drawn dots; more could not be distinguished.
 const MOST_DOTS: usize = 1000;
 /// Points.
 const LETTERS: f32 = 14.0;
-/// Points above that titles have.
+/// Height of titles, points.
 const TITLE: f32 = 36.0;
 
 /// See the module's outline.
 pub(super) struct View3d {
     camera: Camera,
     framed: bool,
-    /// The user has moved the camera.
+    /// True if the user has moved the camera.
     is_users: bool,
-    /// The next framing keeps what the last one had.
+    /// True if the next framing keeps the contents of the last one.
     widens: bool,
-    /// World, of the boxes about all bodies at the last framing.
+    /// Boxes around all bodies at the last framing, world.
     corners: Vec<DVec3>,
     ground: Option<Ground>,
-    /// The bodies in few triangles, for their shadow.
+    /// Simplified bodies for their shadow.
     shadowed: Vec<Arc<Solid>>,
     easel: Arc<Mutex<Easel>>,
     pace: Pace,
@@ -74,7 +75,7 @@ struct Easel {
     wanted: Option<Vec<Arc<Solid>>>,
     trouble: Option<String>,
     frames: u64,
-    /// When the first and the last frame were drawn.
+    /// Times of the first and the last frame.
     drawn: Option<[Instant; 2]>,
 }
 
@@ -84,16 +85,16 @@ pub(super) struct Area {
     pub(super) response: Response,
 }
 
-/// Half a line of the world.
+/// A ray in the world.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ray {
     pub(super) origin: DVec3,
-    /// Unit.
+    /// Unit direction.
     pub(super) direction: DVec3,
 }
 
 impl Area {
-    /// Points.
+    /// Position, points.
     pub(super) fn size(&self) -> (f64, f64) {
         (f64::from(self.rect.width()).max(1.0), f64::from(self.rect.height()).max(1.0))
     }
@@ -105,9 +106,10 @@ impl Area {
 }
 
 impl View3d {
-    /// A view of what is in `scene`.
+    /// Creates a view of `scene`.
     ///
     /// # Errors
+    ///
     /// Fails with the message of the graphics library.
     pub(super) fn new(creation: &eframe::CreationContext<'_>, scene: &Scene, style: &Style) -> Result<Self, String> {
         let gl = creation.gl.as_ref().ok_or("there is no OpenGL here")?;
@@ -135,7 +137,7 @@ impl View3d {
         })
     }
 
-    /// How long to wait after the frame that begins now.
+    /// Returns the wait after the frame that begins now.
     pub(super) fn wait(&mut self) -> Duration {
         self.pace.wait(Instant::now())
     }
@@ -145,29 +147,29 @@ impl View3d {
         &self.camera
     }
 
-    /// Looks from a standard side, at what is in the middle.
+    /// Looks at the present target from a standard side.
     pub(super) fn look(&mut self, view: View) {
         self.camera.look(view);
         self.is_users = true;
     }
 
-    /// Looks in the direction in which another camera looks.
+    /// Looks in the direction of another camera.
     pub(super) fn turn_as(&mut self, other: &Camera) {
         (self.camera.yaw, self.camera.pitch) = (other.yaw, other.pitch);
     }
 
-    /// Brings everything into view, in the next frame, from the first side.
+    /// Shows everything in the next frame, from the first side.
     pub(super) fn see_everything(&mut self) {
         (self.framed, self.is_users) = (false, false);
         self.camera.look(View::Oblique);
     }
 
-    /// The same from the side that is looked from.
+    /// Shows everything in the next frame, from the present side.
     pub(super) fn reframe(&mut self) {
         self.framed = false;
     }
 
-    /// The same, with the places where bodies were when everything was brought into view before.
+    /// Shows everything in the next frame, including the places of the bodies at the last framing.
     pub(super) fn widen(&mut self) {
         (self.framed, self.widens) = (false, true);
     }
@@ -180,7 +182,7 @@ impl View3d {
         }
     }
 
-    /// The bodies are others from now on, or in other colours; the eye stays where it is.
+    /// Replaces the bodies, or their colours; the camera stays in place.
     pub(super) fn replace(&mut self, scene: &Scene, style: &Style) {
         self.shadowed = shadowed(scene);
         if let Ok(mut easel) = self.easel.lock() {
@@ -189,7 +191,7 @@ impl View3d {
         }
     }
 
-    /// Returns once why bodies cannot be drawn.
+    /// Returns once the reason why bodies cannot be drawn.
     pub(super) fn trouble(&mut self) -> Option<String> {
         self.easel.lock().ok()?.trouble.take()
     }
@@ -215,7 +217,7 @@ impl View3d {
         }
     }
 
-    /// Takes all the room that `ui` has.
+    /// Uses all the space of `ui`.
     pub(super) fn place(&mut self, ui: &mut egui::Ui, scene: &Scene) -> Area {
         let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
         let area = Area { rect, response };
@@ -231,7 +233,8 @@ impl View3d {
         area
     }
 
-    /// The same, or for two pictures of the same size beside each other, seen by the same eye.
+    /// Uses the space for one picture, or for two of the same size side by side with the same
+    /// camera.
     pub(super) fn place_beside(&mut self, ui: &mut egui::Ui, scene: &Scene, two: bool) -> (Area, Option<Area>) {
         if !two {
             return (self.place(ui, scene), None);
@@ -248,8 +251,8 @@ impl View3d {
         (area, Some(Area { rect: right, response }))
     }
 
-    /// The mouse moves the eye: a drag turns it, with Shift or another button it moves it, the
-    /// wheel brings it nearer. So do Alt and arrows, PageUp and PageDown.
+    /// The mouse moves the camera: a drag turns it, with Shift or another button it moves the
+    /// camera, and the wheel zooms. Alt with arrows, PageUp and PageDown does the same.
     pub(super) fn navigate(&mut self, ui: &egui::Ui, area: &Area) {
         let response = &area.response;
         let moved = response.drag_delta();
@@ -279,7 +282,7 @@ impl View3d {
         self.camera.zoom(f64::from((axis(Key::PageUp, Key::PageDown) * KEY_ZOOM * frame).exp()));
     }
 
-    /// From the eye through a place of the window.
+    /// Returns the ray from the camera through a point of the window.
     pub(super) fn ray(&self, area: &Area, at: Pos2) -> Ray {
         let (_, height) = area.size();
         let metres = self.camera.metres_per_pixel(1.0, height);
@@ -289,14 +292,15 @@ impl View3d {
         Ray { origin: self.camera.eye(), direction: direction.normalize() }
     }
 
-    /// Place of a point of the world in the window; `None` if it is behind the eye.
+    /// Returns the position of a point of the world in the window; `None` if it is behind the
+    /// camera.
     pub(super) fn seen_at(&self, area: &Area, point: DVec3) -> Option<Pos2> {
         let (width, height) = area.size();
         let seen = self.camera.project(point, width, height)?;
         Some(area.rect.min + egui::vec2(seen.x as f32, seen.y as f32))
     }
 
-    /// How long a point of the window is at a point of the world, m.
+    /// Returns the length in metres of a point of the window at a point of the world.
     pub(super) fn metres_per_point(&self, area: &Area, point: DVec3) -> f64 {
         self.camera.metres_per_pixel(self.depth(point), area.size().1)
     }
@@ -306,7 +310,7 @@ impl View3d {
         (self.camera.eye() - point).dot(back).max(self.camera.nearest())
     }
 
-    /// Draws `scene`, and `more` marks in the world.
+    /// Draws `scene` and the additional marks `more` in the world.
     pub(super) fn draw(&self, ui: &egui::Ui, area: &Area, scene: &Scene, style: &Style, more: &[(Triangles, Rgb)]) {
         self.background(ui, area.rect, style);
         if let Some(ground) = &self.ground {
@@ -330,7 +334,7 @@ impl View3d {
         self.label(ui, area, &labels, style);
     }
 
-    /// Fills the view, behind everything.
+    /// Fills the view in the background.
     fn background(&self, ui: &egui::Ui, rect: Rect, style: &Style) {
         let colours = style.theme.colours();
         let easel = Arc::clone(&self.easel);
@@ -384,11 +388,11 @@ impl View3d {
         (drawing, marks.labels)
     }
 
-    /// Values beside the marks, each at the right of its point.
+    /// Values next to the marks, each at the right of its point.
     fn label(&self, ui: &egui::Ui, area: &Area, labels: &[Label], style: &Style) {
         let painter = ui.painter_at(area.rect);
         let halo = colour(style.theme.colours().below).gamma_multiply(0.75);
-        // Within the picture, whatever the arrow does, and below titles.
+        // The text stays in the picture and below titles, wherever the arrow points.
         let room = area.rect.shrink(4.0);
         let room = room.with_min_y((room.top() + TITLE).min(room.bottom()));
         let mut taken: Vec<Rect> = Vec::new();
@@ -424,7 +428,7 @@ impl Easel {
     }
 }
 
-/// Coarse copies of the bodies of a scene. They have few triangles, so that the shadow can be
+/// Simplified copies of the bodies of a scene, with so few triangles that the shadow can be
 /// computed in every frame.
 fn shadowed(scene: &Scene) -> Vec<Arc<Solid>> {
     let few = |solid: &Arc<Solid>| solid.coarse(MOST_SHADOWING).map_or_else(|| Arc::clone(solid), Arc::new);

@@ -1,5 +1,5 @@
-//! The contenders: palpus' walk, its proof and its march, and parry's GJK and EPA. Each keeps the
-//! memory that its interface allows.
+//! The contenders: the walk, the proof and the march of palpus, and GJK and EPA of parry. Each
+//! contender caches data of the previous pose if its interface allows this.
 
 use glam::DVec3;
 use palpus::algebra::Placement;
@@ -14,7 +14,7 @@ use parry3d_f64::shape::ConvexPolyhedron;
 use crate::motions::Motion;
 use crate::shapes::{ShapePair, triangles};
 
-/// A pair as each contender wants it.
+/// A shape pair in the types of both engines.
 pub(crate) struct Subject<'s> {
     pub(crate) shape: &'s ShapePair,
     parry_a: ConvexPolyhedron,
@@ -27,19 +27,20 @@ impl<'s> Subject<'s> {
     }
 }
 
-/// The same polytope for parry: its vertices and the triangles of its faces.
+/// Converts a polytope to parry's type.
 fn parry_of(polytope: &Polytope) -> ConvexPolyhedron {
-    ConvexPolyhedron::from_convex_mesh(polytope.vertices().to_vec(), &triangles(polytope)).expect("a convex mesh")
+    ConvexPolyhedron::from_convex_mesh(polytope.vertices().to_vec(), &triangles(polytope))
+        .expect("the polytope is a convex mesh")
 }
 
-/// One pose, in both engines' types.
+/// A pose in the types of both engines.
 #[derive(Clone, Copy)]
 pub(crate) struct Place {
     pub(crate) palpus: Placement,
     pub(crate) parry: ParryPose,
 }
 
-/// The name of a contender, as the tables have it.
+/// Identifies a contender.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Name {
     Local,
@@ -61,7 +62,7 @@ impl Name {
     }
 }
 
-/// A contender and what it remembers of the last pose.
+/// A contender with its working memory and its cached data of the previous pose.
 pub(crate) enum Contender {
     Local { scratch: Box<DepthScratch>, last: Option<Depth> },
     Proven { scratch: Box<DepthScratch>, memory: Box<CertificateMemory>, last: Option<Depth> },
@@ -70,7 +71,8 @@ pub(crate) enum Contender {
 }
 
 impl Contender {
-    /// Returns the contenders that answer the question of a motion.
+    /// Returns the contenders for a motion: depth queries if the bodies overlap, distance queries
+    /// if they do not.
     pub(crate) fn all(motion: Motion) -> Vec<Self> {
         let names: &[Name] = if motion.overlaps() {
             &[Name::Local, Name::Proven, Name::ParryEpa]
@@ -100,7 +102,7 @@ impl Contender {
         }
     }
 
-    /// Forgets the last pose.
+    /// Drops the cached data of the previous pose.
     pub(crate) fn forget(&mut self) {
         match self {
             Self::Local { last, .. } => *last = None,
@@ -113,7 +115,8 @@ impl Contender {
         }
     }
 
-    /// One query; the separation, negative when the bodies overlap.
+    /// Runs one query. Returns the separation, which is negative if the bodies overlap; NaN if the
+    /// query has no result.
     #[inline(never)]
     pub(crate) fn query(&mut self, subject: &Subject<'_>, place: &Place) -> f64 {
         let Subject { shape: ShapePair { a, b, .. }, parry_a, parry_b } = subject;
@@ -126,7 +129,7 @@ impl Contender {
             Self::Proven { scratch, memory, last } => {
                 let answer = depth_proven(a, b, &place.palpus, &[seed(last.as_ref())], memory, scratch);
                 *last = Some(answer);
-                // An unproven depth is no answer.
+                // A depth without proof does not count as a result.
                 if answer.certainty == Certainty::GloballyOptimal { -answer.depth } else { f64::NAN }
             }
             Self::March { last } => {
@@ -139,7 +142,7 @@ impl Contender {
                 }
             }
             Self::Parry { simplex, last, .. } => {
-                // b is parry's first shape, so that the placement is the same.
+                // Body b is the first shape of parry, so that both engines use the same pose.
                 let answer = contact_support_map_support_map_with_params(
                     &place.parry,
                     parry_b,
@@ -160,7 +163,7 @@ impl Contender {
     }
 }
 
-/// The start from the last answer.
+/// Returns the seed of the walk from the previous result.
 fn seed(last: Option<&Depth>) -> Seed {
     last.map_or(Seed::CentroidLine, Depth::seed)
 }

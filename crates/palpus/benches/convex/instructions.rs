@@ -1,8 +1,8 @@
-//! Instructions per query of the hot paths, counted by valgrind: a figure that no other load on the
-//! machine moves.
+//! Counts instructions per query with valgrind. Other load on the machine does not change this
+//! figure.
 //!
-//! As in the times, the first pose of a coherent stretch is not counted. The bench starts itself
-//! under callgrind once per row; only what runs inside [`counted_query`] is counted.
+//! As for times, the first pose of a coherent stretch is not counted. For each figure the bench
+//! starts itself under callgrind, which counts only the instructions inside [`counted_query`].
 
 use std::fmt::Write;
 use std::path::Path;
@@ -12,10 +12,10 @@ use crate::contenders::{Contender, Name, Place, Subject};
 use crate::motions::{Case, Motion};
 use crate::{shapes, stretch};
 
-/// The option by which the bench asks itself for one row.
+/// The internal option with which the bench starts itself for one figure.
 pub(crate) const COUNT: &str = "--count";
 
-/// The rows: contender and motion, at every size.
+/// The rows of the table: contender and motion.
 const ROWS: [(Name, Motion); 10] = [
     (Name::Local, Motion::Sliding),
     (Name::Local, Motion::Rolling),
@@ -29,17 +29,17 @@ const ROWS: [(Name, Motion); 10] = [
     (Name::March, Motion::ApartCold),
 ];
 
-/// The shape pairs.
+/// The columns of the table: shape pairs.
 const SHAPES: [&str; 5] = ["hull 20", "hull 100", "hull 500", "hull 2000", "boxes"];
 
-/// A run whose instructions are counted.
+/// A run under callgrind, for one row and one shape pair.
 pub(crate) struct Counted {
     row: usize,
     shape: usize,
 }
 
 impl Counted {
-    /// From `row/shape`.
+    /// Parses `row/shape`, the two indices.
     pub(crate) fn parse(text: &str) -> Result<Self, String> {
         let numbers = text.split_once('/').and_then(|(row, shape)| Some((row.parse().ok()?, shape.parse().ok()?)));
         match numbers {
@@ -48,7 +48,7 @@ impl Counted {
         }
     }
 
-    /// Runs it, and prints the number of queries.
+    /// Runs the queries, and prints their number.
     pub(crate) fn run(&self) {
         let (name, motion) = ROWS[self.row];
         let Some(shape) = shapes::all().into_iter().find(|shape| shape.name == SHAPES[self.shape]) else { return };
@@ -72,13 +72,13 @@ impl Counted {
     }
 }
 
-/// Valgrind finds it by its name.
+/// Runs one query. Valgrind finds this function by its name.
 #[inline(never)]
 fn counted_query(contender: &mut Contender, subject: &Subject<'_>, place: &Place) -> f64 {
     contender.query(subject, place)
 }
 
-/// Counts every row into the file.
+/// Counts all rows, prints them, and writes them to `file`.
 pub(crate) fn write(file: &Path) -> Result<(), String> {
     let mut text = String::from(
         "# Instructions per query, mean over the poses of benches/convex, counted by callgrind.\n\
@@ -96,7 +96,7 @@ pub(crate) fn write(file: &Path) -> Result<(), String> {
     std::fs::write(file, text).map_err(|error| format!("{}: {error}", file.display()))
 }
 
-/// One row at one shape pair.
+/// Returns the mean number of instructions per query for one row and one shape pair.
 fn count(row: usize, shape: usize) -> Result<f64, String> {
     let this = std::env::current_exe().map_err(|error| error.to_string())?;
     let output = Command::new("valgrind")
@@ -111,6 +111,6 @@ fn count(row: usize, shape: usize) -> Result<f64, String> {
         report.lines().find_map(|line| line.split("Collected :").nth(1)).and_then(|n| n.trim().parse().ok());
     match (queries.trim().parse::<f64>(), collected) {
         (Ok(queries), Some(collected)) => Ok(f64::max(collected, 0.0) / queries),
-        _ => Err(format!("valgrind said:\n{report}")),
+        _ => Err(format!("cannot read valgrind's output:\n{report}")),
     }
 }

@@ -1,26 +1,30 @@
-//! Convex pairs beside parry in one run: penetration depth and distance, cold and along coherent
-//! paths.
+//! Compares palpus with parry on pairs of convex shapes: penetration depth and distance, for
+//! independent poses and along coherent paths.
 //!
-//! `cargo bench -p palpus --bench convex` prints a table within a minute. Options after `--`:
+//! `cargo bench -p palpus --bench convex` prints a table within a minute. These options can follow
+//! after `--`:
 //!
-//! * `--only TEXT`: only rows whose shape or motion contains the text;
-//! * `--out FILE`: the figures as CSV too, for `benches/peers/convex_peers.py`;
-//! * `--dump FOLDER`: the shapes and poses of the run as text, for the same script, and nothing is
-//!   measured;
-//! * `--instructions FILE`: instruction counts per query by valgrind instead of times.
+//! * `--only TEXT`: measures only rows whose shape or motion contains the text.
+//! * `--out FILE`: also writes the figures as CSV, for `benches/peers/convex_peers.py`.
+//! * `--dump FOLDER`: writes the shapes and poses as text for the same script, and measures
+//!   nothing.
+//! * `--instructions FILE`: writes instruction counts per query, measured by valgrind, instead of
+//!   times.
 //!
-//! How it measures: every contender runs the same stretch of poses in turn, so that noise of the
-//! machine hits all; the whole is done for several rounds, and each pose counts with its fastest
-//! round. So p50 and p99 are over poses, not over the machine's moods. The cost of reading the
-//! clock is subtracted. In coherent motions the first pose of a stretch is cold for everyone and
-//! not counted. Ratios are of p50, palpus over parry.
+//! All contenders run the same stretch of poses one after the other, so that other load on the
+//! machine affects all of them. The bench repeats everything for several rounds and takes the
+//! fastest time of each pose. Therefore p50 and p99 describe the spread between poses, not the
+//! noise of the machine. The cost of reading the clock is subtracted. In coherent motions, the
+//! first pose of each stretch is not counted, because no contender has cached data there. The ratio
+//! is the p50 of palpus divided by the p50 of parry.
 //!
-//! "Beaten" is the share of the poses at which another contender found a smaller depth or distance.
-//! If palpus' proof is beaten (some poses of needles and cylinders, by 0.3 % to 3 % of the
-//! depth), parry is wrong. Trying all face normals and edge pairs gives palpus' depth to the last
-//! digits, and parry's is smaller than any valid depth. So only the walk alone is beaten.
+//! "Beaten" is the fraction of poses at which another contender found a smaller depth or distance.
+//! At some poses of needles and cylinders, parry's depth is smaller than palpus' proven depth by
+//! 0.3 % to 3 %. There parry is wrong: an exhaustive search over face normals and edge pairs
+//! confirms palpus' depth to the last digits. Therefore "beaten" is meaningful only for the walk
+//! without proof.
 
-#![allow(clippy::print_stdout, clippy::print_stderr, reason = "a bench is run to be read")]
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "a bench prints its results")]
 
 mod contenders;
 mod dump;
@@ -52,7 +56,7 @@ impl Options {
         while let Some(word) = words.next() {
             let mut value = || words.next().ok_or(format!("{word} needs a value"));
             match word.as_str() {
-                // Cargo adds this one.
+                // Cargo adds this option.
                 "--bench" => {}
                 "--only" => options.only = Some(value()?),
                 "--out" => options.out = Some(value()?.into()),
@@ -99,7 +103,7 @@ fn main() -> Result<(), String> {
     Ok(())
 }
 
-/// Runs every contender over every stretch, some rounds of it.
+/// Measures every contender on every stretch, for all rounds.
 fn measure(subject: &Subject<'_>, case: &Case) -> Row {
     let mut contenders = Contender::all(case.motion);
     let mut results = vec![stretch::Result::default(); contenders.len()];

@@ -1,4 +1,5 @@
-//! The poses of the bench: random ones, and coherent stretches as a brisk hand makes them at 1 kHz.
+//! The poses of the bench: random poses, and coherent stretches like those of a fast hand motion at
+//! 1 kHz.
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Random};
@@ -6,33 +7,34 @@ use palpus::collision::{Proximity, initial_features, march};
 
 use crate::shapes::{SEED, ShapePair, rotation};
 
-/// Stretches per case, each of its own pair of orientations.
+/// Number of stretches per case. Each stretch has other orientations.
 const STRETCHES: usize = 8;
-/// Poses of a stretch.
+/// Number of poses of a stretch.
 const POSES: usize = 101;
-/// Radians that a body travels around the other per pose: 0.15 m/s for bodies of 10 cm at 1 kHz.
+/// Angle (rad) by which a body travels around the other per pose. For bodies of 10 cm at 1 kHz,
+/// this is 0.15 m/s.
 const TRAVEL: f64 = 1e-3;
-/// Radians that a rolling body turns per pose.
+/// Angle (rad) by which a rolling body rotates per pose.
 const TURN: f64 = 2e-3;
-/// Relative to the sum of radii: how far the bodies overlap when they slide or roll, and how far
-/// they are apart.
+/// Depth of the overlap when the bodies slide or roll, relative to the sum of their radii.
 const OVERLAP: f64 = 0.05;
+/// Distance of the bodies in coherent motions without contact, relative to the sum of their radii.
 const GAP: f64 = 0.05;
 
-/// How the poses of a case follow each other.
+/// Kind of motion between the poses of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Motion {
-    /// Around the body at a constant overlap.
+    /// The body moves around the other at a constant overlap.
     Sliding,
-    /// The same, and turning.
+    /// The body moves around the other at a constant overlap and rotates.
     Rolling,
-    /// Near the other's centre, turning.
+    /// The body moves near the centre of the other and rotates.
     Deep,
-    /// Overlapping, each pose for itself.
+    /// The bodies overlap, at independent random poses.
     Cold,
-    /// Apart: around the body at a constant gap, turning.
+    /// The body moves around the other at a constant distance and rotates.
     ApartCoherent,
-    /// Apart: each pose for itself.
+    /// The bodies are apart, at independent random poses.
     ApartCold,
 }
 
@@ -51,12 +53,12 @@ impl Motion {
         }
     }
 
-    /// True if a pose is near the one before.
+    /// Returns true if each pose is near the previous one.
     pub(crate) fn is_coherent(self) -> bool {
         !matches!(self, Self::Cold | Self::ApartCold)
     }
 
-    /// True if the bodies overlap.
+    /// Returns true if the bodies overlap.
     pub(crate) fn overlaps(self) -> bool {
         !matches!(self, Self::ApartCoherent | Self::ApartCold)
     }
@@ -65,7 +67,7 @@ impl Motion {
 /// One shape pair in one motion.
 pub(crate) struct Case {
     pub(crate) motion: Motion,
-    /// Poses of a in b.
+    /// Poses of body a in the frame of body b, one list per stretch.
     pub(crate) stretches: Vec<Vec<Pose>>,
 }
 
@@ -109,7 +111,7 @@ fn stretch(shape: &ShapePair, motion: Motion, random: &mut Random) -> Vec<Pose> 
     }
 }
 
-/// a's centroid `away` from b's.
+/// Returns the pose of a in b for which the centroid of a is at `away` from the centroid of b.
 fn placed(shape: &ShapePair, rotation: DQuat, away: DVec3) -> Pose {
     Pose::new(rotation, shape.b.centroid() + away - rotation * shape.a.centroid())
 }
@@ -120,7 +122,8 @@ fn overlap(shape: &ShapePair, pose: &Pose) -> bool {
     matches!(march(&shape.a, &shape.b, &place, start).proximity, Proximity::Overlapping(_))
 }
 
-/// The distance of the centroids along `toward` at which the bodies begin to touch.
+/// Returns the largest distance of the centroids along `toward` at which the bodies overlap, by
+/// bisection.
 fn touching(shape: &ShapePair, rotation: DQuat, toward: DVec3, size: f64) -> f64 {
     let (mut near, mut far) = (0.0, size);
     for _ in 0..40 {

@@ -1,4 +1,4 @@
-//! The shapes of the bench, the same in every run.
+//! The shapes of the bench. They are the same in every run.
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::Random;
@@ -7,22 +7,22 @@ use palpus::body::{Polytope, convex_hull};
 /// The seed of all shapes and poses.
 pub(crate) const SEED: u64 = 0x5EED_C03E;
 
-/// Vertices of the ellipsoid hulls.
+/// Numbers of vertices of the ellipsoid hulls.
 const SIZES: [usize; 5] = [8, 20, 100, 500, 2000];
 
-/// A rotation about a random axis.
+/// Returns a random rotation.
 pub(crate) fn rotation(random: &mut Random) -> DQuat {
     DQuat::from_axis_angle(random.direction(), random.between(0.0, std::f64::consts::TAU))
 }
 
-/// Two bodies that meet.
+/// A pair of shapes.
 pub(crate) struct ShapePair {
     pub(crate) name: &'static str,
     pub(crate) a: Polytope,
     pub(crate) b: Polytope,
 }
 
-/// All pairs, small to large, then the special ones.
+/// Returns all pairs: ellipsoids from small to large, then boxes, cylinders and needles.
 pub(crate) fn all() -> Vec<ShapePair> {
     let mut random = Random::new(SEED);
     let names = ["hull 8", "hull 20", "hull 100", "hull 500", "hull 2000"];
@@ -58,10 +58,10 @@ fn prism(sides: u32, radius: f64, half: f64) -> Polytope {
 }
 
 fn solid(points: Vec<DVec3>) -> Polytope {
-    convex_hull(&points, 1e-9).expect("finite points").into_polytope().expect("points in space").0
+    convex_hull(&points, 1e-9).expect("the points are finite").into_polytope().expect("the points span a volume").0
 }
 
-/// The faces as fans of triangles.
+/// Returns the faces as triangles.
 pub(crate) fn triangles(polytope: &Polytope) -> Vec<[u32; 3]> {
     (0..polytope.face_count() as u32).flat_map(|f| polytope.face_vertices(f).fan()).collect()
 }

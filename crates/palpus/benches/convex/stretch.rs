@@ -1,4 +1,4 @@
-//! One contender along one stretch of poses, by the clock.
+//! Times one contender along one stretch of poses.
 
 use std::hint::black_box;
 use std::sync::OnceLock;
@@ -10,34 +10,35 @@ use parry3d_f64::math::Pose as ParryPose;
 use crate::contenders::{Contender, Place, Subject};
 use crate::motions::Motion;
 
-/// How often the whole is run; each pose counts with its fastest.
+/// Number of rounds. Each pose counts with its fastest round.
 pub(crate) const ROUNDS: usize = 5;
 
 /// Result of one contender in one case.
 #[derive(Clone, Default)]
 pub(crate) struct Result {
-    /// Nanoseconds per pose, by stretch.
+    /// Time per pose (ns), one list per stretch.
     nanoseconds: Vec<Vec<f64>>,
-    /// Separations per pose, in the same order.
+    /// Separation per pose, in the same order.
     pub(crate) answers: Vec<f64>,
 }
 
 impl Result {
-    /// The given share of the poses cost at most this many nanoseconds.
+    /// Returns the quantile `share` of the times per pose (ns).
     pub(crate) fn percentile(&self, share: f64) -> f64 {
         let mut all: Vec<f64> = self.nanoseconds.iter().flatten().copied().collect();
         quantile(&mut all, share).unwrap_or(f64::NAN)
     }
 }
 
-/// The same poses in each engine's type.
+/// Converts the poses to the types of both engines.
 pub(crate) fn places(poses: &[Pose]) -> Vec<Place> {
     let place =
         |pose: &Pose| Place { palpus: pose.placement(), parry: ParryPose::from_parts(pose.translation, pose.rotation) };
     poses.iter().map(place).collect()
 }
 
-/// Runs and times the contender along the poses.
+/// Runs the contender along the poses and records the times. In the first round, also records the
+/// separations.
 pub(crate) fn run(
     contender: &mut Contender,
     subject: &Subject<'_>,
@@ -71,7 +72,7 @@ pub(crate) fn run(
     }
 }
 
-/// Cost of reading the clock twice.
+/// Returns the cost of reading the clock twice (ns).
 fn clock_cost() -> f64 {
     static COST: OnceLock<f64> = OnceLock::new();
     *COST.get_or_init(|| {

@@ -1,4 +1,4 @@
-//! The figures as a table to read and as CSV to join.
+//! Writes the figures as a table for people and as CSV for scripts.
 
 use std::fmt::Write;
 
@@ -6,10 +6,10 @@ use crate::contenders::{Contender, Name, Subject};
 use crate::motions::Case;
 use crate::stretch::Result;
 
-/// Relative to the sum of radii: a separation is the same as another within this.
+/// Two separations count as equal if they differ by at most this, relative to the sum of the radii.
 const SAME: f64 = 1e-7;
 
-/// One shape pair in one motion.
+/// The figures of one shape pair in one motion.
 pub(crate) struct Row {
     shape: &'static str,
     motion: &'static str,
@@ -21,7 +21,7 @@ struct Cell {
     name: Name,
     p50: f64,
     p99: f64,
-    /// Share of the poses at which another contender found a smaller depth (or distance).
+    /// Fraction of the poses at which another contender found a smaller depth or distance.
     beaten: f64,
 }
 
@@ -32,7 +32,7 @@ impl Row {
         let poses = results.first().map_or(0, |result| result.answers.len());
         let best = |k: usize| results.iter().map(|result| result.answers[k].abs()).fold(f64::INFINITY, f64::min);
         let cell = |(contender, result): (&Contender, &Result)| {
-            // A contender that gave no answer (NaN) is beaten too.
+            // A contender without a result (NaN) counts as beaten too.
             let beaten = (0..poses)
                 .filter(|&k| result.answers[k].abs().partial_cmp(&(best(k) + same)).is_none_or(|order| order.is_gt()));
             Cell {
@@ -46,7 +46,7 @@ impl Row {
         Self { shape: shape.name, motion: case.motion.name(), poses, cells }
     }
 
-    /// p50 over parry's.
+    /// Returns the p50 of `cell` divided by the p50 of parry; `None` for parry itself.
     fn ratio(&self, cell: &Cell) -> Option<f64> {
         let parry = self.cells.iter().find(|other| matches!(other.name, Name::ParryEpa | Name::ParryGjk))?;
         (parry.name != cell.name).then_some(cell.p50 / parry.p50)
@@ -67,7 +67,7 @@ impl Row {
     }
 }
 
-/// All rows, one line per contender.
+/// Returns all rows as CSV, one line per contender.
 pub(crate) fn csv(rows: &[Row]) -> String {
     let mut text = String::from("shape,motion,contender,poses,p50_ns,p99_ns,ratio_to_parry,beaten\n");
     for row in rows {

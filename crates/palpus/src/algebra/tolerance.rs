@@ -603,6 +603,10 @@ pub const JUMP: f64 = 0.1;
 /// A sphere test costs a tenth of a march and is looser. This value affects only speed.
 pub const SPHERE_NAP: f64 = 8.0;
 
+/// Relative to the distance of a piece from the other body's origin: more than the rounding of a
+/// sight's normal and of its base to single precision.
+pub const SIGHT_ROUNDING: f64 = 3e-7;
+
 /// Ticks: the bound by boxes is enough if it lets the pair sleep longer than this. This value
 /// affects only speed.
 pub const BOX_NAP: f64 = 4.0;
@@ -635,7 +639,7 @@ pub const CROWD_ALL: f64 = 512.0;
 /// result may be kept (its *rest*).
 ///
 /// A larger value moves contacts past the ends of the faces on which they lie.
-pub const REST_TRAVEL: f64 = 0.1;
+pub const REST_TRAVEL: f64 = 0.2;
 
 /// Share of the motion of [`REST_TRAVEL`] over which the first result of a pair is kept.
 pub const REST_FIRST: f64 = 0.5;
@@ -645,7 +649,7 @@ pub const REST_FIRST: f64 = 0.5;
 ///
 /// The error of the force is then at most a hundredth, and the errors of many contacts cancel. A
 /// larger value is felt; a smaller one measures more pairs in each query.
-pub const REST_ERROR: f64 = 0.01;
+pub const REST_ERROR: f64 = 0.03;
 
 /// The next rest of a pair is this share of the motion over which the error would reach
 /// [`REST_ERROR`].
@@ -659,6 +663,52 @@ pub const REST_SPREAD: f64 = 0.5;
 
 /// A pair's rest may be at most this many times its previous rest.
 pub const REST_GROWTH: f64 = 4.0;
+
+/// Pairs of pieces in contact up to which each one is measured; of more, a sample of about as many
+/// stands for all.
+///
+/// The wrench of N contacts that push alike differs from that of an even sample of n by about 1/√n
+/// of the spread of their engagements. A larger value costs time on close-fitting pairs.
+pub const SAMPLE_PAIRS: f64 = 160.0;
+
+/// Share of the sample whose contacts count less, at its end.
+pub const SAMPLE_FADE: f64 = 0.25;
+
+/// The sample grows or shrinks by at most this share of itself from query to query.
+///
+/// A contact's weight then changes by at most SAMPLE_PACE / SAMPLE_FADE in a query.
+pub const SAMPLE_PACE: f64 = 0.02;
+
+/// A pair is left out if it presses harder than the sample by at most this share.
+pub const SAMPLE_EXCESS: f64 = 0.05;
+
+/// Beside contacts outside the sample, a pair is left out that presses less by at least this share:
+/// of two that press alike, at least one stays.
+pub const SAMPLE_EQUAL: f64 = 0.02;
+
+/// A contact that presses harder by this share more counts fully.
+pub const SAMPLE_FULL_EXCESS: f64 = 0.05;
+
+/// Change of a represented pair's separation relative to the motion that causes it, as assumed when
+/// the pair is due again.
+///
+/// Surfaces that slide along each other change their distance by a small part of the motion. A
+/// larger value costs time; with a smaller one a pair may be deeper than its bound for some ticks.
+pub const REPRESENTED_SLOPE: f64 = 0.04;
+
+/// A represented pair is due after this share of the motion after which it is measured, at the
+/// earliest.
+pub const REPRESENTED_LEAST: f64 = 0.05;
+
+/// The most contacts of the sample that are compared with those of other pairs.
+pub const SAMPLE_LOADS: usize = 512;
+
+/// Relative to the radius of the smaller piece: the motion after which a pair that was left out is
+/// looked at again.
+///
+/// Surfaces that slide along each other change contacts after about this motion. A smaller value
+/// costs time; a larger one lets a deeper contact go unnoticed for longer.
+pub const SAMPLE_TRAVEL: f64 = 1.0;
 
 /// Relative to the clearance of [`MERGE_CLEARANCE`]: the motion after which a refused merge is
 /// tried again.
@@ -1422,6 +1472,9 @@ pub const WORK_STEP: u64 = 1;
 
 /// Cost of the result of a leaf pair: the checks of its surface and of its depth.
 pub const WORK_ANSWER: u64 = 6;
+
+/// Units of work for an upper bound of a pair's depth.
+pub const WORK_BOUND: u64 = 2;
 
 /// Cost of starting a depth walk, with its search for a shared surface normal.
 pub const WORK_WALK: u64 = 20;

@@ -1,4 +1,4 @@
-//! A body: everything about one object that is computed once and then only read.
+//! A body: all data of one object that are computed once and do not change afterwards.
 
 use glam::DVec3;
 
@@ -13,40 +13,41 @@ use crate::algebra::tolerance::{COPLANAR, PIECES_PER_PART};
 use crate::algebra::{Alone, Workers, both, map_in_order};
 use crate::body::decompose::facet::{Facets, Surface};
 use crate::body::decompose::grow::Grower;
-use crate::body::decompose::thicken::{WaysIn, inner_corners};
+use crate::body::decompose::thicken::{InwardPaths, inner_corners};
 
-/// How a body is made of a mesh.
+/// Settings for [`Body::build`] and [`Body::from_soup`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodySettings {
     /// Metres per unit of the model; finite and positive.
     pub scale: f64,
-    /// Largest deviation of a piece from the surface, relative to the model's bounding diagonal;
-    /// from 0 to 1e-3. It allows for planes that the file's rounded coordinates have bent. See
-    /// [`Self::EXACT`] and [`Self::HAPTIC`].
+    /// Largest deviation of a piece from the surface, divided by the model's bounding diagonal;
+    /// from 0 to 1e-3. The deviation is needed because rounded coordinates in a file make planes
+    /// slightly uneven. See [`Self::EXACT`] and [`Self::HAPTIC`].
     pub flatness: f64,
-    /// If true, each piece of a closed surface extends into the solid as far as its part of the
-    /// surface is the nearest, so that deep penetration is detected. If false, a piece is only as
-    /// thick as its patch.
+    /// If true, each piece of a closed surface extends from its patch into the solid, until another
+    /// part of the surface is equally near. Deep penetration is then detected. If false, each piece
+    /// is only the convex hull of its patch.
     pub thick: bool,
 }
 
 impl BodySettings {
-    /// For measuring: distances are exact to this share of the model's size.
+    /// Flatness for measurements. Distances have at most this error, relative to the bounding
+    /// diagonal.
     pub const EXACT: f64 = 3e-8;
-    /// For touching: 3 micrometres on a 10 cm object. A person cannot feel that, and it suffices to
-    /// merge a plane written with six digits into one face (a round peg is 1 piece instead of
-    /// 4870).
+    /// Flatness for haptic rendering: 3 µm on an object of 10 cm, which a person cannot feel. It is
+    /// large enough to merge a plane written with six digits into one face. A round peg then has 1
+    /// piece instead of 4870.
     pub const HAPTIC: f64 = 3e-5;
 }
 
 impl Default for BodySettings {
-    /// A model in metres, to be measured exactly.
+    /// Returns the settings for a model in metres, with flatness [`Self::EXACT`] and thick pieces.
     fn default() -> Self {
         Self { scale: 1.0, flatness: Self::EXACT, thick: true }
     }
 }
 
-/// Why a body cannot be made of a mesh.
+/// Reason why a body cannot be built from a mesh.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BodyError {
     /// The scale is zero, negative, infinite or NaN.
@@ -58,30 +59,30 @@ pub enum BodyError {
     /// The polygons do not form a mesh.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// The points of a convex body have no hull, or only a point or a segment.
-    #[error("the points span no convex body")]
+    /// The points of a convex body have no hull, or their hull is a point or a segment.
+    #[error("the points do not span a convex body")]
     NotConvexBody(#[source] Option<HullError>),
     /// The hull of a patch could not be built.
     #[error("piece {piece} (first triangle {triangle}) has no hull")]
     Piece {
         /// Index of the piece.
         piece: usize,
-        /// A triangle of it.
+        /// Index of one triangle of the piece.
         triangle: u32,
-        /// The fault of the hull.
+        /// The error of the hull's construction.
         #[source]
         source: HullError,
     },
-    /// The parts to restore a body from do not belong together.
-    #[error("the parts make no body of this mesh: {0}")]
+    /// The [`BodyParts`] do not fit each other or the mesh.
+    #[error("the parts do not belong to this mesh: {0}")]
     Parts(&'static str),
     /// The hierarchy over the pieces could not be built.
     #[error(transparent)]
     Hierarchy(#[from] HierarchyError),
 }
 
-/// An object, ready for queries. Immutable, to be shared between threads. Metres, in the frame of
-/// the model.
+/// An object that is ready for queries. It is immutable and can be shared between threads. All
+/// coordinates are in metres, in the model's frame.
 #[derive(Clone, Debug)]
 pub struct Body {
     mesh: Mesh,
@@ -96,12 +97,12 @@ pub struct Body {
 }
 
 impl Body {
-    /// Identifies the version of the sources that decide which pieces a mesh gives. Do not restore
-    /// parts that were made under another version.
+    /// Hash of the source files that decide which pieces a mesh gives. Do not restore parts that
+    /// were made with another fingerprint.
     pub const FINGERPRINT: &str = env!("PALPUS_BODY_FINGERPRINT");
 
-    /// Makes a body of polygons as read from a file; `progress` is called with the fraction done,
-    /// rising to one.
+    /// Builds a body from the polygons of a file. Calls `progress` with the finished fraction,
+    /// which rises to 1.
     pub fn from_soup(
         soup: &PolygonSoup,
         settings: &BodySettings,
@@ -110,7 +111,8 @@ impl Body {
         Self::from_soup_with(soup, settings, &Alone, progress)
     }
 
-    /// As [`Self::from_soup`], on `workers`. The body does not depend on them.
+    /// Does the same as [`Self::from_soup`] on several `workers`. The result does not depend on the
+    /// workers.
     pub fn from_soup_with(
         soup: &PolygonSoup,
         settings: &BodySettings,
@@ -120,15 +122,18 @@ impl Body {
         Self::assemble(Ground::new(soup, settings)?, settings, workers, progress)
     }
 
-    /// Restores a body from its `parts`. `ground` must come from the soup and the settings that the
-    /// parts were made from; the caller has to ensure this. Fails if the parts cannot belong
-    /// together.
+    /// Restores a body from its `parts`. The caller must make `ground` from the same soup and the
+    /// same settings as the parts.
+    ///
+    /// # Errors
+    /// Fails if the parts do not fit each other, or do not fit the mesh.
     pub fn restore(ground: Ground, parts: BodyParts, workers: &dyn Workers) -> Result<Self, BodyError> {
         parts.check(ground.mesh.triangles().len(), workers).map_err(BodyError::Parts)?;
         Ok(Self::finish(ground, parts, workers))
     }
 
-    /// Makes a body of a mesh. The body's health then does not list the repairs that made the mesh.
+    /// Builds a body from a mesh. [`Self::health`] then does not list the repairs that
+    /// [`Mesh::from_soup`] made.
     pub fn build(mesh: Mesh, settings: &BodySettings, progress: &mut dyn FnMut(f64)) -> Result<Self, BodyError> {
         Self::assemble(Ground::of_mesh(mesh, Cleaning::default(), settings)?, settings, &Alone, progress)
     }
@@ -151,7 +156,7 @@ impl Body {
         Ok(body)
     }
 
-    /// Computes what follows from the mesh and the pieces.
+    /// Computes the admissible normals, the mass properties and the health, and assembles the body.
     fn finish(ground: Ground, parts: BodyParts, workers: &dyn Workers) -> Self {
         let Ground { mesh, cleaning, half_edges, tree, step, flatness } = ground;
         let BodyParts { polytopes, pieces, hierarchy } = parts;
@@ -162,7 +167,7 @@ impl Body {
         Self { mesh, half_edges, tree, polytopes, pieces, admissible, hierarchy, mass, health }
     }
 
-    /// The convex hull of points as a body of one piece, at scale 1.
+    /// Builds a body of one piece from the convex hull of `points` (m).
     pub fn from_convex(points: &[DVec3]) -> Result<Self, BodyError> {
         let size = Aabb::around(points.iter().copied());
         let hull = convex_hull(points, COPLANAR * size.min.distance(size.max));
@@ -175,83 +180,86 @@ impl Body {
         Self::from_soup(&soup, &BodySettings::default(), &mut |_| ())
     }
 
-    /// The surface.
+    /// Returns the surface mesh.
     pub fn mesh(&self) -> &Mesh {
         &self.mesh
     }
 
-    /// Neighbours of the surface's triangles.
+    /// Returns the neighbours of the mesh's triangles.
     pub fn half_edges(&self) -> &HalfEdges {
         &self.half_edges
     }
 
-    /// The surface's triangles as a tree, for nearest points, rays and inside tests.
+    /// Returns the tree over the mesh's triangles, for nearest points, rays and inside tests.
     pub fn tree(&self) -> &TriangleTree {
         &self.tree
     }
 
-    /// The convex pieces' shapes.
+    /// Returns the shapes of the convex pieces.
     pub fn polytopes(&self) -> &[Polytope] {
         &self.polytopes
     }
 
-    /// The convex pieces' ties to the mesh, parallel to [`Self::polytopes`].
+    /// Returns the mesh triangles of the convex pieces, in the order of [`Self::polytopes`].
     pub fn pieces(&self) -> &[Piece] {
         &self.pieces
     }
 
-    /// The normals that the pieces own on the mesh.
+    /// Returns the admissible normals of all pieces.
     pub fn admissible(&self) -> &Admissible {
         &self.admissible
     }
 
-    /// The normals that piece `k` owns on the mesh.
+    /// Returns the admissible normals of piece `k`.
     #[inline]
     pub fn own_normals(&self, k: u32) -> OwnNormals<'_> {
         self.admissible.of(k, &self.polytopes[k as usize], &self.mesh)
     }
 
-    /// True if `point` on `feature` of piece `k` lies on the surface of the mesh and `outward`
-    /// (unit) is a direction that the surface has there; both in the body's frame.
+    /// Returns true if `point` on `feature` of piece `k` lies on the mesh and `outward` (unit) is
+    /// an admissible normal at that point. Both vectors are in the body's frame; `point` is in
+    /// metres.
     pub fn owns(&self, k: u32, feature: Feature, point: DVec3, outward: DVec3) -> bool {
         self.own_normals(k).holds(&self.pieces[k as usize], feature, point, outward)
     }
 
-    /// The tree of hulls over the pieces.
+    /// Returns the tree of hulls over the pieces.
     pub fn hierarchy(&self) -> &Hierarchy {
         &self.hierarchy
     }
 
-    /// Volume, centre of mass and inertia at density 1.
+    /// Returns the volume, the centre of mass and the inertia at density 1 kg/m³.
     pub fn mass(&self) -> &MassProperties {
         &self.mass
     }
 
-    /// Health of the mesh, without the test for self-intersections (see [`Health::full`]).
+    /// Returns the health of the mesh, without the test for self-intersections (see
+    /// [`Health::full`]).
     pub fn health(&self) -> &Health {
         &self.health
     }
 
-    /// Bounding diagonal of the mesh, metres.
+    /// Returns the length of the mesh's bounding diagonal (m).
     pub fn size(&self) -> f64 {
         self.mesh.bounding_diagonal()
     }
 }
 
-/// A mesh and the data to find pieces: the parts of a body that are quick to compute.
+/// A mesh and the data from which the pieces are computed. These parts of a body are quick to
+/// compute.
 #[derive(Clone, Debug)]
 pub struct Ground {
     mesh: Mesh,
     cleaning: Cleaning,
     half_edges: HalfEdges,
     tree: TriangleTree,
-    /// The distance between neighbouring values of the coordinates, metres.
+    /// Distance between neighbouring values of the file's coordinates (m); see `precision`.
     step: f64,
     flatness: f64,
 }
 
 impl Ground {
-    /// Prepares polygons as read from a file.
+    /// Builds the mesh and its tree from the polygons of a file.
     pub fn new(soup: &PolygonSoup, settings: &BodySettings) -> Result<Self, BodyError> {
         let (mesh, cleaning) = Mesh::from_soup(soup)?;
         Self::of_mesh(mesh, cleaning, settings)
@@ -272,7 +280,7 @@ impl Ground {
     }
 }
 
-/// Parts of a body that take long to compute and are worth caching.
+/// The parts of a body that take long to compute; callers may cache them.
 #[derive(Clone, Debug)]
 pub struct BodyParts {
     /// See [`Body::polytopes`].
@@ -284,25 +292,27 @@ pub struct BodyParts {
 }
 
 impl BodyParts {
-    /// Returns why these cannot be the parts of a body with so many triangles, if they cannot.
+    /// Checks that these can be the parts of a body with `triangles` triangles; the error says why
+    /// they cannot.
     fn check(&self, triangles: usize, workers: &dyn Workers) -> Result<(), &'static str> {
         let count = self.polytopes.len();
         if self.pieces.len() != count || self.hierarchy.nodes().len() != (2 * count).saturating_sub(1) {
-            return Err("pieces, polytopes and tree are of different numbers");
+            return Err("the numbers of pieces, polytopes and tree nodes do not match");
         }
         let mut free = vec![true; triangles];
         let taken = |t: &u32| free.get_mut(*t as usize).is_some_and(std::mem::take);
         if !self.pieces.iter().flat_map(Piece::triangles).all(taken) || free.contains(&true) {
-            return Err("a triangle is in no piece or in several");
+            return Err("a triangle belongs to no piece or to several");
         }
-        // Each polytope by itself is valid: its constructor checks that.
+        // The polytopes are not checked here, because their constructor checks each of them.
         let fits = |k: usize| self.pieces[k].fits(self.polytopes[k].face_count());
         let all = map_in_order(workers, count, PIECES_PER_PART, fits, &mut |_| ());
         if all.contains(&false) { Err("a piece does not fit its polytope") } else { Ok(()) }
     }
 }
 
-/// Facets, patches, pieces.
+/// Computes the convex pieces: merges triangles into facets, grows patches, and builds one piece
+/// per patch.
 fn convex_pieces(
     surface: &Surface<'_>,
     tree: &TriangleTree,
@@ -312,15 +322,15 @@ fn convex_pieces(
 ) -> Result<(Vec<Polytope>, Vec<Piece>), BodyError> {
     let facets = Facets::of(surface);
     let mut grower = Grower::new(*surface, &facets, tree);
-    let patches = decompose(&mut grower, &mut |done| progress(GROUND_SHARE + (BELOW_WAYS - GROUND_SHARE) * done));
-    let ways = if thick {
-        let mut told = |done| progress(BELOW_WAYS + (BELOW_PIECES - BELOW_WAYS) * done);
-        WaysIn::new(surface, &facets, tree, &patches, workers, &mut told)
+    let patches = decompose(&mut grower, &mut |done| progress(GROUND_SHARE + (BELOW_PATHS - GROUND_SHARE) * done));
+    let paths = if thick {
+        let mut report = |done| progress(BELOW_PATHS + (BELOW_PIECES - BELOW_PATHS) * done);
+        InwardPaths::new(surface, &facets, tree, &patches, workers, &mut report)
     } else {
-        WaysIn::default()
+        InwardPaths::default()
     };
     let build = |k: usize| {
-        let inner = inner_corners(surface, &facets, tree, &ways, &patches[k]);
+        let inner = inner_corners(surface, &facets, tree, &paths, &patches[k]);
         build_piece(surface, &facets, &patches[k], &inner)
     };
     let pieces = map_in_order(workers, patches.len(), PIECES_PER_PART, build, &mut |done| {
@@ -336,13 +346,14 @@ fn convex_pieces(
     Ok(answer)
 }
 
-/// The largest [`BodySettings::flatness`]: a thousandth of the model is a feature, not noise.
+/// The largest allowed [`BodySettings::flatness`]. Details of a thousandth of the model's size are
+/// real features, not rounding noise.
 const LARGEST_FLATNESS: f64 = 1e-3;
 
-/// Share of the work done, for the progress report: after mesh, edges and tree; after the
-/// decomposition, the inward paths, the pieces, the hierarchy.
+/// Fractions of the work that are finished after each stage, for the progress report. The stages
+/// are: mesh with edges and tree, decomposition, inward paths, pieces, hierarchy.
 const GROUND_SHARE: f64 = 0.05;
-const BELOW_WAYS: f64 = 0.3;
+const BELOW_PATHS: f64 = 0.3;
 const BELOW_PIECES: f64 = 0.5;
 const BELOW_HIERARCHY: f64 = 0.65;
 const BELOW_FINISH: f64 = 0.99;
@@ -352,7 +363,7 @@ mod tests {
     use super::*;
     use crate::body::Provenance;
 
-    /// A block in the shape of an L, one unit thick, its caps cut into triangles.
+    /// Returns an L-shaped block of thickness 1.
     fn l_block() -> PolygonSoup {
         let outline = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)];
         let vertices = [0.0, 1.0].iter().flat_map(|&z| outline.map(|(x, y)| DVec3::new(x, y, z))).collect();
@@ -366,7 +377,7 @@ mod tests {
     }
 
     #[test]
-    fn an_l_is_two_pieces_that_leave_its_notch_free() {
+    fn an_l_block_gives_two_pieces_outside_its_notch() {
         let mut last = 0.0;
         let settings = BodySettings { scale: 0.1, ..BodySettings::default() };
         let body = Body::from_soup(&l_block(), &settings, &mut |done| {
@@ -389,7 +400,7 @@ mod tests {
     }
 
     #[test]
-    fn a_convex_body_is_one_piece() {
+    fn a_convex_body_has_one_piece() {
         let points: Vec<DVec3> =
             (0..8).map(|k| DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2))).collect();
         let body = Body::from_convex(&points).unwrap();
@@ -398,7 +409,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scale_that_is_none_is_refused() {
+    fn a_nan_scale_gives_an_error() {
         let settings = BodySettings { scale: f64::NAN, ..BodySettings::default() };
         assert!(matches!(Body::from_soup(&l_block(), &settings, &mut |_| ()), Err(BodyError::Scale(_))));
     }

@@ -1,24 +1,27 @@
 //! The binary tree of hulls over the pieces \[K02 §3.2, EL01\].
 //!
 //! 1. From the root down, sort the pieces along the direction in which their centroids spread most.
-//!    Split where the sum of surface times number over both parts is least. A leaf is one piece.
-//! 2. From the leaves up, each node's volume is the convex hull of its children's hull vertices.
-//! 3. A face of an inner hull is *free* (virtual: it spans empty space) unless it coincides with an
-//!    original face of a piece.
-//! 4. Each node also has a box and a ball that hold its hull, for quicker tests.
+//!    Split them where the cost is lowest: the sum over both parts of surface area times number of
+//!    pieces. A leaf has one piece.
+//! 2. From the leaves up, compute each node's volume as the convex hull of its children's hull
+//!    vertices.
+//! 3. Tag a face of an inner hull as virtual, unless it coincides with an original face of a piece.
+//!    Virtual faces span empty space.
+//! 4. Compute a box and a sphere around each node's pieces, for faster tests.
 //!
-//! With several workers, the tree's top is split level by level, each subtree below it is built by
-//! one worker, and the top's hulls are then built level by level (`build_with`). The nodes' order
-//! is the same as with one worker: left subtree, right subtree, node.
+//! With several workers, `build_with` splits the top of the tree level by level. Then one worker
+//! builds each subtree below the top. Last, the workers build the hulls of the top level by level.
+//! The order of the nodes is always left subtree, right subtree, node.
 //!
-//! Neither part of a split is ever smaller than a fixed share, which keeps the tree's depth
-//! logarithmic whatever the model, so that a traversal's stack has a bound. Node pairs that a
-//! traversal visits, measured on contacts of the real meshes, by the rule of the split: median 1,
-//! midpoint 0.92, least surface times number 0.83.
+//! Each part of a split has at least a fixed fraction of the pieces. Therefore the depth of the
+//! tree is logarithmic for every model, and the stack of a traversal has a bound. The split rule
+//! was chosen by the number of node pairs that a traversal visits on contacts of real meshes.
+//! Relative to a split at the median, a split at the midpoint visits 0.92 times as many pairs, and
+//! the lowest cost of step 1 visits 0.83 times as many.
 //!
-//! Merging may shave vertices off a hull by the merge distance, a little at each level. The balls
-//! and boxes nevertheless hold every vertex of every piece, so that rejecting a pair by them is
-//! always correct.
+//! Merging faces may cut vertices off a hull, by up to the merge distance at each level. The
+//! spheres and boxes still contain every vertex of every piece below the node. Therefore a pair of
+//! nodes may be rejected if their spheres or boxes are disjoint.
 
 pub(super) mod bounds;
 mod build;
@@ -29,37 +32,38 @@ use bounds::{OrientedBox, Sphere};
 
 pub use validate::HierarchyFault;
 
-/// Content of a node.
+/// The kind of a node and its children or piece.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NodeKind {
     /// One convex piece.
     Leaf {
-        /// Its index among the body's pieces.
+        /// Index of the piece in the body.
         piece: u32,
     },
-    /// The pieces of two nodes; both have smaller indices than this one.
+    /// The pieces of two child nodes. The indices of both children are smaller than the index of
+    /// this node.
     Inner {
-        /// First child.
+        /// Index of the first child.
         left: u32,
-        /// Second child.
+        /// Index of the second child.
         right: u32,
     },
 }
 
-/// A node and its bounds.
+/// A node and its bounding volumes.
 #[derive(Clone, Debug)]
 pub struct Node {
-    /// Leaf or inner.
+    /// Leaf or inner node.
     pub kind: NodeKind,
-    /// Holds every vertex of the node's pieces.
+    /// Sphere that contains every vertex of the node's pieces.
     pub sphere: Sphere,
-    /// Holds every vertex of the node's pieces.
+    /// Box that contains every vertex of the node's pieces.
     pub oriented_box: OrientedBox,
-    /// Index of an inner node's hull.
+    /// Index of an inner node's hull; `u32::MAX` for a leaf.
     hull: u32,
 }
 
-/// The tree; its root is the last node.
+/// The binary tree of hulls over a body's pieces. Its root is the last node.
 #[derive(Clone, Debug)]
 pub struct Hierarchy {
     nodes: Vec<Node>,
@@ -67,7 +71,7 @@ pub struct Hierarchy {
     depth: usize,
 }
 
-/// Why a tree over the pieces cannot be built.
+/// Reason why a tree over the pieces cannot be built.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum HierarchyError {
     /// There are no pieces.
@@ -76,18 +80,19 @@ pub enum HierarchyError {
     /// The hull of a node could not be built.
     #[error("the hull over {pieces} pieces could not be built")]
     Hull {
-        /// Pieces below the node.
+        /// Number of pieces below the node.
         pieces: usize,
-        /// The fault of the hull.
+        /// The error of the hull's construction.
         #[source]
         source: HullError,
     },
 }
 
 impl Hierarchy {
-    /// Makes a tree from its nodes, children before parents, and the hulls of its inner nodes in
-    /// the nodes' order; `None` unless they form one tree with each of the `pieces` in exactly one
-    /// leaf. The caller ensures that each volume holds its descendants.
+    /// Restores a tree from its nodes, children before parents, and the hulls of its inner nodes in
+    /// the same order. Returns `None` unless the nodes form one tree and each of the `pieces`
+    /// pieces is in exactly one leaf. The caller must ensure that each volume contains the volumes
+    /// below it.
     pub fn from_parts(
         nodes: impl IntoIterator<Item = (NodeKind, Sphere, OrientedBox)>,
         hulls: Vec<Polytope>,
@@ -124,34 +129,34 @@ impl Hierarchy {
         sound.then_some(Self { nodes: answer, hulls, depth })
     }
 
-    /// The hulls of the inner nodes, in the nodes' order.
+    /// Returns the hulls of the inner nodes, in the order of the nodes.
     pub fn hulls(&self) -> &[Polytope] {
         &self.hulls
     }
 
-    /// Index of the root.
+    /// Returns the index of the root.
     pub fn root(&self) -> u32 {
         self.nodes.len() as u32 - 1
     }
 
-    /// Node `node`.
+    /// Returns the node with index `node`.
     #[inline]
     pub fn node(&self, node: u32) -> &Node {
         &self.nodes[node as usize]
     }
 
-    /// All nodes, children before parents.
+    /// Returns all nodes, children before parents.
     pub fn nodes(&self) -> &[Node] {
         &self.nodes
     }
 
-    /// Nodes on the longest way from the root to a leaf.
+    /// Returns the number of nodes on the longest path from the root to a leaf.
     pub fn depth(&self) -> usize {
         self.depth
     }
 
-    /// The node's volume: the piece itself at a leaf, else the hull over the node's pieces;
-    /// `pieces` are those of [`Self::build`].
+    /// Returns the node's volume: the piece of a leaf, or the hull over the pieces of an inner
+    /// node. `pieces` must be the pieces that were given to [`Self::build`].
     #[inline]
     pub fn polytope<'a>(&'a self, node: u32, pieces: &'a [Polytope]) -> &'a Polytope {
         let node = self.node(node);
@@ -185,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn every_piece_is_in_one_leaf_and_in_all_volumes_above_it() {
+    fn each_piece_is_in_one_leaf_and_its_ancestors() {
         let pieces = random_pieces(41);
         let tree = Hierarchy::build(&pieces, 1e-10).unwrap();
         assert_eq!(tree.nodes().len(), 2 * pieces.len() - 1);
@@ -213,11 +218,11 @@ mod tests {
         let local = oriented_box.axes.transpose() * (p - oriented_box.center);
         assert!(local.abs().cmple(oriented_box.half).all(), "seed {SEED:#x}");
         let highest = tree.polytope(node, pieces).planes().iter().map(|plane| plane.height(p)).fold(f64::MIN, f64::max);
-        assert!(highest < 2e-9, "seed {SEED:#x}: {highest} outside");
+        assert!(highest < 2e-9, "seed {SEED:#x}: a vertex is {highest} outside the hull");
     }
 
     #[test]
-    fn coplanar_plates_make_a_plate() {
+    fn the_hull_over_coplanar_plates_is_flat() {
         let plate = |x: f64| {
             let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)].map(|(u, v)| DVec3::new(x + u, v, 0.0));
             Polytope::from_polygon(corners.to_vec(), DVec3::Z, Provenance::Original).unwrap()
@@ -228,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn faces_of_an_inner_hull_are_free_unless_a_piece_has_them() {
+    fn inner_hull_faces_are_virtual_unless_a_piece_has_them() {
         let cube = |x: f64| {
             let corners: Vec<DVec3> = (0..8)
                 .map(|k| DVec3::new(x + f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2 & 1)))
@@ -241,20 +246,20 @@ mod tests {
         for face in 0..hull.face_count() as u32 {
             let at_an_end = hull.plane(face).normal.x.abs() > 0.5;
             let original = hull.face_provenance(face) == Provenance::Original;
-            assert_eq!(original, at_an_end, "only the two ends are faces of a piece");
+            assert_eq!(original, at_an_end, "only the faces at the two ends are faces of a piece");
         }
     }
 
     #[test]
-    fn touching_pieces_keep_their_faces_where_they_share_vertices() {
+    fn faces_stay_original_if_pieces_share_vertices() {
         let cuboid = |low: f64, high: f64| {
             let corners: Vec<DVec3> = (0..8)
                 .map(|k| DVec3::new(if k & 1 == 0 { low } else { high }, f64::from(k >> 1 & 1), f64::from(k >> 2 & 1)))
                 .collect();
             convex_hull(&corners, 1e-12).unwrap().into_polytope().unwrap().0
         };
-        // The second is a pyramid on the first one's top: each of its slopes runs down to
-        // vertices of both.
+        // The second piece is a pyramid on top of the first one. Each sloping face has two
+        // vertices that belong to both pieces.
         let base = cuboid(0.0, 1.0);
         let apex = DVec3::new(0.5, 0.5, 1.2);
         let top: Vec<DVec3> = base.vertices().iter().copied().filter(|v| v.z > 0.5).chain([apex]).collect();
@@ -265,7 +270,8 @@ mod tests {
             assert_eq!(hull.face_count(), 9);
             assert!((0..9).all(|face| hull.face_provenance(face) == Provenance::Original));
         }
-        // Two cuboids side by side: no piece covers their common sides, each covers its end.
+        // Two cuboids side by side: no single piece covers a long side of the hull, and each piece
+        // covers one end.
         let pieces = [cuboid(0.0, 1.0), cuboid(1.0, 3.0)];
         let tree = Hierarchy::build(&pieces, 1e-9).unwrap();
         let hull = tree.polytope(tree.root(), &pieces);
@@ -276,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn a_torus_of_grid_patches_is_held_at_every_level() {
+    fn every_level_contains_a_torus_of_grid_patches() {
         const COPLANAR: f64 = 1e-9;
         let n = 24;
         let point = |i: usize, j: usize| {

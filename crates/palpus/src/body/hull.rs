@@ -1,22 +1,22 @@
 //! Convex hulls of small, large, flat and needle-like point sets \[K02 §3.2\].
 //!
-//! A piece is the convex hull of a patch, and a patch may be three points, a coplanar polygon, a
-//! needle or a sliver that is flat up to rounding. So the hull reports its dimension instead of
-//! failing, and every sign that decides topology is exact.
+//! A piece is the convex hull of a patch. A patch may be three points, a coplanar polygon, a
+//! needle, or a sliver that is flat up to rounding. Therefore the result states the hull's
+//! dimension, and every sign that decides topology is computed exactly.
 //!
-//! 1. Sort the points by coordinates and drop exact duplicates. From here on the result does not
-//!    depend on the order of the points.
-//! 2. Take four points that span the set. If its extent is too small, the result is a polygon (one
-//!    direction), a segment (two) or a point (three).
-//! 3. Quickhull from the tetrahedron (Barber, Dobkin, Huhdanpaa 1996) with exact orientation
-//!    (Shewchuk's adaptive predicate): a triangulated hull that is correct for any degenerate input
-//!    (`quickhull`).
-//! 4. A hull thinner than the merge distance becomes a polygon (`polygon`).
-//! 5. Coplanar triangles become one planar face (`merge`). A merge that would break the topology is
-//!    not done.
+//! 1. Sort the points by coordinates and drop exact duplicates. After this step the result does not
+//!    depend on the order of the given points.
+//! 2. Find four points that span a volume. If the set is too thin in one direction, the result is a
+//!    polygon; in two directions, a segment; in three directions, a point.
+//! 3. Run quickhull from that tetrahedron (Barber, Dobkin, Huhdanpaa 1996) with Shewchuk's exact
+//!    orientation predicate. This gives a triangulated hull that is correct for any degenerate
+//!    input (`quickhull`).
+//! 4. Replace a hull that is thinner than the merge distance by a polygon (`polygon`).
+//! 5. Merge coplanar triangles into planar faces (`merge`), but skip each merge that would break
+//!    the topology.
 //!
-//! Deviation from quickhull as published: no "thick facets"; exact signs replace them, and merging
-//! comes after.
+//! Deviation from the published quickhull: exact signs replace the "thick facets", and faces are
+//! merged only after the hull is complete.
 
 mod merge;
 mod normal;
@@ -31,30 +31,31 @@ use self::{merge::Unmergeable, normal::cross_of, quickhull::Shell};
 use super::{Polytope, Provenance};
 use crate::algebra::tolerance::{HULL_LARGEST, HULL_SMALLEST};
 
-/// The convex hull of a point set, by its dimension. `inputs` are indices of the given points.
+/// The convex hull of a point set, by its dimension. `inputs` are indices into the given points.
 #[derive(Clone, Debug)]
 pub enum Hull {
-    /// All points lie within the merge distance of one.
+    /// All points lie within the merge distance of one point.
     Point {
         /// Index of that point.
         input: u32,
     },
     /// All points lie within the merge distance of a segment.
     Segment {
-        /// Its ends.
+        /// The indices of the segment's ends.
         inputs: [u32; 2],
     },
     /// All points lie within the merge distance of a plane.
     Polygon {
-        /// The plate over the convex polygon; its front is original, its back and rims are virtual.
+        /// The plate over the convex polygon. Its front face is original; its back face and its
+        /// rims are virtual.
         polytope: Polytope,
         /// Vertex `v` of the polytope is the given point `inputs[v]`.
         inputs: Vec<u32>,
     },
     /// The points span a volume.
     Solid {
-        /// The hull with merged planar faces, all tagged original: see
-        /// [`Polytope::with_provenance`].
+        /// The hull with merged planar faces, all tagged original (see
+        /// [`Polytope::with_provenance`]).
         polytope: Polytope,
         /// Vertex `v` of the polytope is the given point `inputs[v]`.
         inputs: Vec<u32>,
@@ -62,8 +63,8 @@ pub enum Hull {
 }
 
 impl Hull {
-    /// The plate or solid, and for each of its vertices the given point; `None` for a point or a
-    /// segment.
+    /// Returns the plate or solid, and for each of its vertices the index of the given point;
+    /// `None` for a point or a segment.
     pub fn into_polytope(self) -> Option<(Polytope, Vec<u32>)> {
         match self {
             Self::Point { .. } | Self::Segment { .. } => None,
@@ -72,7 +73,7 @@ impl Hull {
     }
 }
 
-/// Why a point set has no hull.
+/// Reason why the hull of a point set cannot be computed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum HullError {
     /// There are no points.
@@ -81,38 +82,43 @@ pub enum HullError {
     /// A coordinate is NaN or infinite.
     #[error("point {0} has a coordinate that is not a finite number")]
     NotFinite(u32),
-    /// A coordinate is so large that signs could not be exact.
+    /// A coordinate is too large for exact orientation tests.
     #[error("point {0} has a coordinate too large for exact arithmetic")]
     TooLarge(u32),
-    /// There are more points than an index can count.
+    /// There are more points than 32-bit indices can address.
     #[error("a convex hull of more than 2^31 points")]
     TooMany,
-    /// A polygon was asked for, and the points lie farther from every plane than the merge
+    /// [`convex_polygon`] was called, but the points do not lie in one plane within the merge
     /// distance.
     #[error("the points do not lie in one plane")]
     NotFlat,
-    /// Exact signs contradicted each other: coordinates so small beside the others that their
-    /// products vanish.
-    #[error("the points defeat exact arithmetic: some coordinates are vanishingly small beside others")]
+    /// The exact tests contradicted each other, because some coordinates are so much smaller than
+    /// others that their products underflow.
+    #[error("exact arithmetic fails: some coordinates are extremely small compared with others")]
     Inconsistent,
 }
 
-/// The convex hull of `points`.
+/// Computes the convex hull of `points`.
 ///
-/// `coplanar` is the merge distance in model units: hull triangles whose vertices all lie this near
-/// to a common supporting plane become one face. Zero merges only what is exactly coplanar. No
-/// vertex is moved. No given point lies above a face of a solid by more than the merge distance,
-/// nor above one of a plate by more than twice that. For a polygon, which side is the front is
-/// arbitrary; see [`convex_polygon`].
+/// `coplanar` is the merge distance in model units. Hull triangles become one face if all their
+/// vertices lie within this distance of a common supporting plane. With zero, only exactly coplanar
+/// triangles become one face. No vertex moves. A given point lies above a face of a solid by at
+/// most the merge distance, and above a face of a plate by at most twice the merge distance. If the
+/// hull is a polygon, either side may become its front; [`convex_polygon`] lets the caller choose.
+///
+/// # Errors
+/// See [`HullError`]. This function never returns [`HullError::NotFlat`].
 pub fn convex_hull(points: &[DVec3], coplanar: f64) -> Result<Hull, HullError> {
     hull_of(&Cloud::new(points)?, coplanar.max(0.0), DVec3::ZERO)
 }
 
-/// The convex hull of points that lie in one plane within the merge distance, with its front on the
-/// side that `normal` points to (need not be unit; only its side counts, the plane is fitted to the
-/// points).
+/// Computes the convex hull of points that lie in one plane within the merge distance. The hull's
+/// front is on the side to which `normal` points. `normal` need not have unit length. It only
+/// selects the side, because the plane is fitted to the points.
 ///
-/// Never answers [`Hull::Solid`]: points that do not lie in a plane are [`HullError::NotFlat`].
+/// # Errors
+/// Fails with [`HullError::NotFlat`] if the points do not lie in one plane, or for the same reasons
+/// as [`convex_hull`].
 pub fn convex_polygon(points: &[DVec3], normal: DVec3, coplanar: f64) -> Result<Hull, HullError> {
     match hull_of(&Cloud::new(points)?, coplanar.max(0.0), normal)? {
         Hull::Solid { .. } => Err(HullError::NotFlat),
@@ -123,7 +129,7 @@ pub fn convex_polygon(points: &[DVec3], normal: DVec3, coplanar: f64) -> Result<
 /// The distinct points in lexicographic order.
 struct Cloud {
     points: Vec<DVec3>,
-    /// For each of them, the first given point at that place.
+    /// For each distinct point, the index of the first given point at that place.
     inputs: Vec<u32>,
 }
 
@@ -141,8 +147,8 @@ impl Cloud {
         if let Some(k) = given.iter().position(|p| p.abs().max_element() > HULL_LARGEST) {
             return Err(HullError::TooLarge(k as u32));
         }
-        // Replaces negative zero and values near zero by positive zero. Products then stay in
-        // range, and equal coordinates are equal bit for bit.
+        // Replaces negative zero and values near zero by positive zero. Then products do not
+        // underflow, and equal coordinates have equal bits.
         let clean = |x: f64| if x.abs() < HULL_SMALLEST { 0.0 } else { x };
         let key = |k: u32| given[k as usize].to_array().map(clean);
         let mut inputs: Vec<u32> = (0..given.len() as u32).collect();
@@ -154,24 +160,25 @@ impl Cloud {
         Ok(Self { points: inputs.iter().map(|&k| DVec3::from_array(key(k))).collect(), inputs })
     }
 
-    /// The same cloud without the points of the given ascending indices.
+    /// Returns this cloud without the points at the indices `dropped`, which must be ascending.
     fn without(&self, dropped: &[u32]) -> Self {
         let kept = || (0..self.points.len()).filter(|&k| dropped.binary_search(&(k as u32)).is_err());
         Self { points: kept().map(|k| self.points[k]).collect(), inputs: kept().map(|k| self.inputs[k]).collect() }
     }
 }
 
-/// Affine hull of the points.
+/// The affine hull of the points: point, line, plane or space.
 enum Span {
     Point(u32),
     Segment(u32, u32),
-    /// In the plane with this normal.
+    /// The points lie in the plane with this normal.
     Plane(DVec3),
-    /// Four points of non-zero volume.
+    /// Four points that span a non-zero volume.
     Volume([u32; 4]),
 }
 
-/// The hull; `front` says which side of a polygon is its front (zero: any).
+/// Computes the hull. The front of a polygon is on the side of `front`; if that is zero, either
+/// side.
 fn hull_of(cloud: &Cloud, coplanar: f64, front: DVec3) -> Result<Hull, HullError> {
     match span(&cloud.points, coplanar) {
         Span::Point(p) => Ok(Hull::Point { input: cloud.inputs[p as usize] }),
@@ -188,15 +195,16 @@ fn hull_of(cloud: &Cloud, coplanar: f64, front: DVec3) -> Result<Hull, HullError
                     Ok(Hull::Solid { polytope, inputs: vertices.iter().map(|&v| cloud.inputs[v as usize]).collect() })
                 }
                 Err(Unmergeable { collinear }) if collinear.is_empty() => Err(HullError::Inconsistent),
-                // Dropping these points shrinks the hull only by rounding. Each round has fewer
-                // points, so the loop ends.
+                // Without these points the hull is smaller only by rounding errors. Each call has
+                // fewer points, so the recursion ends.
                 Err(Unmergeable { collinear }) => hull_of(&cloud.without(&collinear), coplanar, front),
             }
         }
     }
 }
 
-/// Finds two points far apart, a third far from their line and a fourth far from their plane.
+/// Finds the affine hull within the merge distance `coplanar`. Picks two points far apart, a third
+/// point far from their line, and a fourth point far from their plane.
 fn span(points: &[DVec3], coplanar: f64) -> Span {
     let (p, q) = distant_pair(points);
     let (a, b) = (points[p as usize], points[q as usize]);
@@ -209,7 +217,7 @@ fn span(points: &[DVec3], coplanar: f64) -> Span {
     if width <= coplanar {
         return Span::Segment(p, q);
     }
-    // Exactly collinear points may seem to have a width by rounding.
+    // Rounding can give exactly collinear points a small width.
     let Some(r) = first_that(points, r, |c| !polygon::collinear(a, b, c)) else { return Span::Segment(p, q) };
     let c = points[r as usize];
     let normal = normal::unit(cross_of(a, b, c));
@@ -226,8 +234,8 @@ fn span(points: &[DVec3], coplanar: f64) -> Span {
     }
 }
 
-/// The two points farthest apart among the extremes along the axes: no nearer than the set's size
-/// over √3.
+/// Returns the two points that are farthest apart among the extreme points along the axes. Their
+/// distance is at least the largest distance of the set divided by √3.
 fn distant_pair(points: &[DVec3]) -> (u32, u32) {
     let mut extremes = [0u32; 6];
     for (k, p) in points.iter().enumerate() {
@@ -252,7 +260,7 @@ fn distant_pair(points: &[DVec3]) -> (u32, u32) {
     (best.0, best.1)
 }
 
-/// The point of largest measure, and the measure.
+/// Returns the point with the largest `measure`, and that value.
 fn farthest(points: &[DVec3], measure: impl Fn(DVec3) -> f64) -> (u32, f64) {
     let mut best = (0, f64::NEG_INFINITY);
     for (k, &p) in points.iter().enumerate() {
@@ -264,7 +272,7 @@ fn farthest(points: &[DVec3], measure: impl Fn(DVec3) -> f64) -> (u32, f64) {
     best
 }
 
-/// `preferred` if it satisfies `wanted`, else the first point that does.
+/// Returns `preferred` if it satisfies `wanted`, else the first point that does.
 fn first_that(points: &[DVec3], preferred: u32, wanted: impl Fn(DVec3) -> bool) -> Option<u32> {
     if wanted(points[preferred as usize]) {
         return Some(preferred);
@@ -279,10 +287,12 @@ fn range(points: &[DVec3], measure: impl Fn(DVec3) -> f64) -> (f64, f64) {
     })
 }
 
-/// A direction along which the hull is no thicker than the merge distance, if one is found.
+/// Finds a direction along which the hull is at most as thick as the merge distance; `None` if both
+/// candidates fail.
 ///
-/// It tries the normal of the largest triangle, and the mean normal of all triangles that face the
-/// same way. For a thin slab the mean is the direction of the largest projected area.
+/// The candidates are the normal of the largest triangle, and the area-weighted mean normal of all
+/// triangles that face to the same side. For a thin slab, this mean is the direction of the largest
+/// projected area.
 fn thin_direction(points: &[DVec3], shell: &Shell, coplanar: f64) -> Option<DVec3> {
     let areas: Vec<DVec3> = shell
         .triangles
@@ -302,7 +312,7 @@ fn thin_direction(points: &[DVec3], shell: &Shell, coplanar: f64) -> Option<DVec
     })
 }
 
-/// The plate over points that lie near the plane with this normal.
+/// Builds the plate over points that lie near a plane with this normal.
 fn plate(cloud: &Cloud, normal: DVec3, front: DVec3, coplanar: f64) -> Result<Hull, HullError> {
     let normal = if normal.dot(front) < 0.0 { -normal } else { normal };
     let corners = polygon::convex_polygon_corners(&cloud.points, normal, coplanar);
@@ -314,8 +324,8 @@ fn plate(cloud: &Cloud, normal: DVec3, front: DVec3, coplanar: f64) -> Result<Hu
     let fitted = polygon::fitted_normal(&vertices, normal);
     let polytope =
         Polytope::from_polygon(vertices, fitted, Provenance::Original).map_err(|_| HullError::Inconsistent)?;
-    // The points lie in a plane only within the merge distance, so their heights above the rims are
-    // not bounded.
+    // Checks only the topology: the points lie in a plane only within the merge distance, so their
+    // heights above the rims have no bound.
     debug_assert_eq!(polytope.validate_topology(), Ok(()));
     Ok(Hull::Polygon { polytope, inputs: corners.iter().map(|&v| cloud.inputs[v as usize]).collect() })
 }

@@ -1,14 +1,14 @@
 //! Volume, centre of mass and inertia.
 //!
-//! 1. Of a closed mesh: the signed tetrahedra between a point and all triangles (B. Mirtich, *Fast
-//!    and accurate computation of polyhedral mass properties*, 1996, in the form of J. Blow and A.
-//!    Binstock, *How to find the inertia tensor*, 2004). The first pass, about the middle of the
-//!    bounding box, gives the centre of mass. The second pass is about that centre, so a model far
-//!    from its origin loses no precision.
-//! 2. Of an open mesh, or one that encloses nothing: the properties of its convex hull.
-//! 3. If the hull is flat: the properties of a thin sheet over the mesh's triangles.
+//! 1. For a closed mesh, sum over the signed tetrahedra between a reference point and all triangles
+//!    (B. Mirtich, *Fast and accurate computation of polyhedral mass properties*, 1996, in the
+//!    form of J. Blow and A. Binstock, *How to find the inertia tensor*, 2004). In the first pass
+//!    the reference point is the middle of the bounding box. In the second pass it is the centre of
+//!    mass from the first pass. Therefore a model far from its origin loses no precision.
+//! 2. For an open mesh, or a mesh that encloses no volume, use the properties of its convex hull.
+//! 3. If the hull is flat, use the properties of a thin sheet over the mesh's triangles.
 //!
-//! Density is 1; where closed components overlap, the common part counts twice.
+//! The density is 1. If closed components overlap, the common volume counts twice.
 
 use glam::{DMat3, DVec3};
 
@@ -18,9 +18,9 @@ use crate::algebra::{eigen, tolerance};
 /// Source of the mass properties.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MassSource {
-    /// The solid that the closed mesh encloses.
+    /// The solid inside the closed mesh.
     Mesh,
-    /// The convex hull, because the mesh is open or encloses nothing.
+    /// The convex hull, because the mesh is open or encloses no volume.
     Hull,
     /// A thin sheet over the triangles, because even the hull is flat.
     Sheet,
@@ -36,30 +36,33 @@ impl std::fmt::Display for MassSource {
     }
 }
 
-/// Mass properties at density 1: multiply volume and inertia by the density.
+/// Mass properties at density 1. Multiply volume and inertia by the density to get mass and
+/// inertia.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MassProperties {
-    /// Model units cubed; positive.
+    /// Volume in cubed model units; positive.
     pub volume: f64,
-    /// In the model's frame.
+    /// Centre of mass in the model's frame, in model units.
     pub center_of_mass: DVec3,
-    /// About the centre of mass, along the model's axes; symmetric. Model units to the fifth.
+    /// Symmetric inertia tensor about the centre of mass, along the model's axes, in model units to
+    /// the fifth power.
     pub inertia: DMat3,
     /// Source of these properties.
     pub source: MassSource,
 }
 
-/// Principal axes of an inertia.
+/// Principal moments and axes of an inertia tensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrincipalInertia {
-    /// Moments, ascending.
+    /// Principal moments in ascending order, in the unit of [`MassProperties::inertia`].
     pub moments: DVec3,
-    /// Columns are the axes of the moments: a rotation.
+    /// A rotation matrix. Its columns are the unit axes of the moments.
     pub axes: DMat3,
 }
 
 impl MassProperties {
-    /// The mass properties of `mesh`; see the module's description.
+    /// Computes the mass properties of `mesh` by the first of these sources that applies: the
+    /// closed solid, the convex hull, a thin sheet.
     pub fn new(mesh: &Mesh) -> Self {
         let middle = mesh.bounds().min + (mesh.bounds().max - mesh.bounds().min) * 0.5;
         let size = mesh.bounding_diagonal();
@@ -86,20 +89,20 @@ impl MassProperties {
         Moments::of_sheet(&triangles, thickness, middle + first.first / first.volume).properties(MassSource::Sheet)
     }
 
-    /// The principal moments and axes of the inertia.
+    /// Computes the principal moments and axes of the inertia.
     pub fn principal(&self) -> PrincipalInertia {
         let (moments, axes) = eigen(self.inertia);
         PrincipalInertia { moments, axes }
     }
 }
 
-/// Moments of a body about `origin`.
+/// Volume integrals of a body over x, the position relative to `origin`.
 struct Moments {
     origin: DVec3,
     volume: f64,
-    /// ∫ x.
+    /// ∫ x dV.
     first: DVec3,
-    /// ∫ x xᵀ.
+    /// ∫ x xᵀ dV.
     second: DMat3,
 }
 
@@ -130,7 +133,7 @@ impl Moments {
         sum
     }
 
-    /// Applies Steiner's theorem to the small distance between the origin and the centre of mass.
+    /// Moves the moments from `origin` to the centre of mass by Steiner's theorem.
     fn properties(&self, source: MassSource) -> MassProperties {
         let offset = self.first / self.volume;
         let second = self.second - square(offset) * self.volume;
@@ -140,7 +143,7 @@ impl Moments {
     }
 }
 
-/// x xᵀ.
+/// Returns the matrix x xᵀ.
 fn square(x: DVec3) -> DMat3 {
     DMat3::from_cols(x * x.x, x * x.y, x * x.z)
 }
@@ -168,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn a_box_and_a_tetrahedron_as_the_book_has_them() {
+    fn box_and_tetrahedron_have_their_textbook_inertia() {
         let (x, y, z) = (1.0, 2.0, 3.0);
         let mass = MassProperties::new(&cuboid(DVec3::ZERO, DVec3::new(x, y, z)));
         let inertia =
@@ -180,7 +183,8 @@ mod tests {
         let corners = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
         let soup = PolygonSoup::from_triangles(corners, &[[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]);
         let mass = MassProperties::new(&Mesh::from_soup(&soup).unwrap().0);
-        // ∫x² = 1/60 and ∫xy = 1/120 about the right corner, shifted to the centroid.
+        // About the right-angled corner ∫x² = 1/60 and ∫xy = 1/120. Steiner's theorem moves them to
+        // the centroid.
         let (own, product) = (1.0 / 60.0 - 1.0 / 96.0, 1.0 / 120.0 - 1.0 / 96.0);
         let inertia = DMat3::from_cols(
             DVec3::new(2.0 * own, -product, -product),
@@ -192,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fine_torus_nears_the_smooth_one() {
+    fn a_fine_torus_approaches_the_smooth_torus() {
         let (major, minor) = (1.0, 0.4);
         let mass = MassProperties::new(&torus(major, minor, 400, 200));
         let volume = 2.0 * std::f64::consts::PI.powi(2) * major * minor * minor;
@@ -203,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn moving_turning_and_scaling_the_mesh_does_so_to_its_mass() {
+    fn mass_properties_follow_a_moved_turned_scaled_mesh() {
         const SEED: u64 = 0x9e1d;
         let mut random = Random::new(SEED);
         let mesh = torus(1.0, 0.4, 12, 8);
@@ -220,13 +224,13 @@ mod tests {
                 inertia: turn * mass.inertia * turn.transpose() * scale.powi(5),
                 source: MassSource::Mesh,
             };
-            // Only the rounding of the far coordinates themselves is lost.
+            // The only allowed error is the rounding of the large coordinates.
             assert_near(&MassProperties::new(&placed(&mesh, &pose, scale)), &expected, 1e-13 + far * 1e-15, scale);
         }
     }
 
     #[test]
-    fn open_and_flat_meshes_still_have_a_mass() {
+    fn open_and_flat_meshes_have_a_mass() {
         let closed = cuboid(DVec3::ZERO, DVec3::new(1.0, 2.0, 3.0));
         let open = PolygonSoup::from_triangles(closed.vertices().to_vec(), &closed.triangles()[..10]);
         let expected = MassProperties { source: MassSource::Hull, ..MassProperties::new(&closed) };

@@ -1,17 +1,18 @@
-//! From polygon soup to a validated triangle mesh.
+//! Builds a validated triangle mesh from a polygon soup.
 //!
-//! 1. Reject invalid input: numbers that are not finite or too large, indices out of range, no
-//!    faces.
-//! 2. Weld vertices within the register's tolerance; if this makes neighbouring corners of a face
-//!    equal, one of them remains.
-//! 3. Cut polygons into triangles by ears.
-//! 4. Drop duplicated triangles, exchange caps (triangles of no area over their longest side) with
-//!    their neighbours, and drop what is left without area.
-//! 5. Split into components, turn their triangles to agree, and turn closed components that are
-//!    inside out.
+//! 1. Reject invalid input: coordinates that are not finite or too large, indices out of range, or
+//!    no faces.
+//! 2. Weld vertices that are closer than [`tolerance::WELD`]. If neighbouring corners of a face
+//!    become equal, keep one of them.
+//! 3. Cut polygons into triangles by ear clipping.
+//! 4. Drop duplicate triangles. Replace caps by cutting their neighbours; a cap is a triangle
+//!    without area whose middle corner lies on its longest side. Drop all other triangles without
+//!    area.
+//! 5. Split the mesh into components. Flip triangles until the orientations within each component
+//!    agree, and flip closed components that are inside out.
 //!
-//! [`Cleaning`] counts each of these changes. No vertex moves, except onto the vertex that it is
-//! welded to.
+//! [`Cleaning`] counts each of these changes. A vertex moves only if it is welded onto another
+//! vertex.
 
 pub(super) mod edge_uses;
 pub(super) mod half_edge;
@@ -32,57 +33,58 @@ use orient::{Orientation, orient};
 use triangulate::{Cut, triangulate};
 use weld::{drop_duplicates, drop_empty, unbend_caps, weld};
 
-/// Why a mesh cannot be made of a soup.
+/// Reason why a mesh cannot be built from a soup.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshError {
     /// A coordinate is NaN or infinite.
     #[error("vertex {vertex} has a coordinate that is not a finite number: {position}")]
     NotFinite {
-        /// Counted from 0.
+        /// Index of the vertex, counted from 0.
         vertex: usize,
-        /// As given.
+        /// Coordinates of the vertex, in model units.
         position: DVec3,
     },
     /// A coordinate is larger than [`tolerance::LARGEST_COORDINATE`].
     #[error("vertex {vertex} is absurdly far away: {position}")]
     TooFar {
-        /// Counted from 0.
+        /// Index of the vertex, counted from 0.
         vertex: usize,
-        /// As given.
+        /// Coordinates of the vertex, in model units.
         position: DVec3,
     },
-    /// All vertices that faces name lie within [`tolerance::SMALLEST_EXTENT`] of each other.
+    /// The bounding box of all vertices that faces use is smaller than
+    /// [`tolerance::SMALLEST_EXTENT`].
     #[error("the whole model is only {extent:e} units across")]
     TooSmall {
-        /// Largest coordinate extent, model units.
+        /// Longest side of the bounding box, in model units.
         extent: f64,
     },
-    /// A face names a vertex that does not exist.
+    /// A face uses a vertex that does not exist.
     #[error("face {face} names vertex {index}, but there are only {vertices} vertices, counted from 0")]
     IndexOutOfRange {
-        /// Counted from 0.
+        /// Index of the face, counted from 0.
         face: usize,
-        /// The index, counted from 0.
+        /// Index of the vertex, counted from 0.
         index: u32,
         /// Number of vertices.
         vertices: usize,
     },
-    /// The list of face starts does not rise from 0 to the number of face vertices.
+    /// The list of face starts does not increase from 0 to the number of face vertices.
     #[error("the face list is broken at face {face}")]
     BrokenFaces {
-        /// Counted from 0.
+        /// Index of the face, counted from 0.
         face: usize,
     },
     /// There is no face.
     #[error("the model has no faces")]
     Empty,
-    /// There are faces, but none has an area.
+    /// There are faces, but all of them have zero area.
     #[error("none of the {faces} faces has any area")]
     NoArea {
         /// Number of faces.
         faces: usize,
     },
-    /// More vertices or triangles than 32-bit indices of triangle sides can name.
+    /// There are more vertices or face corners than 32-bit indices of triangle sides can address.
     #[error("{count} vertices or face corners are too many")]
     TooMany {
         /// The count that is too large.
@@ -90,35 +92,37 @@ pub enum MeshError {
     },
 }
 
-/// Changes that made a mesh of a soup. All are counts.
+/// Counts of the changes that [`Mesh::from_soup`] made to a soup.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cleaning {
-    /// Vertices that were welded onto an earlier one.
+    /// Vertices that were welded onto an earlier vertex.
     pub welded_vertices: usize,
     /// Vertices that no remaining triangle uses.
     pub unused_vertices: usize,
-    /// Polygons (also triangles) with fewer than three different corners or no area at all,
-    /// dropped.
+    /// Polygons, including triangles, that were dropped because they have no area or fewer than
+    /// three different corners.
     pub degenerate_faces: usize,
-    /// Polygons that cross themselves. Their triangles cover no well-defined region.
+    /// Polygons that cross themselves. They are cut into triangles, but these cover no well-defined
+    /// region.
     pub self_crossing_faces: usize,
-    /// Triangles with the same three corners as an earlier one, dropped.
+    /// Triangles that were dropped because an earlier triangle has the same three corners.
     pub duplicate_triangles: usize,
-    /// Triangles of no area that were replaced by cutting a neighbour in two. This opens no gap.
+    /// Triangles without area that were removed by cutting a neighbour in two. This opens no gap.
     pub exchanged_triangles: usize,
-    /// Triangles of no area that were dropped.
+    /// Triangles that were dropped because they have no area.
     pub empty_triangles: usize,
-    /// Triangles that were turned to agree with their component.
+    /// Triangles that were flipped to agree with the other triangles of their component.
     pub turned_triangles: usize,
-    /// Closed components that were inside out and were turned whole.
+    /// Closed components that were inside out. All their triangles were flipped.
     pub inverted_components: usize,
-    /// Components that have no outside (like a Möbius band).
+    /// Components whose orientations cannot agree, such as a Möbius band.
     pub one_sided_components: usize,
 }
 
-/// A triangle mesh: every triangle has an area, no two have the same corners, and each closed
-/// component is oriented outward (cavities inward to the cavity, that is out of the solid). It may
-/// be open, non-manifold or self-intersecting; `Health` tells.
+/// A triangle mesh. Every triangle has a positive area, and no two triangles have the same three
+/// corners. The normals of closed components point out of the solid; on the wall of a cavity they
+/// point into the cavity. A mesh may be open, non-manifold or self-intersecting;
+/// [`Health`](super::Health) lists these defects.
 #[derive(Clone, Debug)]
 pub struct Mesh {
     vertices: Vec<DVec3>,
@@ -131,8 +135,11 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Makes a mesh of a soup; see the module's description. Vertices and triangles keep their
-    /// order in the file as far as they are kept.
+    /// Builds a mesh from a soup; see the module's description. The remaining vertices and
+    /// triangles keep the order of the file.
+    ///
+    /// # Errors
+    /// Fails if the soup is invalid, or if no triangle has an area (see [`MeshError`]).
     pub fn from_soup(soup: &PolygonSoup) -> Result<(Self, Cleaning), MeshError> {
         let used = validate(soup)?;
         let mut cleaning = Cleaning::default();
@@ -160,7 +167,7 @@ impl Mesh {
         Ok((mesh, cleaning))
     }
 
-    /// The same mesh with all coordinates multiplied by `factor` (positive).
+    /// Returns this mesh with all coordinates multiplied by `factor`, which must be positive.
     #[must_use]
     pub fn scaled(mut self, factor: f64) -> Self {
         for vertex in &mut self.vertices {
@@ -170,80 +177,81 @@ impl Mesh {
         self
     }
 
-    /// All vertices; each is used.
+    /// Returns all vertices. Each vertex belongs to a triangle.
     pub fn vertices(&self) -> &[DVec3] {
         &self.vertices
     }
 
-    /// The vertices of each triangle, counter-clockwise seen from outside.
+    /// Returns the vertex indices of each triangle, counter-clockwise as seen from outside.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
 
-    /// The face of the soup that triangle `t` was cut from.
+    /// Returns the index of the soup's face from which triangle `t` was cut.
     pub fn source_face(&self, t: u32) -> u32 {
         self.sources[t as usize]
     }
 
-    /// The component of triangle `t`. Triangles are connected across edges that exactly two
-    /// triangles use.
+    /// Returns the component of triangle `t`. Two triangles are connected if they share an
+    /// edge that no other triangle uses.
     pub fn component(&self, t: u32) -> u32 {
         self.component[t as usize]
     }
 
-    /// Number of components.
+    /// Returns the number of components.
     pub fn component_count(&self) -> usize {
         self.component_closed.len()
     }
 
-    /// Component `c` has no boundary, and its triangles agree about which side is outside.
+    /// Returns true if component `c` has no boundary and its triangles agree on which side is
+    /// outside.
     pub fn is_component_closed(&self, c: u32) -> bool {
         self.component_closed[c as usize]
     }
 
-    /// Each edge is used as often in either direction: the surface has no boundary, and winding
-    /// numbers are whole.
+    /// Returns true if each edge is used equally often in both directions. The surface then has no
+    /// boundary, and winding numbers are integers.
     pub fn is_closed(&self) -> bool {
         self.closed
     }
 
-    /// The box around all vertices.
+    /// Returns the bounding box of all vertices.
     pub fn bounds(&self) -> Aabb {
         self.bounds
     }
 
-    /// Length of the diagonal of the bounding box: the size that tolerances are relative to.
+    /// Returns the length of the bounding box's diagonal. Tolerances are relative to this size.
     pub fn bounding_diagonal(&self) -> f64 {
         self.bounds.min.distance(self.bounds.max)
     }
 
-    /// The corners of triangle `t`.
+    /// Returns the corner points of triangle `t`.
     #[inline]
     pub fn triangle_points(&self, t: u32) -> [DVec3; 3] {
         self.triangles[t as usize].map(|v| self.vertices[v as usize])
     }
 
-    /// Unit normal of triangle `t`, outward.
+    /// Returns the outward unit normal of triangle `t`.
     pub fn triangle_normal(&self, t: u32) -> DVec3 {
-        // Scaled first: the product of two short sides may underflow in models of microscopic unit.
+        // The sides are scaled first. Otherwise the product of two short sides could underflow.
         let (area, scale) = self.scaled_area(t);
         if scale > 0.0 { area.normalize_or_zero() } else { DVec3::ZERO }
     }
 
-    /// Area of triangle `t`.
+    /// Returns the area of triangle `t`.
     pub fn triangle_area(&self, t: u32) -> f64 {
         let (area, scale) = self.scaled_area(t);
         0.5 * area.length() * scale * scale
     }
 
-    /// Centroid of triangle `t`.
+    /// Returns the centroid of triangle `t`.
     pub fn triangle_centroid(&self, t: u32) -> DVec3 {
         let [a, b, c] = self.triangle_points(t);
         a + ((b - a) + (c - a)) / 3.0
     }
 
-    /// The weights of the corners of triangle `t` (not negative, of sum 1) that make its point
-    /// nearest to `p`.
+    /// Returns the barycentric coordinates of the point of triangle `t` that is nearest to `p`.
+    /// They are not negative, and their sum is 1.
     pub fn corner_weights(&self, t: u32, p: DVec3) -> DVec3 {
         let corners = self.triangle_points(t);
         let p = closest_on_triangle(p, corners[0], corners[1], corners[2]);
@@ -252,7 +260,8 @@ impl Mesh {
         areas / areas.element_sum()
     }
 
-    /// The side (k, from corner k to k + 1) of triangle `t` that is longest; the first of several.
+    /// Returns the longest side `k` of triangle `t`, which runs from corner `k` to corner `k + 1`.
+    /// If several sides are equally long, returns the first.
     pub fn longest_side(&self, t: u32) -> usize {
         let p = self.triangle_points(t);
         let squared = |k: usize| p[k].distance_squared(p[(k + 1) % 3]);
@@ -260,8 +269,9 @@ impl Mesh {
         if squared(2) > squared(best) { 2 } else { best }
     }
 
-    /// The cross product of the two shorter sides (the best conditioned of the three), in units of
-    /// the longest coordinate difference, and that unit.
+    /// Returns the cross product of the two shorter sides after division by a scale, and that
+    /// scale. The two shorter sides give the smallest rounding error. The scale is their largest
+    /// coordinate difference.
     fn scaled_area(&self, t: u32) -> (DVec3, f64) {
         let p = self.triangle_points(t);
         let k = self.longest_side(t);
@@ -271,14 +281,14 @@ impl Mesh {
         ((to_first / scale).cross(to_second / scale), scale)
     }
 
-    /// The bounding-volume tree over the triangles.
+    /// Builds the bounding-volume tree over the triangles.
     pub fn tree(&self) -> TriangleTree {
         let ids = (0..self.triangles.len() as u32).collect();
         TriangleTree::over(&self.vertices, &self.triangles, ids, self.is_closed())
     }
 }
 
-/// Checks everything that later steps rely on, and tells which vertices the faces use.
+/// Checks the conditions of the later steps. Returns for each vertex whether a face uses it.
 fn validate(soup: &PolygonSoup) -> Result<Vec<bool>, MeshError> {
     let largest = u32::MAX as usize / 3;
     for count in [soup.vertices.len(), soup.face_vertices.len()] {
@@ -323,7 +333,8 @@ fn validate(soup: &PolygonSoup) -> Result<Vec<bool>, MeshError> {
     Ok(used)
 }
 
-/// The triangles of all faces over the welded vertices, and the face of each.
+/// Cuts all faces over the welded vertices into triangles. Returns the triangles and the face of
+/// each triangle.
 fn cut_faces(soup: &PolygonSoup, welded: &[u32], cleaning: &mut Cleaning) -> (Vec<[u32; 3]>, Vec<u32>) {
     let (mut triangles, mut sources) = (Vec::with_capacity(soup.face_count()), Vec::new());
     let mut polygon = Vec::new();
@@ -340,7 +351,7 @@ fn cut_faces(soup: &PolygonSoup, welded: &[u32], cleaning: &mut Cleaning) -> (Ve
             Cut::SelfCrossing => cleaning.self_crossing_faces += 1,
             Cut::Degenerate => cleaning.degenerate_faces += 1,
         }
-        // A polygon that names a vertex twice can give a triangle that names it twice.
+        // If a polygon uses a vertex twice, one of its triangles may use the vertex twice too.
         let mut kept = first;
         for t in first..triangles.len() {
             let [a, b, c] = triangles[t];
@@ -355,7 +366,8 @@ fn cut_faces(soup: &PolygonSoup, welded: &[u32], cleaning: &mut Cleaning) -> (Ve
     (triangles, sources)
 }
 
-/// The vertices that `triangles` use, in order; renumbers the triangles accordingly.
+/// Returns the vertices that `triangles` use, in order, and renumbers the corners of the triangles
+/// accordingly.
 fn compact(vertices: &[DVec3], triangles: &mut [[u32; 3]]) -> Vec<DVec3> {
     let mut number = vec![u32::MAX; vertices.len()];
     for &v in triangles.iter().flatten() {

@@ -1,12 +1,12 @@
-//! From a patch to the convex piece that collision works on \[K02 §3.2, §3.4\].
+//! Builds the convex piece of a patch, which collision detection uses \[K02 §3.2, §3.4\].
 //!
-//! 1. The piece is the hull of the patch's vertices; that of a flat patch is a plate whose front
-//!    looks outward.
-//! 2. Each facet of the patch is laid over the faces of the hull: the part of the facet that lies
-//!    in a face's plane and within its sides covers that face.
-//! 3. A face that is at least half covered is original, any other virtual. A hull may bridge a gap
-//!    between facets of one plane, so that only a part of a face is on the surface. The limit of
-//!    one half is right for the larger part.
+//! 1. Compute the hull of the patch's vertices. The hull of a flat patch is a plate whose front
+//!    faces outward.
+//! 2. Find which facets of the patch cover which faces of the hull. A part of a facet covers a face
+//!    if it lies in the face's plane and within its sides.
+//! 3. Tag a face as original if facets cover at least half of its area, else as virtual. A face may
+//!    be partly covered, because the hull can bridge a gap between coplanar facets. With a limit of
+//!    one half, the tag is right for the larger part of the face.
 
 pub(super) mod admissible;
 
@@ -18,27 +18,28 @@ use crate::algebra::Plane;
 use crate::algebra::tolerance::{COVERED_HALF, FLAT_PATCH, FOLDED, ON_FACE};
 use crate::body::decompose::facet::{Facets, NONE, Surface};
 
-/// Relation of a convex piece to the source mesh.
+/// The mesh triangles of a convex piece.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Piece {
-    /// The triangles, where the faces' triangles begin and end (one more than faces), and the
-    /// faces' triangles, in one list: there are hundreds of thousands of pieces.
+    /// Three lists in one: the triangles of the patch, the start of each face's triangles (one
+    /// entry more than faces), and the triangles of the faces. One list saves memory, because a
+    /// body can have hundreds of thousands of pieces.
     all: Box<[u32]>,
     face_starts: u32,
     face_triangles: u32,
 }
 
 impl Piece {
-    /// A piece over `triangles`, of which `face_triangles[face_starts[f] .. face_starts[f + 1]]`
-    /// lie in face `f`; held against the rest of its body by
-    /// [`Body::restore`](super::Body::restore).
+    /// Creates a piece over `triangles`. The triangles `face_triangles[face_starts[f] ..
+    /// face_starts[f + 1]]` lie in face `f`. This function does not check its arguments;
+    /// [`Body::restore`](super::Body::restore) does.
     pub fn from_parts(triangles: &[u32], face_starts: &[u32], face_triangles: &[u32]) -> Self {
         let starts = triangles.len() as u32;
         let all = [triangles, face_starts, face_triangles].concat().into_boxed_slice();
         Self { all, face_starts: starts, face_triangles: starts + face_starts.len() as u32 }
     }
 
-    /// True if the lists fit a polytope of so many faces.
+    /// Returns true if the lists are valid for a polytope of `face_count` faces.
     pub(super) fn fits(&self, face_count: usize) -> bool {
         let (starts, held) = (self.face_starts(), self.all_face_triangles());
         starts.len() == face_count + 1
@@ -48,14 +49,14 @@ impl Piece {
             && held.iter().all(|t| self.triangles().binary_search(t).is_ok())
     }
 
-    /// The mesh triangles of the piece's patch; each triangle of a mesh belongs to exactly one
-    /// piece.
+    /// Returns the mesh triangles of the piece's patch, in ascending order. Each triangle of a mesh
+    /// belongs to exactly one piece.
     pub fn triangles(&self) -> &[u32] {
         &self.all[..self.face_starts as usize]
     }
 
-    /// The mesh triangles of the patch that lie in face `f` of the piece's polytope; empty for a
-    /// face that is nowhere on the surface.
+    /// Returns the mesh triangles of the patch that lie in face `f` of the piece's polytope. The
+    /// list is empty if no part of the face is on the surface.
     pub fn face_triangles(&self, f: u32) -> &[u32] {
         let starts = self.face_starts();
         &self.all_face_triangles()[starts[f as usize] as usize..starts[f as usize + 1] as usize]
@@ -69,7 +70,7 @@ impl Piece {
         &self.all[self.face_triangles as usize..]
     }
 
-    /// True if every triangle of the patch lies in some face.
+    /// Returns true if every triangle of the patch lies in some face.
     fn holds_all(&self) -> bool {
         let mut held = self.all_face_triangles().to_vec();
         held.sort_unstable();
@@ -78,10 +79,11 @@ impl Piece {
     }
 }
 
-/// The polytope of a patch and of further corners inside the solid (see `thicken`), and its ties to
-/// the mesh.
+/// Builds the polytope over a patch and its inner corners (see `thicken`), and finds its mesh
+/// triangles.
 ///
-/// If the hull fails or loses a facet with the inner corners, they are all left out.
+/// If the hull with the inner corners cannot be built, or if a facet is not on it, the function
+/// builds the piece without inner corners.
 pub(crate) fn build_piece(
     surface: &Surface<'_>,
     facets: &Facets,
@@ -128,8 +130,8 @@ fn hull_and_ties(
     Ok((polytope, piece))
 }
 
-/// The hull of a patch's vertices: a plate whose front looks to the side of `outward` when they are
-/// nearly flat.
+/// Computes the hull of a patch's vertices. If they are nearly coplanar, the result is a plate
+/// whose front is on the side of `outward`.
 fn hull_of_patch(points: &[DVec3], outward: DVec3, noise: f64) -> Result<(Polytope, Vec<u32>), HullError> {
     let up = outward.normalize_or_zero();
     let (low, high) = points
@@ -137,8 +139,8 @@ fn hull_of_patch(points: &[DVec3], outward: DVec3, noise: f64) -> Result<(Polyto
         .map(|p| up.dot(*p))
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| (low.min(h), high.max(h)));
     let thin = high - low <= FLAT_PATCH * noise;
-    // Tries the tolerance first, then exact signs: a thin triangle may be narrower than the
-    // tolerance but has an area.
+    // If the hull has no area within the tolerance, try again with exact signs. A thin triangle may
+    // be narrower than the tolerance.
     for coplanar in [if thin { FLAT_PATCH * noise } else { noise }, 0.0] {
         let hull = match convex_hull(points, coplanar)? {
             Hull::Polygon { .. } => convex_polygon(points, outward, coplanar)?,
@@ -151,14 +153,15 @@ fn hull_of_patch(points: &[DVec3], outward: DVec3, noise: f64) -> Result<(Polyto
     Err(HullError::Inconsistent)
 }
 
-/// Part of a facet in a face.
+/// The part of a facet that covers a face; `area` in m².
 struct Cover {
     face: u32,
     facet: u32,
     area: f64,
 }
 
-/// Which facets cover which faces. `vertex_of` finds the polytope's vertex for a mesh vertex.
+/// Finds which facets cover which faces. `vertex_of` returns the polytope's vertex at a mesh
+/// vertex.
 fn lay_facets(
     surface: &Surface<'_>,
     facets: &Facets,
@@ -171,8 +174,8 @@ fn lay_facets(
     let mut faces: Vec<u32> = Vec::new();
     let mut polygon: Vec<DVec3> = Vec::new();
     for &facet in &patch.facets {
-        // A face that the facet covers touches one of the facet's corners, unless none of these is
-        // a hull vertex.
+        // If corners of the facet are hull vertices, only the faces at these corners can be
+        // covered. Otherwise all faces are tested.
         faces.clear();
         let corners = facets.corners(facet).iter();
         faces.extend(corners.filter_map(|&v| vertex_of(v)).flat_map(|v| polytope.ring(v)).map(|spoke| spoke.left));
@@ -197,7 +200,7 @@ fn lay_facets(
     covers
 }
 
-/// Clips a polygon by the sides of a face.
+/// Clips a polygon to the prism over a face.
 fn clip_to_face(polygon: &mut Vec<DVec3>, polytope: &Polytope, face: u32) {
     let corners = polytope.face_vertices(face);
     let normal = polytope.plane(face).normal;
@@ -227,13 +230,13 @@ fn polygon_area(polygon: &[DVec3], normal: DVec3) -> f64 {
     0.5 * fan.sum::<DVec3>().dot(normal).abs()
 }
 
-/// Area of face `f`, square metres.
+/// Returns the area of face `f` (m²).
 pub(super) fn face_area(polytope: &Polytope, f: u32) -> f64 {
     let corners: Vec<DVec3> = polytope.face_vertices(f).iter().map(|v| polytope.vertex(v)).collect();
     polygon_area(&corners, polytope.plane(f).normal)
 }
 
-/// The triangles of the patch, in all and face by face.
+/// Collects the triangles of the patch and of each face.
 fn tie(facets: &Facets, patch: &Patch, covers: &[Cover], face_count: usize) -> Piece {
     let mut triangles: Vec<u32> = patch.facets.iter().flat_map(|&f| facets.triangles(f)).copied().collect();
     triangles.sort_unstable();

@@ -1,21 +1,25 @@
-//! A convex piece: a closed convex polytope with the adjacency that walks need \[K02 §3.2, §3.3\].
+//! The shape of a convex piece: a closed convex polytope with the adjacency that walks over its
+//! surface need \[K02 §3.2, §3.3\].
 //!
-//! Faces are merged planar polygons, so that every arc of the Gauss map has a length. Adjacency is
-//! stored flat, in rings and loops that lie contiguously:
+//! Faces are merged planar polygons, so that every arc of the Gauss map has a positive length.
+//! Adjacency is stored in flat, contiguous rings and loops:
 //!
-//! * vertex → ring of [`Spoke`]s, counter-clockwise seen from outside;
-//! * edge → its end vertices and the faces on its two sides;
-//! * face → loop of vertices and loop of edges, counter-clockwise seen from outside.
+//! * Each vertex has a ring of [`Spoke`]s, counter-clockwise as seen from outside.
+//! * Each edge has its two end vertices and the faces on its two sides.
+//! * Each face has a loop of vertices and a loop of edges, counter-clockwise as seen from outside.
 //!
-//! A body has hundreds of thousands of small polytopes, so the memory overhead of each one matters.
-//! Lists have no spare capacity, and all indices lie in one list, with 16 bits each where they fit
-//! (`numbers`). `build` makes polytopes, and restores them from stored parts.
+//! A body can have hundreds of thousands of small polytopes, so the memory of each one matters.
+//! Lists have no spare capacity. All indices of a polytope are in one list, with 16 bits each if
+//! all of them fit (`numbers`). `build` creates polytopes, and restores them from stored parts.
 //!
-//! A flat piece is a *plate*: its front and back polygon, and along each side a *rim*: a face of no
-//! width whose normal points outward in the plate's plane and whose loop has two vertices. With
-//! rims, a plate's surface is a sphere like any other polytope's (V − E + F = n − 2n + (n + 2) =
-//! 2), its Gauss arcs are a quarter circle long instead of an ambiguous half, and no walk needs a
-//! special case: a rim's plane is a true supporting plane.
+//! A flat piece is a *plate*. It has a front polygon, a back polygon, and a *rim* along each side.
+//! A rim is a face of zero width. Its normal points outward in the plate's plane, and its loop has
+//! two vertices.
+//!
+//! With rims, the surface of a plate has the topology of a sphere, like any other polytope: V − E +
+//! F = n − 2n + (n + 2) = 2. Each arc of its Gauss map is a quarter circle, whereas the half circle
+//! between front and back would be ambiguous. The plane of a rim is a supporting plane. Therefore
+//! walks need no special case for plates.
 
 mod build;
 mod climb;
@@ -38,44 +42,44 @@ pub use numbers::{Loop, LoopIter, Ring, RingIter};
 /// Provenance of a face of a piece \[K02 §3.4\].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Provenance {
-    /// Lies on the surface of the source mesh.
+    /// The face lies on the surface of the source mesh.
     Original,
-    /// Made by the hull; not a real surface.
+    /// The face was added by the convex hull and is not a real surface.
     Virtual,
 }
 
 /// One entry of a vertex's ring.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Spoke {
-    /// The vertex at the other end.
+    /// Index of the vertex at the other end of the edge.
     pub neighbour: u32,
-    /// The edge to it.
+    /// Index of the edge to that vertex.
     pub edge: u32,
-    /// The face to the left of the direction vertex → neighbour, seen from outside; the face to the
-    /// right is the left face of the previous spoke of the ring.
+    /// Index of the face to the left of the direction vertex → neighbour, as seen from outside. The
+    /// face to the right is the left face of the previous spoke of the ring.
     pub left: u32,
 }
 
 /// An edge and its two faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Edge {
-    /// First vertex.
+    /// Index of the first vertex.
     pub tail: u32,
-    /// Second vertex.
+    /// Index of the second vertex.
     pub head: u32,
-    /// The face to the left of tail → head, seen from outside.
+    /// Index of the face to the left of tail → head, as seen from outside.
     pub left: u32,
-    /// The face to the right.
+    /// Index of the face to the right of tail → head, as seen from outside.
     pub right: u32,
 }
 
-/// Why faces do not form a polytope.
+/// Reason why faces do not form a polytope.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PolytopeError {
     /// An edge does not have exactly one face on either side.
     #[error("the edge between vertices {0} and {1} does not lie between exactly two faces")]
     OpenEdge(u32, u32),
-    /// A face has fewer than three corners, or a loop names a vertex that does not exist.
+    /// A face has fewer than three corners, or a loop refers to a vertex that does not exist.
     #[error("face {0} is not a polygon over the given vertices")]
     BadFace(u32),
     /// The faces around a vertex do not form one closed ring.
@@ -83,7 +87,8 @@ pub enum PolytopeError {
     OpenRing(u32),
 }
 
-/// A closed convex polytope; see the module's description for its layout.
+/// A closed convex polytope: a solid, or a plate without volume. Coordinates are in the frame and
+/// the unit of its body.
 #[derive(Clone, Debug)]
 pub struct Polytope {
     vertices: Box<[DVec3]>,
@@ -98,36 +103,39 @@ pub struct Polytope {
     flat: bool,
 }
 
-/// All indices in one list: where the loops' vertices begin in it (one more than faces), where the
-/// rings' spokes do (one more than vertices), loop vertices, loop edges, spokes, edges, and a bit
-/// for each face that is original.
+/// All indices of a polytope in one list. It consists of these parts, in this order: the start of
+/// each face's loop of vertices (one entry more than faces), the start of each vertex's ring of
+/// spokes (one entry more than vertices), the vertices of the loops, the edges of the loops, the
+/// spokes, the edges, and one bit per face that is set if the face is original.
 #[derive(Clone, Debug)]
 struct Lists {
     all: Numbers,
-    /// Offsets of the rings' beginnings, the edges and the bits.
+    /// Offset of the starts of the rings.
     ring_starts: u32,
+    /// Offset of the edges.
     edges: u32,
+    /// Offset of the bits of the faces.
     originals: u32,
-    /// Number of corners of all loops: the offset from a loop's vertices to its edges.
+    /// Number of corners of all loops. It is also the offset from a loop's vertices to its edges.
     corners: u32,
 }
 
 impl Lists {
-    /// Range of the spokes of vertex `v`.
+    /// Returns the range of the spokes of vertex `v`.
     #[inline]
     fn ring(&self, v: u32) -> Range<usize> {
         let [from, to] = self.all.some((self.ring_starts + v) as usize);
         from as usize..to as usize
     }
 
-    /// Range of the vertices of face `f`.
+    /// Returns the range of the vertices of face `f`.
     #[inline]
     fn face(&self, f: u32) -> Range<usize> {
         let [from, to] = self.all.some(f as usize);
         from as usize..to as usize
     }
 
-    /// The neighbours of vertex `v`; `all` is the list itself.
+    /// Returns the neighbours of vertex `v`. `all` are the entries of `self.all`.
     #[inline]
     fn neighbours<N: Copy + Into<u32>>(&self, all: &[N], v: u32) -> impl Iterator<Item = u32> {
         let k = (self.ring_starts + v) as usize;
@@ -160,12 +168,12 @@ impl Lists {
     }
 }
 
-/// Bits of the shorter kind of index.
+/// Number of face bits per entry of the list. An entry has 16 or 32 bits.
 const FACES_A_WORD: u32 = 16;
 
 impl Polytope {
-    /// The same polytope with each face tagged by `of`, which is given the polytope and the face.
-    /// Rims, which have no width, stay virtual and are not asked about.
+    /// Returns this polytope with new provenances. Calls `of` with the polytope and the face to get
+    /// the provenance of each face. Rims stay virtual, and `of` is not called for them.
     pub fn with_provenance(mut self, of: impl Fn(&Self, u32) -> Provenance) -> Self {
         for f in 0..self.planes.len() as u32 {
             let provenance = if self.is_rim(f) { Provenance::Virtual } else { of(&self, f) };
@@ -174,83 +182,84 @@ impl Polytope {
         self
     }
 
-    /// Vertex positions in the body's frame.
+    /// Returns the vertex positions, in the body's frame.
     #[inline]
     pub fn vertices(&self) -> &[DVec3] {
         &self.vertices
     }
 
-    /// Position of vertex `v`.
+    /// Returns the position of vertex `v`, in the body's frame.
     #[inline]
     pub fn vertex(&self, v: u32) -> DVec3 {
         self.vertices[v as usize]
     }
 
-    /// All edges.
+    /// Returns all edges.
     #[inline]
     pub fn edges(&self) -> impl ExactSizeIterator<Item = Edge> {
         (0..self.lists.edge_count()).map(|e| self.lists.edge(e))
     }
 
-    /// Number of edges.
+    /// Returns the number of edges.
     #[inline]
     pub fn edge_count(&self) -> usize {
         self.lists.edge_count() as usize
     }
 
-    /// Edge `e`.
+    /// Returns edge `e`.
     #[inline]
     pub fn edge(&self, e: u32) -> Edge {
         self.lists.edge(e)
     }
 
-    /// Outward planes of the faces.
+    /// Returns the outward planes of the faces.
     #[inline]
     pub fn planes(&self) -> &[Plane] {
         &self.planes
     }
 
-    /// Outward plane of face `f`.
+    /// Returns the outward plane of face `f`.
     #[inline]
     pub fn plane(&self, f: u32) -> Plane {
         self.planes[f as usize]
     }
 
-    /// Number of faces, rims included.
+    /// Returns the number of faces, including rims.
     #[inline]
     pub fn face_count(&self) -> usize {
         self.planes.len()
     }
 
-    /// The spokes of vertex `v`, counter-clockwise seen from outside.
+    /// Returns the spokes of vertex `v`, counter-clockwise as seen from outside.
     #[inline]
     pub fn ring(&self, v: u32) -> Ring<'_> {
         Ring(self.lists.all.part(self.lists.ring(v)))
     }
 
-    /// Largest distance of a vertex from the plane of a face around it, or of a neighbouring vertex
-    /// above that plane, metres. It bounds the deviation of a face's plane from a supporting plane.
-    /// It is rounding unless faces were merged that are not quite flat.
+    /// Returns the bulge (m): the largest distance of a vertex from the plane of an adjacent face,
+    /// or of a neighbouring vertex above that plane. It bounds how far a face's plane differs from
+    /// a supporting plane. It consists of rounding errors only, unless faces were merged that are
+    /// not exactly coplanar.
     #[inline]
     pub fn bulge(&self) -> f64 {
         self.bulge
     }
 
-    /// True where a local maximum of the vertices joined by edges need not be the global one: faces
-    /// were merged that are not quite flat, or an edge is so short that rounding decides which way
-    /// it leads.
+    /// Returns true if a climb along edges can end at a vertex that is not the highest one. There
+    /// are two reasons: faces were merged that are not exactly coplanar, or an edge is so
+    /// short that its direction consists of rounding errors.
     #[inline]
     pub fn is_rough(&self) -> bool {
         self.rough
     }
 
-    /// The vertices of face `f`, counter-clockwise seen from outside.
+    /// Returns the vertices of face `f`, counter-clockwise as seen from outside.
     #[inline]
     pub fn face_vertices(&self, f: u32) -> Loop<'_> {
         Loop(self.lists.all.part(self.lists.face(f)))
     }
 
-    /// The edges of face `f`; edge k runs from vertex k of the loop to the next.
+    /// Returns the edges of face `f`. Edge k runs from vertex k of the loop to the next vertex.
     #[inline]
     pub fn face_edges(&self, f: u32) -> Loop<'_> {
         let Range { start, end } = self.lists.face(f);
@@ -258,25 +267,25 @@ impl Polytope {
         Loop(self.lists.all.part(start + ahead..end + ahead))
     }
 
-    /// True for a face of no width along the side of a plate.
+    /// Returns true if face `f` is a rim, which is a face of zero width along a side of a plate.
     #[inline]
     pub fn is_rim(&self, f: u32) -> bool {
         self.lists.face(f).len() == 2
     }
 
-    /// True for a plate (no volume).
+    /// Returns true if the polytope is a plate, without volume.
     #[inline]
     pub fn is_flat(&self) -> bool {
         self.flat
     }
 
-    /// Provenance of face `f`.
+    /// Returns the provenance of face `f`.
     #[inline]
     pub fn face_provenance(&self, f: u32) -> Provenance {
         if self.lists.is_original(f) { Provenance::Original } else { Provenance::Virtual }
     }
 
-    /// Provenance of edge `e`: original if at least one of its faces is.
+    /// Returns the provenance of edge `e`. It is original if at least one of its faces is original.
     #[inline]
     pub fn edge_provenance(&self, e: u32) -> Provenance {
         let Edge { left, right, .. } = self.edge(e);
@@ -284,19 +293,22 @@ impl Polytope {
         if original { Provenance::Original } else { Provenance::Virtual }
     }
 
-    /// Mean of the vertices: a point of the interior (of the plate, for a flat one).
+    /// Returns the mean of the vertices, in the body's frame. It is in the interior of a solid, or
+    /// on a plate.
     #[inline]
     pub fn centroid(&self) -> DVec3 {
         self.centroid
     }
 
-    /// Radius of the sphere about [`Self::centroid`] that holds every vertex.
+    /// Returns the radius of the smallest sphere about [`Self::centroid`] that contains all
+    /// vertices.
     #[inline]
     pub fn radius(&self) -> f64 {
         self.radius
     }
 
-    /// The vertex farthest along `direction` (need not be unit).
+    /// Returns the support vertex: the vertex farthest along `direction`, which need not have unit
+    /// length.
     #[inline]
     pub fn support(&self, direction: DVec3) -> u32 {
         match self.directory.look(direction) {
@@ -305,7 +317,8 @@ impl Polytope {
         }
     }
 
-    /// Returns the support vertex. It climbs from `hint` unless testing all vertices is quicker.
+    /// Returns the support vertex along `direction`. Tests all vertices if the polytope is small,
+    /// else climbs from vertex `hint`.
     #[inline]
     pub fn support_from(&self, hint: u32, direction: DVec3) -> u32 {
         self.directory.scan(direction).unwrap_or_else(|| self.climb(hint, direction).0)
@@ -355,7 +368,7 @@ mod tests {
     }
 
     #[test]
-    fn a_box_and_a_plate_have_whole_rings() {
+    fn rings_of_a_box_and_a_plate_are_complete() {
         assert_rings(&unit_box());
         let corners = vec![DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.0), DVec3::Y];
         let plate = Polytope::from_polygon(corners, DVec3::Z, Provenance::Original).unwrap();
@@ -367,7 +380,7 @@ mod tests {
     }
 
     #[test]
-    fn an_open_box_is_refused() {
+    fn open_faces_give_an_error() {
         let loops = vec![vec![0, 1, 2], vec![0, 2, 1], vec![0, 1, 3]];
         let vertices = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
         let plane = Plane { normal: DVec3::Z, offset: 0.0 };

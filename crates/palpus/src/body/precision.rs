@@ -1,25 +1,26 @@
-//! How finely a file's coordinates were written, read off the coordinates themselves.
+//! Estimates the rounding step of a file's coordinates from the coordinates themselves.
 //!
-//! A plane written with six digits is no longer exactly flat. Its vertices are off by half a unit
-//! of the last digit, its triangles bend by that error over their width, and half of the bends are
-//! reflex. With exact coordinates assumed, a round peg of 24 000 triangles gives 4900 pieces; with
-//! rounding taken into account, it gives one.
+//! A plane that is written with six digits is not exactly flat. The error of each vertex is up to
+//! half a unit of the last digit. Therefore neighbouring triangles meet at small angles, and about
+//! half of the edges are reflex. If the coordinates are assumed to be exact, a round peg of 24 000
+//! triangles gives 4900 pieces. If rounding is taken into account, it gives one piece.
 //!
-//! 1. If every coordinate is a 32-bit float, the step is that of such floats at the largest
-//!    coordinate.
-//! 2. Else the coordinates are decimals. A file has a fixed number of places or a fixed number of
-//!    digits; the coarser of the two, as seen on its coordinates, is the step at the largest
-//!    coordinate. Fifteen digits and more are coordinates that were computed, not read: no step.
+//! 1. If every coordinate is a 32-bit float, the step is the spacing of 32-bit floats at the
+//!    largest coordinate.
+//! 2. Otherwise the coordinates are decimal numbers. A file writes them with a fixed number of
+//!    decimal places or a fixed number of significant digits. Count both over all coordinates; each
+//!    count gives a step at the largest coordinate. The result is the larger step. If a coordinate
+//!    has fifteen or more digits, the coordinates were computed, and the step is zero.
 //!
-//! A model written by hand with few digits seems coarser than it is, so any tolerance derived from
-//! the step must be capped.
+//! If a model was written by hand with few digits, this step is too large. Therefore any
+//! tolerance that depends on the step needs an upper limit.
 
 use glam::DVec3;
 
 use crate::algebra::tolerance::COMPUTED_DIGITS;
 
-/// The step between neighbouring values of the largest coordinates, in the unit of `vertices`; zero
-/// if none shows.
+/// Returns the step between neighbouring values at the largest coordinate, in the unit of
+/// `vertices`; zero if the coordinates show no rounding.
 pub(crate) fn coordinate_step(vertices: &[DVec3]) -> f64 {
     let coordinates = || vertices.iter().flat_map(|v| v.to_array()).filter(|x| *x != 0.0);
     let largest = coordinates().fold(0.0, |largest: f64, x| largest.max(x.abs()));
@@ -38,10 +39,11 @@ pub(crate) fn coordinate_step(vertices: &[DVec3]) -> f64 {
     10.0_f64.powi((-places).max(Written::of(largest).exponent - digits + 1))
 }
 
-/// The shortest decimal that reads back as a number: so many digits, the first of which counts
-/// 10^exponent.
+/// The shortest decimal number that parses to a given float.
 struct Written {
+    /// Number of significant digits.
     digits: i32,
+    /// The first digit has the value of 10^exponent.
     exponent: i32,
 }
 
@@ -63,8 +65,8 @@ mod tests {
     }
 
     #[test]
-    fn the_step_is_read_off_the_digits() {
-        // Six places; six digits; a few values that happen to need fewer.
+    fn the_step_follows_from_the_digits() {
+        // Six decimal places, then six significant digits; some of the values need fewer.
         assert!((step(&[0.042578, -0.0012, 0.523117]) / 1e-6 - 1.0).abs() < 1e-9);
         assert!((step(&[15.4805, 2e-6, 0.564674, 3.0]) / 1e-4 - 1.0).abs() < 1e-9);
         assert!((step(&[f64::from(0.1_f32), 2.0]) / 2.0_f64.powi(-22) - 1.0).abs() < 1e-9);

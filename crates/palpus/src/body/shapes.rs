@@ -1,4 +1,4 @@
-//! Shapes and real models for the tests of this room.
+//! Shapes and real models for the tests of `body`.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::{Mesh, PolygonSoup};
 
-/// The box between two corners.
+/// Returns the box between two opposite corners.
 pub(super) fn cuboid(low: DVec3, high: DVec3) -> Mesh {
     let corner = |i: u32| DVec3::select(glam::BVec3::new(i & 1 != 0, i & 2 != 0, i & 4 != 0), high, low);
     let mut soup = PolygonSoup::new();
@@ -17,7 +17,7 @@ pub(super) fn cuboid(low: DVec3, high: DVec3) -> Mesh {
     Mesh::from_soup(&soup).unwrap().0
 }
 
-/// A torus about z: `n` times `m` quads.
+/// Returns a torus about z, made of `n` × `m` quads.
 pub(super) fn torus(major: f64, minor: f64, n: u32, m: u32) -> Mesh {
     let mut soup = PolygonSoup::new();
     for i in 0..n {
@@ -33,8 +33,7 @@ pub(super) fn torus(major: f64, minor: f64, n: u32, m: u32) -> Mesh {
     Mesh::from_soup(&soup).unwrap().0
 }
 
-/// A real model, read as plainly as these files allow; `None`, with a note, where the models are
-/// not at hand.
+/// Reads a real model. If the file is missing, prints a note and returns `None`.
 #[allow(clippy::print_stderr, reason = "a skipped test must say so")]
 pub(super) fn model(name: &str) -> Option<PolygonSoup> {
     let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/models")).join(name);

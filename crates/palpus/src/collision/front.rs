@@ -45,7 +45,9 @@ mod below;
 mod due;
 mod merge;
 mod pair;
+mod represented;
 mod rest;
+mod sight;
 mod validate;
 
 use glam::DVec3;
@@ -62,7 +64,9 @@ use crate::algebra::{Placement, Quota, Work};
 use crate::body::{FeaturePair, NodeKind};
 use below::NodePair;
 use pair::{NONE, Pair, State};
+pub(crate) use represented::Represented;
 use rest::Rest;
+use sight::Sight;
 
 /// The front of one pair of bodies.
 #[derive(Clone, Debug)]
@@ -72,6 +76,7 @@ pub struct Front {
     pairs: Vec<Pair>,
     memories: Vec<WarmStart>,
     rests: Vec<Rest>,
+    sights: Vec<Sight>,
     wakes: WakeBoard,
     motion_bound: MotionBound,
     /// Thicknesses of a and of b.
@@ -99,6 +104,10 @@ pub struct Front {
     rest_share: f64,
     /// Rests from before this sum of the motion bound are over.
     rests_from: u64,
+    /// How many pairs are represented.
+    represented: u32,
+    /// The list of those awake has pairs that are represented since the last query.
+    is_mixed: bool,
     /// The block of the board at which the search for due pairs starts.
     first_block: usize,
     /// True if there was no room for some pair since the front started: such a pair is due at any
@@ -122,6 +131,7 @@ impl Front {
             pairs: vec![Pair::of(0, 0, NONE); places],
             memories: vec![WarmStart::BLANK; places],
             rests: vec![Rest::NONE; places],
+            sights: vec![Sight::NONE; places],
             wakes: WakeBoard::new(places),
             motion_bound: MotionBound::new(root_a, root_b),
             thickness: [Thickness::of(a), Thickness::of(b)],
@@ -138,6 +148,8 @@ impl Front {
             sorted: [(); 2].map(|()| Vec::with_capacity(places)),
             rest_share: 0.0,
             rests_from: 0,
+            represented: 0,
+            is_mixed: false,
             first_block: 0,
             was_crowded: false,
             below: Vec::with_capacity(2 * depth),
@@ -171,6 +183,7 @@ impl Front {
         let mut counters = TraversalCounters::default();
         found.clear();
         self.move_on(query, &mut counters);
+        self.part_represented();
         let before = self.awake.len();
         // If no pair is awake, the due pairs get all of the quota.
         let done = match before {
@@ -299,6 +312,7 @@ impl Front {
         (self.unvisited, self.late) = (0, 0);
         self.first_block = 0;
         self.was_crowded = false;
+        (self.represented, self.is_mixed) = (0, false);
         self.pairs[0] = Pair::of(query.a.hierarchy.root(), query.b.hierarchy.root(), NONE);
         // A wake value of 0 is due at any sum above 0.
         self.motion_bound.spend(0.0);
@@ -341,6 +355,7 @@ impl Front {
         let answer = march(polytope_a, polytope_b, query.pose_ba, start);
         if !pair.known {
             *memory = WarmStart::BLANK;
+            self.sights[place as usize] = Sight::NONE;
             pair.known = true;
         }
         memory.features = answer.features;
@@ -350,6 +365,7 @@ impl Front {
         {
             let hub = [features.a.some_vertex(polytope_a), features.b.some_vertex(polytope_b)];
             *memory = WarmStart { normal, hub, facet: None, ..*memory };
+            self.sight(query, place, normal, distance);
         }
         counters.march_steps += answer.steps;
         counters.march_fallbacks += u32::from(answer.stop != StopReason::Converged);

@@ -65,6 +65,20 @@ impl LeafPairs {
         &self.pairs
     }
 
+    /// Moves the pairs for which `is_first` holds to the front; returns how many there are.
+    pub(crate) fn partition(&mut self, mut is_first: impl FnMut(&LeafPair) -> bool) -> usize {
+        let mut first = 0;
+        for k in 0..self.pairs.len() {
+            if is_first(&self.pairs[k]) {
+                self.pairs.swap(k, first);
+                first += 1;
+            }
+        }
+        // The places of the least deep are others now, and no pair follows.
+        self.ranks.clear();
+        first
+    }
+
     /// Number of pairs that were left out.
     pub(super) fn dropped(&self) -> u32 {
         self.dropped

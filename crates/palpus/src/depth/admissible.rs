@@ -1,31 +1,33 @@
-//! The depth along normals that the pieces own on their meshes \[K02 §3.4\].
+//! The depth along normals of the meshes, not of the hulls \[K02 §3.4\].
 //!
-//! A hull adds faces that are not surface, and a depth along the normal of such a face would push
-//! out of a surface that does not exist. So the depth of a contact is the least h over the
-//! *admissible* facets of the CSO alone:
+//! A hull adds faces that are not part of the surface. A depth along the normal of such a face
+//! would push out of a surface that does not exist. A normal is *admissible* for a piece if the
+//! piece has it on its source mesh ([`OwnNormals`]). An *admissible facet* of the CSO has a normal
+//! that is admissible for both pieces. The depth of a contact is the least h over the admissible
+//! facets:
 //!
-//! * a normal of b (of an own face, or borrowed at the end of an arc) against a vertex of a that
-//!   owns the opposite one, and the reverse;
-//! * two edges whose own arcs cross.
+//! * a normal of a face of b (or a normal at the end of an arc of b), if the opposite normal is
+//!   admissible at the vertex of a that supports it; also with a and b exchanged;
+//! * two edges whose arcs of admissible normals cross.
 //!
-//! Both bodies own such a normal where they touch. The depth is never less than the unconstrained
-//! one. As long as the pieces own the facet's normal, the depth depends continuously on the pose: h
-//! is continuous along every normal, and a crossing moves continuously. Where a crossing ends, at
-//! an end of an arc, that end is admissible and has the same h. A facet disappears only if a vertex
-//! ceases to own its normal because a neighbour on the mesh rises above the vertex. Then the piece
-//! of that neighbour has the facet, at the same h.
+//! Where the bodies touch, such a normal is admissible for both. The admissible depth is never less
+//! than the unconstrained depth. As long as the facet's normal stays admissible, the depth depends
+//! continuously on the pose: h is continuous along every normal, and a crossing moves continuously.
+//! If a crossing ends at an end of an arc, that end is admissible and has the same h. A facet
+//! disappears only if its normal stops being admissible at a vertex, because a neighbour on the
+//! mesh rises above the vertex. Then the piece of that neighbour has the facet, at the same h.
 //!
-//! 1. If the walk has ended on an admissible facet, that facet is the answer.
-//! 2. Else try every admissible facet that is no deeper than the last tick's facet at this pose.
-//!    Skip normals outside the cap that holds all normals of the other piece ([`Cap`]). For any
-//!    vertex c of the CSO, h along n is at least n·c, so one known support rejects most facets: a
-//!    normal by one product, an arc by its two ends (along an arc n·c is concave where it is not
-//!    negative).
-//! 3. Cross the remaining arcs of a with those of b, and measure the least facet with true
-//!    supports.
+//! 1. If the walk has ended on an admissible facet, that facet is the result.
+//! 2. Otherwise try every admissible facet that is not deeper than the facet of the previous tick
+//!    at this pose. Skip normals outside the cap that contains all normals of the other piece
+//!    ([`Cap`]). For any vertex c of the CSO, h along n is at least n·c, so one known support
+//!    rejects most facets. A normal needs one product. An arc needs the products of its two ends,
+//!    because n·c is concave along an arc where it is not negative.
+//! 3. Cross the remaining arcs of a with the remaining arcs of b. Compute the true supports
+//!    of the facet with the smallest offset.
 //!
 //! Deviation from \[K02\], which moves a depth from virtual features to a neighbouring original
-//! feature and then walks one step further. That depth jumps where the neighbourhood changes, and
+//! feature, and then walks one step further. That depth jumps where the neighbourhood changes, and
 //! it may miss the least one.
 
 mod arcs;
@@ -46,27 +48,27 @@ use arcs::Arc;
 /// The least depth along an admissible normal, in b's frame; `point_a − point_b = −depth · normal`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AdmissibleDepth {
-    /// In a's supporting plane. On a, if the facet's features face each other.
+    /// Point in a's supporting plane. It lies on a if the facet's features face each other.
     pub point_a: DVec3,
-    /// In b's supporting plane.
+    /// Point in b's supporting plane.
     pub point_b: DVec3,
-    /// The two points on the features themselves: the nearest points of the feature that owns the
-    /// normal and the other feature.
+    /// The points (on a, on b) of the two features themselves: the nearest points of the feature
+    /// with the admissible normal and of the other feature.
     pub facing: (DVec3, DVec3),
-    /// Unit, from b into a.
+    /// Unit vector from b into a.
     pub normal: DVec3,
-    /// `max_b n·b − min_a n·a` along `normal`.
+    /// `max_b n·b − min_a n·a` along `normal` (length unit of the polytopes).
     pub depth: f64,
-    /// The features that own the normal, and what they meet: a vertex and a face, a vertex and an
-    /// edge (with the normal that ends its arc), or two edges.
+    /// The features that face each other along the normal: a vertex and a face, a vertex and an
+    /// edge (with the normal at the end of its arc), or two edges.
     pub features: FeaturePair,
-    /// True if the walk had ended on another facet.
+    /// True if the walk had ended on a different facet.
     pub moved: bool,
     /// [`StopReason::Budget`] if not all crossings were tested.
     pub stop: StopReason,
 }
 
-/// Working memory of the search, made for the pieces of two bodies.
+/// Working memory of the search, for the pieces of two bodies.
 #[derive(Clone, Debug)]
 pub struct AdmissibleScratch {
     arcs_a: Vec<Arc>,
@@ -80,9 +82,9 @@ impl AdmissibleScratch {
     }
 }
 
-/// The least depth over the admissible facets of a pair; `walked` is its unconstrained depth,
-/// `last` the features of the answer at the last, near pose. None if no normal is owned by both
-/// pieces.
+/// Returns the smallest depth over the admissible facets of a pair. `walked` is the unconstrained
+/// depth of the pair. `last` has the features of the result at the previous, nearby pose. `None` if
+/// no normal is admissible for both pieces.
 pub fn admissible_depth(
     a: &OwnNormals<'_>,
     b: &OwnNormals<'_>,
@@ -108,11 +110,37 @@ pub fn admissible_depth(
     search.answer(&mut depths.clip)
 }
 
-/// The angle (rad) by which the pieces may turn relative to each other before both can own the
-/// normal of one facet, at any position; 0 if it is unknown.
+/// The least depth along the face normals that both pieces own: an upper bound of
+/// [`admissible_depth`], which also searches edge pairs. Climbs begin at the vertices `hub`. `None` if the pieces own no face normal together.
+pub(crate) fn admissible_bound(
+    a: &OwnNormals<'_>,
+    b: &OwnNormals<'_>,
+    pose_ba: &Placement,
+    hub: [u32; 2],
+) -> Option<AdmissibleBound> {
+    let cso = Cso { a: a.polytope(), b: b.polytope(), pose_ba };
+    let mut search = Search::new(cso, a, b, HubPair { a: hub[0], b: hub[1] });
+    search.planes();
+    search.found.map(|Found { normal, hub, .. }| AdmissibleBound { normal, hub: [hub.a, hub.b], depth: search.bar })
+}
+
+/// An upper bound of the depth of two pieces.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AdmissibleBound {
+    /// Unit, from b into a, in b's frame; both pieces own it.
+    pub(crate) normal: DVec3,
+    /// Vertices of a and b that support it.
+    pub(crate) hub: [u32; 2],
+    /// Along the normal, model units.
+    pub(crate) depth: f64,
+}
+
+/// Returns the angle (rad) by which the pieces can turn relative to each other, at any position,
+/// before a normal can be admissible for both. Returns 0 if this is unknown.
 ///
-/// A common facet needs a normal of one piece among the directions that the other owns, or an end
-/// of an arc on an arc of the other. The ends of arcs are normals too, so testing normals suffices.
+/// A common facet needs a normal of one piece among the admissible directions of the other, or an
+/// end of an arc on an arc of the other. The ends of arcs are normals too, so testing normals is
+/// sufficient.
 pub(crate) fn barren_angle(a: &OwnNormals<'_>, b: &OwnNormals<'_>, pose_ba: &Placement) -> f64 {
     let mut least = f64::INFINITY;
     for normal in normals(b) {
@@ -130,13 +158,13 @@ pub(crate) fn barren_angle(a: &OwnNormals<'_>, b: &OwnNormals<'_>, pose_ba: &Pla
     least
 }
 
-/// Normals of the faces that a piece owns, and of those that it borrows.
+/// Returns the normals of the piece's faces and its borrowed normals, in the piece's frame.
 fn normals<'n>(own: &'n OwnNormals<'_>) -> impl Iterator<Item = DVec3> + 'n {
     let faces = own.faces().iter().map(|face| own.plane(face.face).normal);
     faces.chain(own.borrowed().iter().map(|borrowed| borrowed.plane.normal))
 }
 
-/// True if the pieces own the normal on which a walk has ended.
+/// Returns true if the normal at the end of a walk is admissible for both pieces.
 pub fn is_admissible(a: &OwnNormals<'_>, b: &OwnNormals<'_>, pose_ba: &Placement, walked: &Depth) -> bool {
     match walked.antipodal {
         Antipodal::VertexFace { a: vertex, b: face } => {
@@ -151,7 +179,7 @@ pub fn is_admissible(a: &OwnNormals<'_>, b: &OwnNormals<'_>, pose_ba: &Placement
     }
 }
 
-/// The least facet so far.
+/// The facet with the smallest offset found so far.
 #[derive(Clone, Copy)]
 struct Found {
     normal: DVec3,
@@ -163,16 +191,16 @@ struct Search<'s> {
     cso: Cso<'s>,
     a: &'s OwnNormals<'s>,
     b: &'s OwnNormals<'s>,
-    /// The last support found.
+    /// The hub pair of the last support found.
     hub: HubPair,
-    /// The support on a, in b's frame, and that on b, in a's.
+    /// The support on a in b's frame, and the support on b in a's frame.
     point_a: DVec3,
     point_b: DVec3,
-    /// Holds a's normals, reflected, in b's frame.
+    /// Cap that contains the reflected normals of a, in b's frame.
     cap_a: Cap,
-    /// Holds b's, reflected, in a's.
+    /// Cap that contains the reflected normals of b, in a's frame.
     cap_b: Cap,
-    /// The least h so far.
+    /// The least h found so far.
     bar: f64,
     found: Option<Found>,
     stop: StopReason,
@@ -197,9 +225,9 @@ impl<'s> Search<'s> {
         }
     }
 
-    /// Limits the search to facets no deeper than the last tick's facet. That facet is not taken as
-    /// the answer yet: among facets of equal depth the first one found wins, so that the answer
-    /// does not depend on the past.
+    /// Limits the search to facets that are not deeper than the previous tick's facet. That facet
+    /// is not yet taken as the result. Among facets of equal depth the first one found is the
+    /// result, so the result does not depend on earlier ticks.
     fn no_deeper_than(&mut self, last: FeaturePair) {
         self.try_again(last);
         self.found = None;
@@ -229,7 +257,7 @@ impl<'s> Search<'s> {
         }
     }
 
-    /// Tries every own normal of both pieces.
+    /// Tries every admissible face normal and every borrowed normal of both pieces.
     fn planes(&mut self) {
         for own in self.b.faces() {
             self.plane_of_b(own.face);
@@ -295,7 +323,7 @@ impl<'s> Search<'s> {
         self.found = Some(Found { normal, features, hub: self.hub });
     }
 
-    /// The least facet with its true offset and its witness.
+    /// Returns the facet with the smallest offset, with its true offset and its witness points.
     fn answer(&self, clip: &mut Clip) -> Option<AdmissibleDepth> {
         let mut found = self.found?;
         let (hub, depth) = self.cso.support(found.hub, found.normal);

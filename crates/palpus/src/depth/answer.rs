@@ -1,11 +1,11 @@
-//! The answer of a penetration-depth query between two convex polytopes.
+//! Result of a penetration-depth query between two convex polytopes.
 
 use glam::DVec3;
 
 use crate::body::FeaturePair;
 use crate::collision::StopReason;
 
-/// A pair of vertices whose normal cones overlap: the hub about which the CSO is extended locally
+/// A pair of vertices whose normal cones overlap. The CSO is extended locally around such a hub
 /// \[K02 §3.3.1\].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct HubPair {
@@ -15,7 +15,8 @@ pub struct HubPair {
     pub b: u32,
 }
 
-/// The features of a and b that span one facet of the CSO \[K02 §3.3.1\]; the first word is on a.
+/// The features of a and b that span one facet of the CSO \[K02 §3.3.1\]. The first word of a
+/// variant's name is the feature of a.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Antipodal {
     /// A vertex of a against a face of b.
@@ -42,7 +43,7 @@ pub enum Antipodal {
 }
 
 impl Antipodal {
-    /// The pair as plain features.
+    /// Returns the same pair as a [`FeaturePair`].
     pub fn features(self) -> FeaturePair {
         use crate::body::Feature::{Edge, Face, Vertex};
         match self {
@@ -52,7 +53,7 @@ impl Antipodal {
         }
     }
 
-    /// The pair of which these are the features. None if such features span no facet.
+    /// Returns the pair with these features. `None` if such features span no facet.
     pub fn of(features: FeaturePair) -> Option<Self> {
         use crate::body::Feature::{Edge, Face, Vertex};
         match (features.a, features.b) {
@@ -64,12 +65,12 @@ impl Antipodal {
     }
 }
 
-/// How certain a depth is.
+/// How certain it is that a depth is the smallest one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Certainty {
-    /// No neighbouring facet of the CSO is nearer: what \[K02\] promises.
+    /// No neighbouring facet of the CSO has a smaller offset. This is what \[K02\] guarantees.
     LocallyOptimal,
-    /// Proven: no direction separates the pair with a shorter motion.
+    /// Proven: no shorter motion in any direction separates the pair.
     GloballyOptimal,
 }
 
@@ -78,22 +79,23 @@ pub enum Certainty {
 /// Moving a by `depth · normal` separates the pair; `point_a − point_b = −depth · normal`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Depth {
-    /// On the boundary of a.
+    /// Witness point on the boundary of a.
     pub point_a: DVec3,
-    /// On the boundary of b.
+    /// Witness point on the boundary of b.
     pub point_b: DVec3,
-    /// Unit, from b into a.
+    /// Unit vector from b into a.
     pub normal: DVec3,
-    /// `max_b n·b − min_a n·a` along `normal`. Not negative for pairs that overlap; a negative
-    /// value means that the pair turned out to be apart by at least that much.
+    /// `max_b n·b − min_a n·a` along `normal`, in the length unit of the polytopes. Not negative if
+    /// the pair overlaps. A negative value means that the pair is apart by at least its absolute
+    /// value.
     pub depth: f64,
     /// The features that span the facet of the CSO on which the answer lies.
     pub antipodal: Antipodal,
-    /// A hub pair of that facet: where the next tick starts.
+    /// A hub pair of that facet. The next tick starts from it.
     pub hub: HubPair,
-    /// Certainty of the answer.
+    /// How certain it is that this depth is the smallest one.
     pub certainty: Certainty,
-    /// Moves of the walk.
+    /// Number of moves of the walk.
     pub steps: u32,
     /// Why the walk ended.
     pub stop: StopReason,

@@ -1,16 +1,16 @@
 //! Facets of the CSO, and the features of both bodies that span them \[K02 §3.3.3, step 4\].
 //!
 //! The facet of the CSO along n is the planar sum of the features of b and −a that lie in the
-//! supporting plane: a vertex and a face give a copy of the face, two crossing edges a
-//! parallelogram, and flush features (a box on a table) the polygon that is their sum.
+//! supporting plane. A vertex and a face give a copy of the face. Two crossing edges give a
+//! parallelogram. Flush features (a box on a table) give the polygon that is their sum.
 //!
-//! The facet also shows the direction of descent. If the origin, projected onto its plane, lies
-//! beyond a side, then h decreases in that side's direction, and the facet across that side is
+//! The facet also shows the direction of descent. If the origin, projected onto the facet's plane,
+//! lies beyond a side, then h decreases in that side's direction, and the facet across that side is
 //! lower. If the projection lies within the facet, the facet is a local minimum of h.
 //!
 //! 1. Find the features of a and b that are flush with the supporting plane.
-//! 2. Merge the sides of the two polygons by direction, which runs around their sum, and report how
-//!    far beyond each side the origin lies.
+//! 2. Merge the sides of the two polygons by direction. This order runs around their sum. Report
+//!    how far the origin lies beyond each side.
 
 use glam::DVec3;
 
@@ -32,8 +32,9 @@ pub(super) struct Corner {
 }
 
 impl Antipodal {
-    /// The pair of features that has these three corners of a facet of the CSO; of flush features,
-    /// one pair in the facet's plane. `None` if rounding prevents an answer.
+    /// Returns the pair of features that spans a facet of the CSO with these three corners. Of
+    /// flush features, returns one pair in the facet's plane. `None` if rounding prevents an
+    /// answer.
     pub(super) fn spanned(a: &Polytope, b: &Polytope, hubs: [HubPair; 3]) -> Option<Self> {
         Self::among(hubs[0], spanned(a, hubs.map(|hub| hub.a))?, spanned(b, hubs.map(|hub| hub.b))?)
     }
@@ -66,7 +67,7 @@ impl Antipodal {
     }
 }
 
-/// The feature with these vertices, some of which may be equal.
+/// Returns the feature with these vertices, some of which may be equal.
 fn spanned(polytope: &Polytope, [u, v, w]: [u32; 3]) -> Option<Feature> {
     let (v, w) = if v == u { (w, v) } else { (v, w) };
     if v == u {
@@ -103,14 +104,15 @@ impl<'p> Flush<'p> {
         }
     }
 
-    /// Corner `k`, counter-clockwise seen from outside its polytope; `k` wraps around.
+    /// Returns corner `k`, counter-clockwise as seen from outside the polytope. `k` wraps around.
     #[inline]
     pub(super) fn corner(&self, k: usize) -> u32 {
         let k = k % self.count;
         self.face.map_or_else(|| self.own[k], |face| face.at(k))
     }
 
-    /// The corner that lies farthest along `direction`, in the polytope's frame.
+    /// Returns the index of the corner that lies farthest along `direction` (in the polytope's
+    /// frame).
     fn highest(&self, polytope: &Polytope, direction: DVec3) -> usize {
         let height = |k: usize| direction.dot(polytope.vertex(self.corner(k)));
         (0..self.count).max_by(|&i, &j| height(i).total_cmp(&height(j))).unwrap_or(0)
@@ -126,8 +128,8 @@ pub(super) struct Facet<'p> {
 }
 
 impl<'p> Facet<'p> {
-    /// The facet at a corner of an overlap, with the features that lie in its plane within the
-    /// angle `within` (radians).
+    /// Returns the facet at a corner of an overlap. It contains the features that lie in the
+    /// facet's plane within the angle `within` (radians).
     pub(super) fn at(cso: &Cso<'p>, corner: &Corner, within: f64) -> Self {
         let toward_b = cso.toward_b(corner.normal);
         let (feature_a, feature_b) = match corner.antipodal {
@@ -140,9 +142,9 @@ impl<'p> Facet<'p> {
         Self { normal: corner.normal, a: Flush::new(cso.a, feature_a), b: Flush::new(cso.b, feature_b) }
     }
 
-    /// The facet in the plane that a hub pair supports along `normal`, with the features that lie in
-    /// it within the angle `within` (radians), and a pair of features that spans it; if these span
-    /// none, the normal is not that of a facet.
+    /// Returns the facet in the plane that a hub pair supports along `normal`, with the features
+    /// that lie in the plane within the angle `within` (radians). Also returns a pair of features
+    /// that spans the facet; `None` if the normal is not that of a facet.
     pub(super) fn supported(cso: &Cso<'p>, hub: HubPair, normal: DVec3, within: f64) -> (Self, Option<Antipodal>) {
         let feature_a = flush_at_vertex(cso.a, hub.a, cso.toward_b(normal), within);
         let feature_b = flush_at_vertex(cso.b, hub.b, normal, within);
@@ -150,26 +152,27 @@ impl<'p> Facet<'p> {
         (facet, Antipodal::among(hub, feature_a, feature_b))
     }
 
-    /// The facet at a corner whose features are known to be all that lies in its plane.
+    /// Returns the facet at a corner if it is known that only the corner's antipodal features lie
+    /// in its plane.
     pub(super) fn spanned(cso: &Cso<'p>, corner: &Corner) -> Self {
         let features = corner.antipodal.features();
         Self { normal: corner.normal, a: Flush::new(cso.a, features.a), b: Flush::new(cso.b, features.b) }
     }
 
-    /// How far beyond its farthest side the origin's projection lies, squared; negative if it lies
-    /// within the facet.
+    /// Returns the square of the distance by which the origin's projection lies beyond the farthest
+    /// side. Negative if the projection lies within the facet.
     pub(super) fn beyond(&self, cso: &Cso<'_>) -> f64 {
         let mut farthest = f64::NEG_INFINITY;
         self.for_each_side(cso, |beyond| farthest = farthest.max(beyond));
         farthest
     }
 
-    /// Calls `visit` for each side of the facet in turn, with how far the origin's projection lies
-    /// beyond it, squared, with its sign.
+    /// Calls `visit` for each side of the facet, with the square of the distance by which the
+    /// origin's projection lies beyond the side. Negative if the projection lies on the inner side.
     fn for_each_side(&self, cso: &Cso<'_>, mut visit: impl FnMut(f64)) {
-        // Counter-clockwise about the normal: b's loop is used as it is. a's loop runs clockwise
-        // about the normal, since a's outward normal is the opposite one. Reflected and read
-        // backwards it runs counter-clockwise.
+        // The sides run counter-clockwise about the normal. The loop of b already does so. The loop
+        // of a runs clockwise, because a's outward normal is the opposite one, so it is read
+        // backwards.
         let (mut start_a, mut start_b) = (0, 0);
         if self.a.count > 1 && self.b.count > 1 {
             let along = self.normal.any_orthonormal_vector();
@@ -193,7 +196,7 @@ impl<'p> Facet<'p> {
 struct Lap<'l, 'p, P> {
     flush: &'l Flush<'p>,
     place: P,
-    /// Index of the next corner, and the step to the one after: forwards or backwards.
+    /// Index of the next corner, and the increment to the corner after it (forwards or backwards).
     index: usize,
     step: usize,
     left: usize,
@@ -214,7 +217,7 @@ impl<'l, 'p, P: Fn(u32) -> DVec3> Lap<'l, 'p, P> {
         self.next - self.point
     }
 
-    /// Goes to the next corner and returns the vector to it.
+    /// Moves to the next corner and returns the vector to it.
     fn advance(&mut self) -> DVec3 {
         let edge = self.edge();
         self.index = (self.index + self.step) % self.flush.count;
@@ -225,8 +228,8 @@ impl<'l, 'p, P: Fn(u32) -> DVec3> Lap<'l, 'p, P> {
     }
 }
 
-/// The largest feature around vertex `v` that is flush with the plane that `direction` (unit,
-/// local) supports there.
+/// Returns the largest feature at vertex `v` that lies in the supporting plane at `v` within the
+/// angle `within` (radians). `direction` is the plane's normal (unit, in the polytope's frame).
 pub(super) fn flush_at_vertex(polytope: &Polytope, v: u32, direction: DVec3, within: f64) -> Feature {
     let at = polytope.vertex(v);
     let mut feature = Feature::Vertex(v);
@@ -243,8 +246,9 @@ pub(super) fn flush_at_vertex(polytope: &Polytope, v: u32, direction: DVec3, wit
     feature
 }
 
-/// The face beside edge `e` that is flush with the plane that `direction` (unit, local) supports,
-/// or the edge.
+/// Returns the face beside edge `e` that lies in the supporting plane with normal `direction`
+/// (unit, in the polytope's frame), within the angle `within` (radians). Returns the edge if
+/// neither face does.
 fn flush_at_edge(polytope: &Polytope, e: u32, direction: DVec3, within: f64) -> Feature {
     let edge = polytope.edge(e);
     [edge.left, edge.right]

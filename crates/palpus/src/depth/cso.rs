@@ -1,8 +1,8 @@
-//! A pair of polytopes seen as one convex body: the Minkowski difference (CSO) of \[K02 §3.3\].
+//! A pair of polytopes as one convex body: the Minkowski difference (CSO) of \[K02 §3.3\].
 //!
-//! The CSO is the Minkowski sum of b and the reflected −a: its vertices are `b − a` over hub pairs,
-//! and its support offset along a unit n is `h(n) = max_b n·b − min_a n·a`. All of it is in b's
-//! frame.
+//! The CSO is the Minkowski sum of b and the reflected body −a. Its vertices are `b − a` over the
+//! hub pairs. Its support offset along a unit n is `h(n) = max_b n·b − min_a n·a`. Everything is in
+//! b's frame.
 
 use glam::DVec3;
 
@@ -11,7 +11,7 @@ use crate::algebra::Placement;
 use crate::body::Polytope;
 use crate::collision::support_gap;
 
-/// The two polytopes and where a lies in b's frame.
+/// The two polytopes, and the pose of a in b's frame.
 #[derive(Clone, Copy)]
 pub(super) struct Cso<'p> {
     pub(super) a: &'p Polytope,
@@ -21,43 +21,45 @@ pub(super) struct Cso<'p> {
 }
 
 impl Cso<'_> {
-    /// The sum of both radii; relative tolerances are multiplied by it.
+    /// Returns the sum of both radii. Relative tolerances are multiplied by it.
     pub(super) fn size(&self) -> f64 {
         self.a.radius() + self.b.radius()
     }
 
-    /// Vertex `v` of a, in b's frame.
+    /// Returns vertex `v` of a in b's frame.
     #[inline]
     pub(super) fn point_a(&self, v: u32) -> DVec3 {
         self.pose_ba.point(self.a.vertex(v))
     }
 
-    /// The vertex of the CSO that a hub pair makes.
+    /// Returns the vertex of the CSO for a hub pair.
     #[inline]
     pub(super) fn vertex(&self, hub: HubPair) -> DVec3 {
         self.b.vertex(hub.b) - self.point_a(hub.a)
     }
 
-    /// h along the normal of face `f` of b, where vertex `v` of a supports it.
+    /// Returns h along the normal of face `f` of b. Vertex `v` of a supports that normal.
     #[inline]
     pub(super) fn offset_at_face_of_b(&self, f: u32, v: u32) -> f64 {
         -self.b.plane(f).height(self.point_a(v))
     }
 
-    /// h along the reversed normal of face `f` of a, which is `normal` in b's frame, where vertex
-    /// `v` of b supports it.
+    /// Returns h along `normal`, the reversed normal of face `f` of a in b's frame. Vertex `v` of b
+    /// supports that normal.
     #[inline]
     pub(super) fn offset_at_face_of_a(&self, f: u32, v: u32, normal: DVec3) -> f64 {
         normal.dot(self.b.vertex(v) - self.pose_ba.translation) + self.a.plane(f).offset
     }
 
-    /// The direction along which a supports a contact of normal `normal`, in a's frame: into b.
+    /// Returns the direction in a's frame, into b, along which a supports a contact with normal
+    /// `normal`.
     #[inline]
     pub(super) fn toward_b(&self, normal: DVec3) -> DVec3 {
         -self.pose_ba.inverse_vector(normal)
     }
 
-    /// The hub pair that supports `normal`, climbing from `hint`, and `h(normal)` if that is unit.
+    /// Returns the hub pair that supports `normal`, climbing from `hint`. The second value is
+    /// `h(normal)` if `normal` has unit length.
     #[inline]
     pub(super) fn support(&self, hint: HubPair, normal: DVec3) -> (HubPair, f64) {
         let (gap, [a, b]) = support_gap(self.a, self.b, self.pose_ba, normal, [hint.a, hint.b]);
@@ -72,7 +74,7 @@ impl Cso<'_> {
     }
 }
 
-/// `x / √length < bar`, without the root.
+/// Returns true if `x / √length < bar`, without computing the root.
 #[inline]
 pub(super) fn below(x: f64, length: f64, bar: f64) -> bool {
     let (square, bar_square) = (x * x, bar * bar * length);

@@ -1,13 +1,13 @@
-//! The normal cone of a vertex, as a spherical polygon: the local Gauss map of \[K02 §3.3.1\].
+//! The normal cone of a vertex as a spherical polygon: the local Gauss map of \[K02 §3.3.1\].
 //!
-//! The faces around a vertex are the polygon's corners (their normals), the edges its arcs. A
-//! vertex supports a unit n exactly if no edge leaves it upward: `n · edge ≤ 0` for all. Nothing is
-//! projected to a plane, so cones wider than a hemisphere and needle tips need no special case
-//! (deviation from \[K02\], which projects centrally onto z = 1).
+//! The normals of the faces around the vertex are the corners of the polygon, and the edges are its
+//! arcs. A vertex supports a unit n exactly if no edge rises from it along n: `n · edge ≤ 0` for
+//! every edge. Nothing is projected to a plane, so cones wider than a hemisphere and needle tips
+//! need no special case. This deviates from \[K02\], which projects centrally onto z = 1.
 //!
-//! Body a is reflected, as −a in b's frame, so that both cones hold outward directions and the
-//! overlay treats them alike. Maps are read from the polytopes into flat pages once per query and
-//! vertex; a vertex with more edges than fit a page has several.
+//! Body a is reflected (−a in b's frame). Then both cones contain outward directions, and the
+//! overlay treats them alike. The maps are copied from the polytopes into flat pages, once per
+//! query and vertex. A vertex with more edges than a page can contain has several pages.
 
 use glam::DVec3;
 
@@ -15,20 +15,20 @@ use super::cso::Cso;
 use crate::algebra::tolerance::CONE_SLACK;
 use crate::body::{Polytope, Ring};
 
-/// Arcs of one page. Vertices of meshes have about 6 edges; vertices with more edges than this take
-/// several pages.
+/// Number of arcs in one page. Vertices of meshes have about 6 edges. Vertices with more edges than
+/// this need several pages.
 pub(super) const PAGE: usize = 32;
 
-/// Pages kept per body: the corners of an edge pair need 2, those of a triangle 3.
+/// Pages kept per body. The corners of an edge pair need 2, the corners of a triangle need 3.
 const PAGES: usize = 4;
 
-/// One arc of a local Gauss map, in b's frame (for a: of the reflected body).
+/// One arc of a local Gauss map, in b's frame. An arc of a belongs to the reflected body −a.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Arc {
     /// From the vertex to the neighbour; not unit.
     pub(super) edge: DVec3,
-    /// Outward normal of the face on the left of the edge; for a, left is as the unreflected body
-    /// has it.
+    /// Outward normal of the face on the left of the edge. For a, left refers to the body before
+    /// the reflection.
     pub(super) left: DVec3,
     /// Outward normal of the face on the right.
     pub(super) right: DVec3,
@@ -58,7 +58,8 @@ impl GaussMap {
         &self.arcs[..self.count]
     }
 
-    /// `before` is the face to the right of the first spoke.
+    /// Copies the arcs of `spokes` into this page. `before` is the face to the right of the first
+    /// spoke.
     fn fill(&mut self, polytope: &Polytope, before: u32, spokes: Ring<'_>, place: impl Fn(DVec3) -> DVec3) {
         let at = polytope.vertex(self.vertex);
         let mut right = place(polytope.plane(before).normal);
@@ -72,7 +73,7 @@ impl GaussMap {
     }
 }
 
-/// The pages of one body that were read in the present query.
+/// The pages of one body that were filled in the current query.
 #[derive(Clone, Debug)]
 pub(super) struct GaussMaps {
     maps: [GaussMap; PAGES],
@@ -86,7 +87,7 @@ impl GaussMaps {
         Self { maps: std::array::from_fn(|_| empty.clone()), next: 0, query: 1 }
     }
 
-    /// Forgets all pages: the pose or the polytope has changed.
+    /// Clears all pages. Call this when the pose or the polytope has changed.
     #[inline]
     pub(super) fn clear(&mut self) {
         self.query = self.query.wrapping_add(1);
@@ -95,12 +96,12 @@ impl GaussMaps {
         }
     }
 
-    /// Page `page` of vertex `v` of b.
+    /// Returns page `page` of vertex `v` of b.
     pub(super) fn of_b(&mut self, cso: &Cso<'_>, v: u32, page: usize) -> &GaussMap {
         self.read(cso.b, v, page, |p| p)
     }
 
-    /// Page `page` of vertex `v` of the reflected a.
+    /// Returns page `page` of vertex `v` of the reflected a.
     pub(super) fn of_reflected_a(&mut self, cso: &Cso<'_>, v: u32, page: usize) -> &GaussMap {
         self.read(cso.a, v, page, |p| -cso.pose_ba.vector(p))
     }
@@ -125,13 +126,14 @@ impl GaussMaps {
     }
 }
 
-/// The number of pages that vertex `v` takes.
+/// Returns the number of pages that vertex `v` needs.
 #[inline]
 pub(super) fn pages(polytope: &Polytope, v: u32) -> usize {
     polytope.ring(v).len().div_ceil(PAGE)
 }
 
-/// True when vertex `v` supports `direction` (unit, in the polytope's frame) within [`CONE_SLACK`].
+/// Returns true if vertex `v` supports `direction` (unit, in the polytope's frame) within
+/// [`CONE_SLACK`].
 #[inline]
 pub(super) fn cone_holds(polytope: &Polytope, v: u32, direction: DVec3) -> bool {
     let at = polytope.vertex(v);

@@ -1,23 +1,25 @@
-//! The penetration depth of two solids of any shape: the least translation that frees them, as a
-//! bracket with proof.
+//! The penetration depth of two solids of any shape, as a pair of proven bounds. It is the length
+//! of the shortest translation that separates the solids.
 //!
 //! Solids A (at a pose) and B. A translation t is *free* if A moved by t and B have no inner point
 //! in common. The depth is the least |t| of all free t. The straight motion to that position may
-//! pass through B. All functions return lower ≤ depth ≤ upper:
+//! pass through B. The result satisfies lower ≤ depth ≤ upper:
 //!
-//! 1. *Blocked translations*. If convex sets P in A and Q in B overlap at t, t is not free. All
-//!    such t form a convex set, an [obstacle](obstacle). The [interior](interior) of each solid is
-//!    filled with large convex cells. If the surfaces do not cross but one body lies in the other,
-//!    no translation shorter than the surfaces' distance frees them. This obstacle is a ball.
-//! 2. *Free translations*. The surfaces have no common point and no part of one lies in the other
-//!    body ([surfaces](surfaces)): exact predicates on the triangles, independent of the cells.
-//! 3. *Search* ([cones](cones)). A surface about the origin, within which every translation is
-//!    blocked, grows where it is nearest to the origin. Where it cannot grow, a free translation is
+//! 1. *Blocked translations*. If a convex set P in A and a convex set Q in B overlap at t, then t
+//!    is not free. All such t form a convex set, an [obstacle](obstacle). The [interior](interior)
+//!    of each solid is filled with large convex cells. If the surfaces do not cross but one body
+//!    lies in the other, no translation shorter than the distance of the surfaces is free. This
+//!    obstacle is a ball.
+//! 2. *Free translations*. A translation is free if the surfaces have no common point and no part
+//!    of one lies in the other body ([surfaces](surfaces)). This uses exact predicates on the
+//!    triangles and does not depend on the cells.
+//! 3. *Search* ([cones](cones)). A surface around the origin encloses blocked translations only. It
+//!    grows where it is nearest to the origin. Where it cannot grow, either a free translation is
 //!    found or the surface is subdivided.
 //!
 //! A surface that is not closed bounds no solid. Such a body has no inside: a translation is free
 //! if its triangles neither cross the other surface nor lie in the other solid. If a closed surface
-//! crosses itself, its inside is every point that it winds around at least once.
+//! crosses itself, its inside is every point around which it winds at least once.
 //!
 //! `docs/global-depth.md` has the proofs and figures.
 
@@ -69,18 +71,18 @@ pub struct GlobalDepth<'a> {
 /// The wanted gap of the bounds, and the budget.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GlobalSettings {
-    /// The search ends if upper − lower is no more than this (model units).
+    /// The search ends if upper − lower is at most this (model units).
     pub gap: f64,
-    /// The search ends after about so many evaluations: obstacles looked at closely, or triangles
-    /// compared.
+    /// The search ends after about this many evaluations. One evaluation is a detailed test of an
+    /// obstacle or a comparison of triangles.
     pub budget: u64,
-    /// If true, a translation counts as free only if a can leave b from there along a straight
-    /// line, at this rotation. The lower bound stays that of all free translations.
+    /// If true, a translation counts as free only if a can then leave b along a straight line
+    /// without rotating. The lower bound is still valid for all free translations.
     pub outside: bool,
 }
 
 impl GlobalSettings {
-    /// A gap of 1 % of the smaller body, and a budget that suffices for most poses.
+    /// Returns a gap of 1 % of the smaller body's size, and a budget that is enough for most poses.
     pub fn new(a: &Body, b: &Body) -> Self {
         Self { gap: DEPTH_GAP * a.size().min(b.size()), budget: DEPTH_BUDGET, outside: false }
     }
@@ -89,24 +91,25 @@ impl GlobalSettings {
 /// Proven bounds of the depth at one pose, in b's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DepthBracket {
-    /// No shorter translation frees the bodies. 0 if they are free.
+    /// No shorter translation separates the bodies. 0 if they are already separate. Model units.
     pub lower: f64,
-    /// The length of `translation`.
+    /// The length of `translation` (model units).
     pub upper: f64,
-    /// Moving a by this frees the bodies; verified on the triangles.
+    /// Moving a by this translation separates the bodies. Verified on the triangles.
     pub translation: DVec3,
     /// True if the gap between the bounds is as small as requested.
     pub certified: bool,
-    /// Whether one body lies in the other.
+    /// Which body lies in the other, if any.
     pub containment: Containment,
-    /// The distance of the surfaces, if the bodies are free or one lies in the other.
+    /// The distance of the surfaces (model units) if the bodies are separate or one lies in the
+    /// other.
     pub distance: Option<f64>,
     /// Evaluations that the search used.
     pub evaluations: u64,
 }
 
 impl DepthBracket {
-    /// Result for free bodies.
+    /// Returns the result for bodies that are separate.
     fn free(distance: f64) -> Self {
         Self {
             lower: 0.0,
@@ -120,8 +123,9 @@ impl DepthBracket {
     }
 }
 
-/// The last answer of a search, with the cones and obstacles that proved it, as a start for the
-/// next pose. It affects the time of a search but not the validity of its bounds.
+/// The previous answer of a search, with the cones and obstacles that proved it. It is the start of
+/// the search at the next pose. It affects the time of the search, but not the validity of the
+/// bounds.
 #[derive(Clone, Debug, Default)]
 pub struct GlobalMemory {
     translation: Option<DVec3>,
@@ -133,16 +137,16 @@ pub struct GlobalMemory {
     gates: BTreeMap<Ray, Gate>,
     /// Number of leaves after the last search without memory.
     fresh: usize,
-    /// The leaves of that search, without the added obstacles. Cones are cut but never merged, so
-    /// now and then a search starts from these leaves again.
+    /// The leaves of that search, without the added obstacles. Cones are cut but never merged, so a
+    /// search sometimes starts from these leaves again.
     base: Vec<Leaf>,
-    /// True if the last search started from these leaves.
+    /// True if the last search started from `base`.
     rebased: bool,
     convex: Option<Box<ConvexMemory>>,
 }
 
 impl<'a> GlobalDepth<'a> {
-    /// The depth of `a` and `b`, each with the interior that was computed of it.
+    /// Prepares the depth query of `a` and `b`. Each interior must belong to its body.
     pub fn new(a: &'a Body, interior_a: &'a Interior, b: &'a Body, interior_b: &'a Interior) -> Self {
         Self { a, interior_a, b, interior_b }
     }
@@ -150,9 +154,10 @@ impl<'a> GlobalDepth<'a> {
     /// Number of consecutive poses per worker task: see [`Self::run_all`].
     pub const RUN: usize = 25;
 
-    /// Calls `answer` for each run of [`Self::RUN`] of the poses numbered from 0 to `count`, with a
-    /// memory that is empty when the run begins, and returns its answers in order. So the answers
-    /// are the same for any number of workers. `progress` is called with the fraction done.
+    /// Calls `answer` for each run of [`Self::RUN`] consecutive poses, with a memory that is empty
+    /// at the start of the run. The poses are numbered from 0 to `count` − 1. Returns the answers
+    /// in order. They are the same for any number of workers. `progress` is called with the
+    /// fraction done.
     pub fn run_all<T: Send + Sync>(
         count: usize,
         workers: &dyn Workers,
@@ -166,7 +171,7 @@ impl<'a> GlobalDepth<'a> {
         map_in_order(workers, count.div_ceil(Self::RUN), 1, of_run, progress)
     }
 
-    /// Bounds the depth with a at `pose_ba` in b's frame.
+    /// Returns bounds of the depth with a at `pose_ba` in b's frame.
     pub fn run(&self, pose_ba: &Pose, settings: &GlobalSettings, memory: &mut GlobalMemory) -> DepthBracket {
         let size = self.a.size().min(self.b.size());
         let convex = convex_pair(self, pose_ba, &mut memory.convex);
@@ -197,7 +202,7 @@ impl<'a> GlobalDepth<'a> {
         self.bracket(lower, translation, settings, (containment, distance), evaluations)
     }
 
-    /// The answer for bodies that are not free.
+    /// Returns the answer for bodies that are not separate.
     fn bracket(
         &self,
         lower: f64,
@@ -213,7 +218,7 @@ impl<'a> GlobalDepth<'a> {
         DepthBracket { lower, upper, translation, certified, containment, distance, evaluations }
     }
 
-    /// The lower bound and a verified free translation of bodies that are not free.
+    /// Returns the lower bound and a verified free translation. The bodies are not separate.
     fn search(
         &self,
         scene: &mut Scene<'a>,
@@ -247,7 +252,7 @@ impl<'a> GlobalDepth<'a> {
                 leaf.chain.retain(|key| !matches!(key, Key::Added(_)));
             }
         }
-        // If the search from the base leaves also cuts that many cones, the base is out of date.
+        // If the search from the base leaves also made that many cuts, the base is out of date.
         let many = leaves.len() > 2 * memory.fresh;
         memory.leaves = match (many, memory.rebased) {
             (false, _) => leaves,
@@ -258,7 +263,8 @@ impl<'a> GlobalDepth<'a> {
         (lower, translation)
     }
 
-    /// True if a moved by no more than `share` of the smaller body from `last` to `pose_ba`.
+    /// Returns true if a moved by at most `share` of the smaller body's size from `last` to
+    /// `pose_ba`.
     fn is_near(&self, pose_ba: &Pose, last: Option<&Pose>, share: f64) -> bool {
         let reach = share * self.a.size().min(self.b.size());
         let bounds = self.a.tree().bounds();
@@ -270,7 +276,7 @@ impl<'a> GlobalDepth<'a> {
         })
     }
 
-    /// A translation along an axis after which the boxes of the bodies are apart.
+    /// Returns a translation along an axis that separates the bounding boxes of the bodies.
     fn boxes_apart(&self, scene: &Scene<'_>) -> DVec3 {
         let (moving, fixed) = (scene.surfaces.moving_box(), self.b.tree().bounds());
         let (up, down) = (fixed.max - moving.min, fixed.min - moving.max);

@@ -1,26 +1,26 @@
-//! A closed surface of triangles within the CSO, grown about the origin. It proves a depth.
+//! A closed surface of triangles inside the CSO, grown around the origin. It proves a depth.
 //!
-//! Its corners are differences of vertices of the two bodies, so the CSO holds them and their hull,
-//! whatever the surface looks like. If no triangle comes nearer to the origin than u and the
-//! surface winds around the origin, it winds around every point of the ball of radius u; so the CSO
-//! holds that ball, and no direction has h(n) < u. The surface need be neither convex nor connected
-//! for that. It only has to be closed, with every edge used once in each direction, and every
-//! operation here preserves that. It winds around the origin if the origin lies on the inner side
-//! of every triangle.
+//! Its corners are differences of vertices of the two bodies. So the CSO contains the corners and
+//! their hull for every shape of the surface. Suppose that no triangle comes nearer to the origin
+//! than u, and that the surface winds around the origin. Then it winds around every point of the
+//! ball of radius u, so the CSO contains that ball, and no direction has h(n) < u. The surface need
+//! not be convex or connected. It only has to be closed, with every edge used once in each
+//! direction, and every operation here preserves that. It winds around the origin if the origin
+//! lies on the inner side of every triangle.
 //!
-//! 1. Begin with a tetrahedron of supports (cold), or with what an earlier proof left, its corners
-//!    moved along with the bodies.
-//! 2. Measure each triangle: compute its unit normal and the least height of its corners along the
+//! 1. Start with a tetrahedron of supports (cold), or with the surface of an earlier proof, whose
+//!    corners are recomputed at the new pose.
+//! 2. Measure each triangle: compute its unit normal, and the least height of its corners along the
 //!    normal. The triangle is at least that far from the origin, even if rounding tilts the normal.
 //! 3. Grow the surface from a triangle to a new corner: remove the surrounding triangles that face
-//!    the corner, and close the hole with a fan about the corner. Triangles that already have this
-//!    corner are also removed; this flips an edge if motion has folded the surface.
+//!    the corner, and close the hole with a fan around the corner. Also remove triangles that
+//!    already have this corner; this flips an edge if motion has folded the surface.
 //!
-//! The list of triangles has no gaps: new triangles take the places of the removed ones.
+//! The list of triangles stays compact: new triangles take the places of the removed ones.
 //!
-//! A triangle without height lies, within the proof's precision, on edges that other triangles
-//! share, and those are measured. It counts as facing every point, so that it is removed together
-//! with its neighbours.
+//! A triangle of zero height lies, within the proof's precision, on edges of other triangles, and
+//! those are measured. It counts as facing every point, so that it is removed together with its
+//! neighbours.
 
 mod grow;
 mod validate;
@@ -38,8 +38,8 @@ pub(super) struct Tip {
     pub(super) at: DVec3,
 }
 
-/// Edge `side` of a triangle, from its tip `side` to the next. [`PROOF_TRIANGLES`] leaves room for
-/// both in one number.
+/// Edge `side` of a triangle, from its tip `side` to the next tip. [`PROOF_TRIANGLES`] is small
+/// enough to store both numbers in one `u16`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Half(u16);
 
@@ -60,18 +60,18 @@ impl Half {
     }
 }
 
-/// A triangle's corners, counter-clockwise seen from outside, and what lies across the edge from
-/// tip k to the next.
+/// A triangle: its corners (counter-clockwise as seen from outside), and for each k the neighbour's
+/// edge across the edge from tip k to the next tip.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Joint {
     pub(super) tips: [u16; 3],
     across: [Half; 3],
-    /// False for one that was taken away.
+    /// False if the triangle was removed.
     alive: bool,
 }
 
-/// An edge around a hole: from one tip to the next, and the edge of the triangle outside, which
-/// runs the other way.
+/// An edge on the rim of a hole: its two tips, and the edge of the triangle outside the hole, which
+/// runs in the opposite direction.
 #[derive(Clone, Copy, Debug)]
 struct Rim {
     from: u16,
@@ -88,7 +88,7 @@ pub(super) enum Refusal {
     Torn,
 }
 
-/// A triangle that comes nearest to the origin.
+/// The triangle that is nearest to the origin.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Nearest {
     pub(super) triangle: usize,
@@ -96,27 +96,27 @@ pub(super) struct Nearest {
     pub(super) offset: f64,
 }
 
-/// The surface. Vectors of fixed capacity.
+/// The surface. Its vectors have a fixed capacity.
 #[derive(Clone, Debug)]
 pub(super) struct Surface {
     tips: Vec<Tip>,
     joints: Vec<Joint>,
-    /// Outward unit normal of each triangle; zero without height.
+    /// Outward unit normal of each triangle. Zero if the triangle has no height.
     normals: Vec<DVec3>,
-    /// For each triangle, the least height of its tips along the normal; infinite for one of no
-    /// height, and for one that was taken away.
+    /// For each triangle, the least height of its tips along the normal. Infinite if the triangle
+    /// has no height or was removed.
     offsets: Vec<f64>,
     /// Lengths below this are rounding.
     slack: f64,
-    /// True if motion may have folded the surface, so that a support can be one of its tips. A
-    /// surface grown from nothing is convex.
+    /// True if motion may have folded the surface; then a support can be one of its tips. A surface
+    /// grown from a tetrahedron is convex.
     folded: bool,
-    /// Places of triangles that were taken away.
+    /// Places of removed triangles.
     free: Vec<u16>,
-    /// Edges yet to be crossed, as those of the triangles beyond.
+    /// Edges that the search has not crossed yet. Each is the edge of the triangle on its far side.
     ahead: Vec<Half>,
     rim: Vec<Rim>,
-    /// New numbers of triangles or tips when the unused are dropped.
+    /// New numbers of triangles or tips after the unused ones are dropped.
     renumbered: Vec<u16>,
 }
 
@@ -136,8 +136,8 @@ impl Surface {
         }
     }
 
-    /// Empties the surface; `slack` is the length below which a height is rounding, and `folded`
-    /// tells that what follows was moved since it was grown.
+    /// Empties the surface. Heights below `slack` are rounding. `folded` is true if the bodies have
+    /// moved since the new content was grown.
     pub(super) fn clear(&mut self, slack: f64, folded: bool) {
         self.tips.clear();
         self.joints.clear();
@@ -163,7 +163,8 @@ impl Surface {
         self.offsets.push(offset);
     }
 
-    /// The surface of the tetrahedron of the four tips present, if it has a volume.
+    /// Adds the surface of the tetrahedron with the four existing tips. Returns false if the
+    /// tetrahedron has no volume.
     pub(super) fn close_tetrahedron(&mut self) -> bool {
         let [p, q, r, s] = [0, 1, 2, 3].map(|k| self.tips[k].at);
         let volume = (q - p).cross(r - p).dot(s - p);
@@ -173,7 +174,7 @@ impl Surface {
         if volume > 0.0 {
             self.tips.swap(0, 1);
         }
-        // With s below pqr: pqr is counter-clockwise from above.
+        // With s below the triangle pqr, pqr is counter-clockwise as seen from above.
         let faces = [
             ([0, 1, 2], [(1, 0), (2, 0), (3, 0)]),
             ([1, 0, 3], [(0, 0), (3, 2), (2, 1)]),
@@ -187,8 +188,9 @@ impl Surface {
         true
     }
 
-    /// The triangle that comes nearest to the origin, or whose outer side has the origin at the
-    /// largest distance. Its offset is infinite if no triangle has a height.
+    /// Returns the triangle that is nearest to the origin. If the origin lies outside some
+    /// triangles, returns the one from which it is farthest. The offset is infinite if all
+    /// triangles have zero height.
     #[inline]
     pub(super) fn nearest(&self) -> Nearest {
         let offset = least(&self.offsets);
@@ -196,7 +198,7 @@ impl Surface {
         Nearest { triangle, normal: self.normals.get(triangle).copied().unwrap_or(DVec3::ZERO), offset }
     }
 
-    /// The hub pairs at the corners of a triangle.
+    /// Returns the hub pairs at the corners of a triangle.
     pub(super) fn hubs(&self, triangle: usize) -> [HubPair; 3] {
         self.joints[triangle].tips.map(|tip| self.tips[usize::from(tip)].hub)
     }
@@ -205,12 +207,12 @@ impl Surface {
         &self.tips
     }
 
-    /// Returns the triangles; [`Self::compact`] must have dropped the removed ones.
+    /// Returns the triangles. Call [`Self::compact`] first to drop the removed ones.
     pub(super) fn joints(&self) -> &[Joint] {
         &self.joints
     }
 
-    /// Parallel to [`Self::joints`].
+    /// Returns the offset of each triangle, in the order of [`Self::joints`].
     pub(super) fn offsets(&self) -> &[f64] {
         &self.offsets
     }
@@ -269,20 +271,19 @@ impl Surface {
     }
 }
 
-/// The unit normal of the triangle p, q, r and the least height of its corners along it; zero and
-/// infinity if it is lower than about `slack`.
+/// Returns the unit normal of the triangle p, q, r, and the least height of its corners along the
+/// normal. Returns zero and infinity if the triangle's height is less than about `slack`.
 #[inline]
 pub(super) fn judged([p, q, r]: [DVec3; 3], slack: f64) -> (DVec3, f64) {
     judged_from(p, [q, r], [q - p, r - p], slack * slack)
 }
 
-/// As [`judged`], for the triangle p, q, r with u = q − p and v = r − p, given the square of the
-/// slack.
+/// As [`judged`], with u = q − p, v = r − p and the square of the slack already computed.
 #[inline]
 fn judged_from(p: DVec3, [q, r]: [DVec3; 2], [u, v]: [DVec3; 2], slack_squared: f64) -> (DVec3, f64) {
     let across = u.cross(v);
     let square = across.length_squared();
-    // The third side is no longer than the sum of the two.
+    // The third side is not longer than the sum of the other two.
     if square <= slack_squared * (u.length_squared() + v.length_squared()) {
         return (DVec3::ZERO, f64::INFINITY);
     }
@@ -290,7 +291,7 @@ fn judged_from(p: DVec3, [q, r]: [DVec3; 2], [u, v]: [DVec3; 2], slack_squared: 
     (normal, normal.dot(p).min(normal.dot(q)).min(normal.dot(r)))
 }
 
-/// The least of some values, no NaN among them; infinity for no value.
+/// Returns the least of some values, or infinity if there are none. The values contain no NaN.
 #[inline]
 fn least(values: &[f64]) -> f64 {
     let (fours, rest) = values.as_chunks::<4>();

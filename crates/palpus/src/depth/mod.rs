@@ -1,4 +1,4 @@
-//! Penetration depth by walking the surface of the Minkowski difference \[K02 §3.3, §3.4\].
+//! Penetration depth by a walk over the surface of the Minkowski difference \[K02 §3.3, §3.4\].
 
 mod admissible;
 mod answer;
@@ -20,8 +20,8 @@ mod tests;
 mod walk;
 mod witness;
 
-pub(crate) use admissible::barren_angle;
 pub use admissible::{AdmissibleDepth, AdmissibleScratch, admissible_depth, is_admissible};
+pub(crate) use admissible::{admissible_bound, barren_angle};
 pub use answer::{Antipodal, Certainty, Depth, HubPair};
 pub use certificate::CertificateMemory;
 pub use global::{Containment, ContainmentQuery, DepthBracket, GlobalDepth, GlobalMemory, GlobalSettings, Interior};

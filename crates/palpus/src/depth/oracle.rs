@@ -1,8 +1,10 @@
-//! The exhaustive depth, for tests: no walk, no Gauss map, no tolerance that decides.
+//! Exhaustive search for the depth, for tests. It uses no walk and no Gauss map, and no tolerance
+//! decides its result.
 //!
 //! The least h lies at a normal of a face or at a common perpendicular of two edges. The oracle
-//! tries all of them with their true support offsets, so that even an invalid candidate cannot make
-//! the answer too small. Weakness: the support mapping and the vertices are shared with the engine.
+//! tries all of them with their true support offsets, so even an invalid candidate cannot make the
+//! result too small. Limitation: the oracle uses the same vertices and the same support mapping as
+//! the engine.
 
 use glam::DVec3;
 
@@ -11,8 +13,8 @@ use super::cso::Cso;
 use crate::algebra::Placement;
 use crate::body::Polytope;
 
-/// The global depth of the pair (negative when apart, and then only a bound) and its normal from b
-/// into a, in b's frame.
+/// Returns the global depth of the pair, and its normal from b into a in b's frame. If the bodies
+/// are apart, the depth is negative and only a bound.
 pub(crate) fn exhaustive_depth(a: &Polytope, b: &Polytope, pose_ba: &Placement) -> (f64, DVec3) {
     let cso = Cso { a, b, pose_ba };
     let mut oracle = Oracle { cso, hub: HubPair { a: 0, b: 0 }, best: (f64::INFINITY, DVec3::ZERO) };
@@ -32,7 +34,8 @@ struct Oracle<'o> {
     best: (f64, DVec3),
 }
 
-/// An edge with a further vertex of each of its two faces, all relative to its tail.
+/// An edge, and for each of its two faces one more vertex. All points are relative to the edge's
+/// tail.
 struct Wedge {
     tail: DVec3,
     along: DVec3,
@@ -44,7 +47,7 @@ fn wedges(polytope: &Polytope, place: impl Fn(DVec3) -> DVec3) -> Vec<Wedge> {
         let tail = place(polytope.vertex(edge.tail));
         let beside = [edge.left, edge.right].map(|face| {
             let further = polytope.face_vertices(face).iter().find(|&v| v != edge.tail && v != edge.head);
-            // A rim has no further vertex; its other edge is this one.
+            // A face with only two vertices has no further vertex.
             further.map_or(DVec3::ZERO, |v| place(polytope.vertex(v)) - tail)
         });
         Wedge { tail, along: place(polytope.vertex(edge.head)) - tail, beside }
@@ -75,8 +78,8 @@ impl Oracle<'_> {
                 let unit = across / length;
                 let offset = unit.dot(b.tail - a.tail);
                 for normal in [unit, -unit] {
-                    // n·(b − a) never exceeds h(n); nor can n support an edge whose faces rise
-                    // above it.
+                    // n·(b − a) never exceeds h(n). Also, n cannot support an edge if a face beside
+                    // the edge rises above it.
                     let lower = if normal == unit { offset } else { -offset };
                     let slack = |v: DVec3| 1e-7 * v.length();
                     if lower < self.best.0

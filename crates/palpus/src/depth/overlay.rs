@@ -1,20 +1,22 @@
 //! Overlaps of two normal cones on the sphere \[K02 §3.3.3, steps 1–4\].
 //!
-//! The facets of the CSO around its vertex `c = b − a` are the corners of the overlap of b's normal
-//! cone and that of the reflected a. Over the overlap h(n) = n·c, which is concave along every arc
-//! on which it is not negative; so its least value lies at a corner, and an arc both of whose ends
-//! lie higher than the best known offset holds nothing better.
+//! The facets of the CSO around its vertex `c = b − a` are the corners of an overlap: the overlap
+//! of b's normal cone with the normal cone of the reflected a. Over the overlap, h(n) = n·c. This
+//! function is concave along every arc on which it is not negative. So its least value lies at a
+//! corner. If both ends of an arc are higher than the best known offset, the arc contains nothing
+//! lower.
 //!
-//! 1. Score all face normals of both rings; those below the bar are tested against the other cone
-//!    (VF, FV). The score of a face that passes is taken from its plane: merged faces are flat only
-//!    within a tolerance, so the corners of one face would give its facet several offsets.
-//! 2. Keep the arcs that have an end below the bar.
-//! 3. Cross the kept arcs of a with those of b (EE). Two arcs cross if each has its ends on both
-//!    sides of the other's great circle, and on matching sides: four signs of dot products. Offsets
-//!    are compared squared.
+//! 1. Compute n·c for all face normals of both rings. Test the normals below the limit `bar`
+//!    against the other cone (VF, FV). For a face that passes, compute the offset from the face's
+//!    plane. Merged faces are flat only within a tolerance, so the corners of one face would give
+//!    its facet several offsets.
+//! 2. Keep the arcs that have an end below `bar`.
+//! 3. Cross the kept arcs of a with the kept arcs of b (EE). Two arcs cross if the ends of each lie
+//!    on both sides of the other's great circle, in matching order. Four signs of dot products
+//!    decide this. Offsets are compared without square roots.
 //!
-//! Cones that only touch (aligned boxes) meet in face normals, which step 1 accepts within a
-//! tolerance. So step 3 needs no tolerance and skips nearly parallel edges.
+//! If two cones only touch (aligned boxes), they meet in face normals, and step 1 accepts these
+//! within a tolerance. So step 3 needs no tolerance and skips nearly parallel edges.
 
 use glam::DVec3;
 
@@ -24,13 +26,14 @@ use super::gauss_map::{Arc, GaussMaps, PAGE, cone_holds, pages};
 use super::{Antipodal, HubPair};
 use crate::algebra::tolerance::PARALLEL_EDGES;
 
-/// Arcs of one page that have an end below the bar.
+/// Arcs of one page that have an end below `bar`.
 struct Kept {
     count: usize,
     arcs: [u8; PAGE],
 }
 
-/// The corner of least offset of the overlap at `hub`, if one lies below `bar`.
+/// Returns the corner with the smallest offset of the overlap at `hub`. `None` if no corner lies
+/// below `bar`.
 pub(super) fn lowest_corner(
     cso: &Cso<'_>,
     maps_a: &mut GaussMaps,
@@ -135,11 +138,11 @@ impl Search<'_> {
         {
             return;
         }
-        // The cross product of nearly parallel edges has a rounding error along the edges. With
-        // that part removed, the plane supports both.
+        // The cross product of nearly parallel edges has a rounding error along the edges. After
+        // removing that part, the plane supports both edges.
         let normal = (across - a.edge * (across.dot(a.edge) / length_a)).normalize_or_zero();
         let offset = normal.dot(self.c);
-        // The signs of nearly parallel edges depend on rounding, so a crossing may be spurious.
+        // For nearly parallel edges the signs depend on rounding, so the crossing may be spurious.
         if offset < self.bar
             && cone_holds(self.cso.a, self.hub.a, self.cso.toward_b(normal))
             && cone_holds(self.cso.b, self.hub.b, normal)
@@ -149,10 +152,11 @@ impl Search<'_> {
     }
 }
 
-/// The direction in which the arcs of two edges cross, not unit; None if they don't.
+/// Returns the direction in which the arcs of two edges cross, not normalised. `None` if they do not
+/// cross.
 ///
-/// Each arc has its ends on both sides of the other's great circle. The reflected a's ring runs
-/// clockwise, hence the same sign pattern on both sides.
+/// Two arcs cross if the ends of each lie on both sides of the other's great circle. The ring of
+/// the reflected a runs clockwise, so both arcs need the same pattern of signs.
 #[inline]
 pub(super) fn crossing(
     [left_a, right_a]: [DVec3; 2],

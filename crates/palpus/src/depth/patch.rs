@@ -1,34 +1,36 @@
-//! Contact patches: where two pieces are flush or nearly flush, the corners of their overlap \[K02
-//! §3.3.3 leaves it open\].
+//! Contact patches: the corners of the overlap of two pieces that are flush or nearly flush. \[K02
+//! §3.3.3\] leaves this case open.
 //!
-//! If a face rests on a face, many points are equally close. A single point does not tell how the
-//! pair resists a tilt, and the exact witness jumps between the points. The patch represents all of
-//! them: its corners, each with its own gap, span the overlap, and a load anywhere on the overlap
-//! is a combination of loads at the corners.
+//! If a face rests on a face, many points are equally close. A single point does not determine how
+//! the pair resists a tilt, and the exact witness jumps between the points. The patch represents
+//! all of them. Its corners span the overlap, and each corner has a gap. A load anywhere on the
+//! overlap is a combination of loads at the corners.
 //!
-//! In the *contact frame*, z along the normal, the gap between the two surfaces is a convex
-//! function of the place (x, y): a's lower surface minus b's upper one, over the common part of
-//! their shadows. It is linear between its corners, so the corners determine it:
+//! The *contact frame* has its z axis along the normal. In it, the gap between the two surfaces is
+//! a convex function of the place (x, y): the height of a's lower surface minus the height of b's
+//! upper surface, where both project onto the place. It is linear between its corners, so the
+//! corners determine it:
 //!
-//! 1. *Outlines*: the original faces of each piece around the contact's feature whose slope against
-//!    the contact plane is less than the patch's, each a polygon; without such a face, the edges at
-//!    the feature below the same slope. A steep feature has no outline, and the witness is the only
-//!    contact point.
-//! 2. *Overlap*: each outline of a is clipped by each of b, in their shadows; the gap at a corner
-//!    is the height of a's plane over b's.
-//! 3. *Sides beside each other*: nearly parallel sides that pass outside each other give the ends
-//!    of their common stretch, the gap being height plus lateral distance. An edge along an edge
-//!    has no overlap, and its patch is that stretch.
-//! 4. *One of each*: merge corners that coincide; add the exact witness if no corner is as deep.
+//! 1. *Outlines*: find the original faces of each piece around the contact's feature whose slope
+//!    relative to the contact plane is less than `slope`. Each of them gives a polygon. If there is
+//!    no such face, use the edges at the feature below the same slope. A steep feature has no
+//!    outline, and the witness is the only contact point.
+//! 2. *Overlap*: clip the projection of each outline of a by the projection of each outline of b.
+//!    The gap at a corner is the height of a's plane above b's plane.
+//! 3. *Sides beside each other*: two nearly parallel sides may pass outside each other. The ends of
+//!    their common stretch become corners, and the gap there is the height plus the lateral
+//!    distance. An edge along an edge has no overlap; its patch is that stretch.
+//! 4. *Duplicates*: merge corners that coincide. Add the exact witness if no corner is as deep.
 //!
 //! [`crate::force::TiltShares`] computes the weight of each corner, for all contacts of a pair of
-//! bodies at once. It is the range of tilts (up to the slope) for which the bodies would stand on
-//! that corner. A corner that appears or disappears, by sliding, turning or tilting, has a weight
-//! of zero at that moment: it coincides with another corner, lies on the line between two, or its
-//! face is as steep as the slope. If a piece has more such faces than a patch holds, the slope
-//! shrinks to that of the first omitted face. That slope changes continuously too.
+//! bodies at once. The weight is the range of tilts (up to the slope) at which the bodies would
+//! stand on that corner. If a corner appears or disappears while the bodies slide, turn or tilt,
+//! its weight is zero at that moment: it coincides with another corner, it lies on the line between
+//! two corners, or its face is as steep as the slope. If a piece has more flat faces than a patch
+//! holds, the slope is reduced to the slope of the first omitted face. The reduced slope also
+//! changes continuously.
 //!
-//! Outlines with many sides are thinned to every n-th corner, the same ones at any pose.
+//! An outline with many sides keeps only every n-th corner, the same corners at every pose.
 
 mod outline;
 
@@ -41,32 +43,32 @@ use crate::algebra::Placement;
 use crate::algebra::tolerance::{PATCH_CORNERS, PATCH_SAME, PATCH_SIDES};
 use crate::body::{Feature, FeaturePair, Polytope};
 
-/// A contact whose patch is looked for; in b's frame.
+/// A contact for which a patch is searched, in b's frame.
 #[derive(Clone, Copy, Debug)]
 pub struct Touch {
-    /// On which the exact witness points lie.
+    /// The features on which the exact witness points lie.
     pub features: FeaturePair,
-    /// Exact.
+    /// Exact witness point on a.
     pub point_a: DVec3,
-    /// Exact.
+    /// Exact witness point on b.
     pub point_b: DVec3,
-    /// Unit, from b into a.
+    /// Unit vector from b into a.
     pub normal: DVec3,
 }
 
 /// A corner of a patch, in b's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Corner {
-    /// Half way between the two surfaces.
+    /// The point halfway between the two surfaces.
     pub midpoint: DVec3,
-    /// Distance between the surfaces along the contact's normal, minus the depth where they
-    /// overlap, model units.
+    /// Distance between the surfaces along the contact's normal (length unit of the polytopes).
+    /// Negative where they overlap.
     pub separation: f64,
-    /// The faces or edges between which it lies.
+    /// The faces or edges on which the corner lies.
     pub features: FeaturePair,
 }
 
-/// Memory for one patch.
+/// Working memory for one patch, and its result.
 #[derive(Clone, Debug)]
 pub struct Patch {
     outlines: [Outlines; 2],
@@ -80,14 +82,14 @@ pub struct Patch {
 #[derive(Clone, Copy, Debug)]
 struct Found {
     place: DVec2,
-    /// Height of the midpoint.
+    /// Height of the midpoint between the surfaces.
     height: f64,
     gap: f64,
     features: FeaturePair,
 }
 
 impl Patch {
-    /// All the memory that any patch needs.
+    /// Allocates all the memory that a patch needs.
     pub fn new() -> Self {
         let nowhere = Found {
             place: DVec2::ZERO,
@@ -104,10 +106,11 @@ impl Patch {
         }
     }
 
-    /// Finds the corners of the contact `touch` nearer than `within` (model units), for tilts up to
-    /// `slope` (tangent of an angle); returns the slope up to which no corner is missing.
+    /// Finds the corners of the contact `touch` whose separation is less than `within` (length unit
+    /// of the polytopes), for tilts up to `slope` (tangent of the angle). Returns the slope up to
+    /// which no corner is missing.
     ///
-    /// The witness, or the corner that is as deep, is the first of [`Self::corners`].
+    /// The first of [`Self::corners`] is the witness, or the corner that is as deep as the witness.
     pub fn find(
         &mut self,
         a: &Polytope,
@@ -141,12 +144,12 @@ impl Patch {
         slope
     }
 
-    /// The corners of the last patch.
+    /// Returns the corners of the last patch.
     pub fn corners(&self) -> &[Corner] {
         &self.corners
     }
 
-    /// Step 2.
+    /// Step 2 of the module's list.
     fn overlap(&mut self, a: &Outline, b: &Outline, rounding: f64) {
         if a.is_segment() && b.is_segment() {
             if let Some(place) = crossing(a.side(0).ends(), b.side(0).ends()) {
@@ -154,7 +157,7 @@ impl Patch {
             }
             return;
         }
-        // A segment can be cut by a polygon, not the other way round.
+        // A polygon can cut a segment, but a segment cannot cut a polygon.
         let (cut, knife) = if b.is_segment() { (b, a) } else { (a, b) };
         let mut count = cut.count;
         self.clipped[0][..count].copy_from_slice(cut.corners());
@@ -170,7 +173,7 @@ impl Patch {
         }
     }
 
-    /// Step 3.
+    /// Step 3 of the module's list.
     fn beside(&mut self, a: &Outline, b: &Outline, slope: f64, rounding: f64) {
         for i in 0..a.side_count() {
             let side_a = a.side(i);
@@ -195,7 +198,7 @@ impl Patch {
         }
     }
 
-    /// Adds the place between p, on a side of `a`, and q, on one of `b`, if the two sides are
+    /// Adds the place between p (on a side of `a`) and q (on a side of `b`), if the two sides are
     /// beside each other there.
     fn add_beside(
         &mut self,
@@ -213,7 +216,7 @@ impl Patch {
         }
     }
 
-    /// Step 4: adds a corner at `place`, or makes the gap there that of the deeper one.
+    /// Step 4: adds a corner at `place`. If a corner is already there, keeps the deeper one.
     fn add(&mut self, a: &Outline, b: &Outline, place: DVec2, lateral: f64, rounding: f64) {
         let (above, below) = (a.height(place), b.height(place));
         let gap = above - below + lateral;
@@ -230,14 +233,14 @@ impl Patch {
         }
     }
 
-    /// Keeps the corners nearer than `within`. The first is the witness or the deepest corner,
-    /// which replaces it.
+    /// Writes the corners nearer than `within`. The first one is the witness, or the deepest corner
+    /// if that is as deep as the witness.
     fn write(&mut self, frame: &Frame, separation: f64, within: f64, rounding: f64) {
         let found = &self.found[..self.count];
         let corner = |found: &Found| {
             let midpoint = frame.origin + frame.x * found.place.x + frame.y * found.place.y + frame.z * found.height;
-            // No gap is less than the separation. Planes of merged faces are exact only within the
-            // flatness.
+            // No gap is less than the separation. The planes of merged faces are exact only within
+            // the flatness tolerance.
             Corner { midpoint, separation: found.gap.max(separation), features: found.features }
         };
         let deepest = (0..found.len()).min_by(|&i, &j| found[i].gap.total_cmp(&found[j].gap));
@@ -260,7 +263,7 @@ impl Default for Patch {
     }
 }
 
-/// Intersection of two segments.
+/// Returns the intersection of two segments. `None` if they do not cross.
 fn crossing([p, q]: [DVec2; 2], [r, s]: [DVec2; 2]) -> Option<DVec2> {
     let (along, other) = (q - p, s - r);
     let across = along.perp_dot(other);

@@ -1,17 +1,18 @@
 //! The penetration depth of two overlapping convex polytopes \[K02 §3.3\].
 //!
-//! 1. With an answer of the last tick, walk downhill from its facet. If no other seed is lower than
-//!    the end of the walk, that end is the answer, a local minimum of h.
-//! 2. Otherwise grow a surface within the CSO from nothing (see the certificate), from the lowest
-//!    of the seeds. It finds the direction of the depth, and mostly proves it.
+//! 1. If the seeds contain the pair's previous answer, walk downhill from the facet of that answer.
+//!    If no other seed has a smaller offset than the end of the walk, that end is the answer. It is
+//!    a local minimum of h.
+//! 2. Otherwise grow a surface inside the CSO from nothing (see the certificate), starting with the
+//!    lowest seed. It finds the direction of the depth, and in most cases a proof.
 //! 3. Compute the witness points.
 //!
-//! In any case the depth is the exact h of the returned normal: moving a by the depth along it
-//! separates the pair. Only a walk can miss a direction of smaller h.
+//! The depth is always the exact h of the returned normal: moving a by the depth along the normal
+//! separates the pair. Only a walk can miss a direction that has a smaller h.
 //!
-//! Deviation from \[K02\], which walks from one start also when there is no last answer. A cold
-//! walk ends in a local minimum for some percent of random poses. With enough starts to make this
-//! rare, walks cost two to three times as much as the surface, which nearly always finds the least
+//! Deviation from \[K02\]: without a previous answer, the paper walks from one start. Such a walk
+//! ends in a local minimum for some percent of random poses. With enough starts to make this rare,
+//! the walks cost two to three times as much as the surface, which nearly always finds the smallest
 //! depth.
 
 use super::certificate::{CertificateMemory, Search};
@@ -25,7 +26,7 @@ use crate::algebra::Placement;
 use crate::algebra::tolerance::OFFSET_SLACK;
 use crate::body::Polytope;
 
-/// Working memory of depth queries, of fixed size; one may serve any number of pairs, one after
+/// Working memory of depth queries, of fixed size. One value serves any number of pairs, one after
 /// another.
 #[derive(Clone, Debug)]
 pub struct DepthScratch {
@@ -36,18 +37,18 @@ pub struct DepthScratch {
 }
 
 impl DepthScratch {
-    /// All the memory that any query needs.
+    /// Allocates all the memory that a query needs.
     pub fn new() -> Self {
         Self { clip: Clip::new(), overlays: Overlays::new(), surface: Surface::new(), growths: 0 }
     }
 
-    /// How often the surface grew in the last query that used one.
+    /// Returns the number of growths in the last query that used a surface.
     pub fn growths(&self) -> u32 {
         self.growths
     }
 
-    /// Searches with a surface, starting from `best`, the direction of the least known h; `answer`
-    /// is the depth answer there, if it is known.
+    /// Searches with a surface from `best`, the direction of the least known h. `answer` is the depth
+    /// answer along `best`, if it is known.
     fn search(
         &mut self,
         cso: &Cso<'_>,
@@ -68,10 +69,10 @@ impl Default for DepthScratch {
     }
 }
 
-/// The penetration depth of `a` and `b`, in b's frame, with `p_b = pose_ba.point(p_a)`.
+/// Returns the penetration depth of `a` and `b`, in b's frame, with `p_b = pose_ba.point(p_a)`.
 ///
-/// The pair should overlap; for one that does not, the depth is negative and the pair apart by at
-/// least that much. Without any seed the line between the centroids is one.
+/// The pair should overlap. If it does not, the depth is negative, and the distance is at least its
+/// absolute value. If `seeds` is empty, the search starts along the line between the centroids.
 pub fn depth(a: &Polytope, b: &Polytope, pose_ba: &Placement, seeds: &[Seed], scratch: &mut DepthScratch) -> Depth {
     let cso = Cso { a, b, pose_ba };
     match coherent(&cso, seeds, Some(&mut scratch.overlays)) {
@@ -80,16 +81,16 @@ pub fn depth(a: &Polytope, b: &Polytope, pose_ba: &Placement, seeds: &[Seed], sc
     }
 }
 
-/// The penetration depth of `a` and `b`, with a proof if one is found.
+/// Returns the penetration depth of `a` and `b`, with a proof if one is found.
 ///
-/// `memory` is that of the same two polytopes, from an earlier pose or empty. If it holds a surface
-/// of an earlier tick, this walks downhill from the last answer and repairs the surface. Otherwise
-/// the surface is grown first, which finds the direction.
+/// `memory` belongs to the same two polytopes at an earlier pose, or it is empty. If it contains a
+/// surface of an earlier tick, walks downhill from the previous answer and repairs the surface.
+/// Otherwise grows the surface first, which finds the direction.
 ///
-/// The certainty of what is returned is
-/// [`GloballyOptimal`](super::Certainty::GloballyOptimal) if the proof is complete; if not, the
-/// best known answer is returned, its `stop` says why the proof ended, and the memory is empty. A
-/// pair that turns out to be apart (negative depth) is not proven; use a distance query for it.
+/// If the proof is complete, the certainty of the returned depth is
+/// [`GloballyOptimal`](super::Certainty::GloballyOptimal). If not, the best known answer is
+/// returned, its `stop` tells why the proof ended, and the memory is cleared. A pair that is in
+/// fact separate (negative depth) is not proven; use a distance query for it.
 pub fn depth_proven(
     a: &Polytope,
     b: &Polytope,
@@ -108,8 +109,8 @@ pub fn depth_proven(
     scratch.search(&cso, best, answer, |search| search.run(memory))
 }
 
-/// The end of a walk downhill from the last answer. None without a facet of it, if the walk gives
-/// no answer, or if another seed is lower.
+/// Returns the end of a walk downhill from the previous answer. `None` if the seeds contain no facet
+/// of it, if the walk returns no answer, or if another seed has a smaller offset.
 #[inline]
 fn coherent(cso: &Cso<'_>, seeds: &[Seed], overlays: Option<&mut Overlays>) -> Option<Walked> {
     let last = seeds.iter().find_map(|seed| match *seed {
@@ -123,8 +124,9 @@ fn coherent(cso: &Cso<'_>, seeds: &[Seed], overlays: Option<&mut Overlays>) -> O
     (!others.any(is_lower)).then_some(walked)
 }
 
-/// The lowest start of all seeds; without any, or if none has a direction, that along the line
-/// between the centroids, or any.
+/// Returns the start with the smallest offset among all seeds. If no seed gives a direction,
+/// returns the start along the line between the centroids. If the centroids coincide, returns the
+/// start along x.
 fn lowest_start(cso: &Cso<'_>, seeds: &[Seed]) -> Start {
     const FIRST: HubPair = HubPair { a: 0, b: 0 };
     let starts = seeds.iter().filter_map(|seed| Start::of(cso, seed, FIRST));

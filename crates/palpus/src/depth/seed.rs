@@ -1,57 +1,58 @@
 //! Starts of a walk \[K02 §3.3.2\].
 //!
-//! 1. Each seed gives a direction and a vertex of each body from which to climb to the supports
-//!    along it.
-//! 2. The supports make a hub pair, which is valid by construction, and the offset h of the
-//!    direction, which is an upper bound of the depth already.
+//! 1. Each seed gives a direction, and one vertex of each body. The search for the supports along
+//!    the direction climbs from these vertices.
+//! 2. The two supports form a hub pair, which is valid by construction. The offset h of the
+//!    direction is an upper bound of the depth.
 
 use glam::DVec3;
 
 use super::cso::Cso;
 use super::{Antipodal, Depth, HubPair};
 
-/// A guess of the direction of least depth.
+/// A guess of the direction with the smallest depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Seed {
-    /// The pair's last answer, from the walk or the distance search: its normal in b's frame (b
-    /// into a, need not be unit), vertices of its features, and its facet if the walk gave it.
+    /// The pair's previous answer, from the walk or from the distance search: its normal, the
+    /// vertices of its features, and its facet if the walk gave it.
     Previous {
-        /// The facet of the CSO on which the walk ended; none if the distance search answered.
+        /// The facet of the CSO on which the walk ended. `None` if the distance search gave the
+        /// answer.
         antipodal: Option<Antipodal>,
-        /// Vertices to climb from.
+        /// Vertices from which the search for the supports climbs.
         hub: HubPair,
-        /// From b into a, in b's frame.
+        /// From b into a, in b's frame; need not have unit length.
         normal: DVec3,
     },
-    /// The direction in which a distance search noticed the overlap: from b into a, in b's frame,
-    /// need not be unit.
+    /// The direction in which a distance search detected the overlap.
     Witness {
-        /// From b into a, in b's frame.
+        /// From b into a, in b's frame; need not have unit length.
         direction: DVec3,
     },
-    /// The line from the centroid of b to that of a.
+    /// The line from the centroid of b to the centroid of a.
     CentroidLine,
 }
 
 impl Depth {
-    /// The seed for the next pose, which is near.
+    /// Returns the seed for a query at a nearby pose, such as the next tick's.
     pub fn seed(&self) -> Seed {
         Seed::Previous { antipodal: Some(self.antipodal), hub: self.hub, normal: self.normal }
     }
 }
 
-/// A hub pair that supports a direction.
+/// A direction and a hub pair that supports it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Start {
     pub(super) hub: HubPair,
     /// Unit.
     pub(super) normal: DVec3,
-    /// h along the normal.
+    /// Depth h along the normal (length unit of the polytopes).
     pub(super) offset: f64,
 }
 
 impl Start {
-    /// The start along `direction`; none if that has no direction.
+    /// Returns the start along `direction`; its supports climb from `hint`. `None` if `direction`
+    /// is zero or not finite.
     pub(super) fn along(cso: &Cso<'_>, direction: DVec3, hint: HubPair) -> Option<Self> {
         let normal = direction.try_normalize()?;
         let (hub, offset) = cso.support(hint, normal);
@@ -65,7 +66,7 @@ impl Start {
         Some(Self { hub, normal, offset })
     }
 
-    /// The start that a seed gives.
+    /// Returns the start of a seed. `hint` is used if the seed's vertices are out of range.
     pub(super) fn of(cso: &Cso<'_>, seed: &Seed, hint: HubPair) -> Option<Self> {
         match *seed {
             Seed::Previous { hub, normal, .. } => {

@@ -1,5 +1,5 @@
-//! Shared code of tests that compare the walk with the exhaustive oracle, over shapes, scales and
-//! paths.
+//! Helpers for tests that compare the walk with the exhaustive oracle, for various shapes, scales
+//! and paths.
 
 mod admissible;
 mod certificate;
@@ -89,12 +89,12 @@ pub(super) fn shapes() -> Vec<(&'static str, Polytope)> {
     ]
 }
 
-/// A pose of a near b: most overlap, some not.
+/// Returns a random pose of a near b. At most of these poses the bodies overlap.
 fn random_pose(rng: &mut Random, a: &Polytope, b: &Polytope) -> Pose {
     let rotation = match rng.below(4) {
         0 => DQuat::IDENTITY,
         1 => {
-            // A turn that permutes the axes, up to rounding.
+            // A rotation that permutes the axes, within rounding.
             let quarter = std::f64::consts::FRAC_PI_2;
             DQuat::from_rotation_x(quarter * rng.below(4) as f64)
                 * DQuat::from_rotation_z(quarter * rng.below(4) as f64)
@@ -117,18 +117,18 @@ fn random_pose(rng: &mut Random, a: &Polytope, b: &Polytope) -> Pose {
     Pose { translation: centred.translation + direction * (reach * (1.0 - depth)), ..centred }
 }
 
-/// The farthest vertex, by testing all vertices.
+/// Returns the vertex that is farthest along `direction`, by testing all vertices.
 fn farthest(polytope: &Polytope, direction: DVec3) -> u32 {
     let height = |v: &u32| direction.dot(polytope.vertex(*v));
     (0..polytope.vertices().len() as u32).max_by(|v, w| height(v).total_cmp(&height(w))).unwrap()
 }
 
-/// Checks the identities that every answer satisfies, optimal or not.
+/// Asserts the identities that every answer satisfies, whether it is optimal or not.
 fn assert_identities(a: &Polytope, b: &Polytope, pose_ba: &Placement, answer: &Depth, what: &str) {
     assert_identities_within(a, b, pose_ba, answer, 1e-12, what);
 }
 
-/// The same for bodies whose supports are exact within `share` of the size.
+/// As [`assert_identities`], for bodies whose supports are exact only within `share` of the size.
 fn assert_identities_within(a: &Polytope, b: &Polytope, pose_ba: &Placement, answer: &Depth, share: f64, what: &str) {
     let size = a.radius() + b.radius();
     let Depth { point_a, point_b, normal, depth, hub, .. } = *answer;
@@ -144,12 +144,12 @@ fn assert_identities_within(a: &Polytope, b: &Polytope, pose_ba: &Placement, ans
     assert!(height_b.abs() <= (2e-9 + share) * size, "{what}: point_b off the supporting plane by {height_b}");
 }
 
-/// How far `p` (local) lies outside the polytope.
+/// Returns how far `p` (in the polytope's frame) lies outside the polytope.
 fn outside(polytope: &Polytope, p: DVec3) -> f64 {
     polytope.planes().iter().map(|plane| plane.height(p)).fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// Both points lie on the surfaces within a share of the size.
+/// Asserts that both points lie on the surfaces, within `share` of the size.
 fn assert_points_on_bodies(a: &Polytope, b: &Polytope, pose_ba: &Placement, answer: &Depth, share: f64, what: &str) {
     let slack = share * (a.radius() + b.radius());
     let (a_out, b_out) = (outside(a, pose_ba.inverse_point(answer.point_a)), outside(b, answer.point_b));

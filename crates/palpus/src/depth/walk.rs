@@ -1,33 +1,35 @@
-//! The walk downhill from facet to neighbouring facet of the CSO, along coherent motion \[K02
+//! Walks downhill from a facet of the CSO to a neighbouring facet, along coherent motion \[K02
 //! §3.3.3\].
 //!
-//! The answer's facet is nearly always last tick's facet or one of its neighbours. The last facet
-//! is set up at the new pose, and the facets across its sides are tested. Each is found by turning
-//! the supporting plane about the side until the plane meets the next vertex. On the Gauss map, the
-//! plane's normal runs along the arc of an edge of one body, from the facet's corner to the next
-//! corner of the overlay, which is the far end of the arc or the first arc of the other body that
-//! it crosses.
+//! The facet of the answer is nearly always the facet of the previous tick or one of its
+//! neighbours. So no search is needed. The previous facet is computed at the new pose, and the
+//! facets across its sides are tested. To find a facet across a side, the supporting plane turns
+//! about the side until it meets the next vertex. On the Gauss map, the plane's normal then moves
+//! along the arc of an edge of one body. It starts at the facet's corner and stops at the next
+//! corner of the overlay. That corner is the far end of the arc, or the first arc of the other body
+//! that crosses it.
 //!
-//! 1. Set the facet up. For a face, climb to the vertex that supports it. For two edges, test
-//!    whether they still cross; if not, take the lowest face beside them.
-//! 2. Unless a proof follows, make a quick test of the normals around the facet. Mostly the normals
-//!    of one body show that all facets which share a side or a corner with this one are higher.
-//!    Then the walk ends.
-//! 3. Otherwise test the facet across each side (for a face of many sides, only across the side
-//!    beyond which the origin lies). Move to the lowest of these facets if it is lower than the
+//! 1. Compute the facet at the new pose. For a face, climb to the vertex that supports it. For two
+//!    edges, test whether they still cross; if not, take the lowest face beside them.
+//! 2. Unless a proof follows, make a quick test of the normals around the facet. In most cases, the
+//!    normals of one body show that all facets which share a side or a corner with this one are
+//!    higher. Then the walk ends.
+//! 3. Otherwise test the facet across each side. For a face of many sides, test only the side
+//!    beyond which the origin lies. Move to the lowest of these facets if it is lower than the
 //!    current one, and repeat.
 //! 4. If none is lower, no facet that shares a side is nearer. Repeat the quick test, and compute
-//!    the overlay at the hubs at which it is undecided. Walk on from a lower facet there.
-//! 5. The offset is measured with true supports.
+//!    the overlay at the hubs at which the test is undecided. Continue from a lower facet found
+//!    there.
+//! 5. Measure the offset with true supports.
 //!
-//! Flush features (a box on a table) make facets of many corners, for which turning about the sides
-//! does not work. Such a facet is a local minimum if the origin's projection lies within it, which
-//! its sides tell. Where they tell otherwise, and at any inconsistency, the walk gives no answer;
-//! then the certificate finds the depth from nothing.
+//! Flush features (a box on a table) give facets of many corners. Turning about their sides does
+//! not work. Such a facet is a local minimum if the origin's projection lies within it. If it does
+//! not, and if rounding gives a contradiction, the walk returns no answer. The certificate then
+//! finds the depth from nothing.
 //!
-//! Deviation from \[K02\], whose walk computes the overlay at every hub of every facet.
+//! Deviation from \[K02\]: the walk of the paper computes the overlay at every hub of every facet.
 
-mod glance;
+mod hub_test;
 mod spokes;
 mod view;
 
@@ -43,7 +45,7 @@ use crate::algebra::tolerance::{
     FACET_SIDES, FLUSH_FACET, FLUSH_WITNESS, OFFSET_SLACK, PARALLEL_EDGES, STRAY, WALK_DECREASE, WALK_STEPS,
 };
 use crate::collision::StopReason;
-use glance::{Doubt, Glance};
+use hub_test::{Doubt, HubTest};
 use spokes::{Lowest, Met, Spokes};
 use view::{View, farthest_side};
 
@@ -57,7 +59,7 @@ pub(super) struct Walked {
     pub(super) stop: StopReason,
 }
 
-/// Working memory of the tests around corners; its content is not used across calls.
+/// Working memory of the tests around corners. Its content is not used across calls.
 #[derive(Clone, Debug)]
 pub(super) struct Overlays {
     maps_a: GaussMaps,
@@ -69,13 +71,13 @@ impl Overlays {
         Self { maps_a: GaussMaps::new(), maps_b: GaussMaps::new() }
     }
 
-    /// Forgets the bodies and their pose.
+    /// Clears everything that belongs to the bodies and the pose of the previous query.
     fn clear(&mut self) {
         self.maps_a.clear();
         self.maps_b.clear();
     }
 
-    /// The least facet about one of the hubs below `bar`, if there is one.
+    /// Returns the lowest facet at the first of the hubs that has a facet below `bar`.
     fn lower(&mut self, cso: &Cso<'_>, doubt: &Doubt, bar: f64) -> Option<Corner> {
         doubt.hubs().iter().find_map(|&hub| lowest_corner(cso, &mut self.maps_a, &mut self.maps_b, hub, bar))
     }
@@ -89,8 +91,8 @@ pub(super) fn walk(cso: &Cso<'_>, antipodal: Antipodal, overlays: Option<&mut Ov
     let downhill = Downhill { cso, pose_ab: &pose_ab, decrease: WALK_DECREASE * cso.size() };
     let here = downhill.set_up(antipodal)?;
     let Some(overlays) = overlays else { return downhill.descend(here) };
-    // Along coherent motion the first facet is mostly also the last.
-    let mut doubt = downhill.glance(&here.corner);
+    // Along coherent motion the first facet is usually also the last one.
+    let mut doubt = downhill.test_hubs(&here.corner);
     if doubt.count == 0 {
         return downhill.end(&here, 0);
     }
@@ -98,7 +100,7 @@ pub(super) fn walk(cso: &Cso<'_>, antipodal: Antipodal, overlays: Option<&mut Ov
     let mut walked = downhill.descend(here)?;
     for _ in 0..WALK_STEPS {
         if walked.steps > 0 {
-            doubt = downhill.glance(&walked.corner);
+            doubt = downhill.test_hubs(&walked.corner);
         }
         let Some(corner) = overlays.lower(cso, &doubt, walked.corner.offset - downhill.decrease) else {
             return Some(walked);
@@ -109,25 +111,25 @@ pub(super) fn walk(cso: &Cso<'_>, antipodal: Antipodal, overlays: Option<&mut Ov
     None
 }
 
-/// The facet of `antipodal` at this pose, if it is known that none is lower. `None` as in
-/// [`walk`].
+/// Returns the facet of `antipodal` at this pose. Used if it is already known that no facet is
+/// lower. `None` as in [`walk`].
 pub(super) fn settle(cso: &Cso<'_>, antipodal: Antipodal) -> Option<Walked> {
     let pose_ab = cso.pose_ba.inverse();
     let downhill = Downhill { cso, pose_ab: &pose_ab, decrease: WALK_DECREASE * cso.size() };
     downhill.end(&downhill.set_up(antipodal)?, 0)
 }
 
-/// A facet, with the values that its construction gave.
+/// A facet and the data known from its construction.
 struct Here {
     corner: Corner,
-    /// Its features support its normal, as far as their planes support their bodies.
+    /// The features support the normal, within the accuracy of their face planes.
     supported: bool,
-    /// Nothing else is flush with it.
+    /// No other feature is flush with the facet.
     alone: bool,
 }
 
-/// The corner with its true offset. Merged faces are flat only within a tolerance, so one corner
-/// does not give the offset of the whole face.
+/// Returns the corner with its true offset. Merged faces are flat only within a tolerance, so one
+/// vertex of a face does not give the offset of the whole face.
 fn measured(cso: &Cso<'_>, corner: &Corner) -> Corner {
     let hub = HubPair {
         a: cso.a.climb(corner.hub.a, cso.toward_b(corner.normal)).0,
@@ -136,7 +138,7 @@ fn measured(cso: &Cso<'_>, corner: &Corner) -> Corner {
     Corner { hub, offset: corner.normal.dot(cso.vertex(hub)), ..*corner }
 }
 
-/// Features are flush, or rounding contradicts itself.
+/// Error: features are flush, or rounding makes the results inconsistent.
 struct Odd;
 
 struct Downhill<'d, 'p> {
@@ -146,22 +148,22 @@ struct Downhill<'d, 'p> {
 }
 
 impl Downhill<'_, '_> {
-    /// The faces of b and the vertices of a.
+    /// View for the facets of b's faces and a's vertices.
     #[inline]
     fn on_b(&self) -> View<'_> {
         let Cso { a, b, pose_ba } = *self.cso;
         View { p: b, q: a, q_in_p: pose_ba, p_in_q: self.pose_ab, p_is_a: false }
     }
 
-    /// The faces of a and the vertices of b.
+    /// View for the facets of a's faces and b's vertices.
     #[inline]
     fn on_a(&self) -> View<'_> {
         let Cso { a, b, pose_ba } = *self.cso;
         View { p: a, q: b, q_in_p: self.pose_ab, p_in_q: pose_ba, p_is_a: true }
     }
 
-    /// The result of a walk that ends at a facet, measured if its offset may not be the true one.
-    /// None if the facet turns out not to support its normal.
+    /// Returns the result of a walk that ends at this facet. The offset is measured if it may
+    /// differ from the true one. `None` if the facet does not support its normal.
     #[inline]
     fn end(&self, here: &Here, steps: u32) -> Option<Walked> {
         let Cso { a, b, .. } = *self.cso;
@@ -171,7 +173,7 @@ impl Downhill<'_, '_> {
         is_true.then_some(Walked { corner, alone: here.alone, steps, stop: StopReason::Converged })
     }
 
-    /// Goes from facet to lower neighbour until none is lower.
+    /// Moves from facet to lower neighbour until no neighbour is lower.
     fn descend(&self, mut here: Here) -> Option<Walked> {
         for steps in 0..WALK_STEPS {
             match self.lower_neighbour(&here.corner) {
@@ -183,7 +185,7 @@ impl Downhill<'_, '_> {
         None
     }
 
-    /// A facet at this pose, from one of an earlier pose.
+    /// Returns the facet of `antipodal` at this pose. The features come from an earlier pose.
     #[inline]
     fn set_up(&self, antipodal: Antipodal) -> Option<Here> {
         let Cso { a, b, .. } = *self.cso;
@@ -202,8 +204,8 @@ impl Downhill<'_, '_> {
         }
     }
 
-    /// The facet of face `f` of p and the vertex of q that supports it. The climb to that vertex
-    /// starts at `w`.
+    /// Returns the facet of face `f` of p and the vertex of q that supports it. The climb to that
+    /// vertex starts at `w`.
     fn on_face(&self, view: &View<'_>, f: u32, w: u32) -> Here {
         let normal = view.p.plane(f).normal;
         let (w, height, next) = view.q.climb_apart(w, view.facing(normal));
@@ -216,8 +218,8 @@ impl Downhill<'_, '_> {
         Here { corner, supported: true, alone }
     }
 
-    /// The facet of two edges if they cross on the Gauss map, else that of the lowest face beside
-    /// them.
+    /// Returns the facet of two edges if they cross on the Gauss map. Otherwise returns the facet
+    /// of the lowest face beside them. `None` if the edges are parallel.
     fn on_edges(&self, e: u32, g: u32) -> Option<Here> {
         let Cso { a, b, pose_ba } = *self.cso;
         let (edge_a, edge_b) = (a.edge(e), b.edge(g));
@@ -236,8 +238,8 @@ impl Downhill<'_, '_> {
             let normal = edge_normal(along_a, along_b, across)?;
             let antipodal = Antipodal::EdgeEdge { a: e, b: g };
             let corner = Corner { normal, offset: normal.dot(c), antipodal, hub };
-            // The dot product of unit vectors at an angle is one minus half the angle's square. The
-            // angle is doubled for rounding.
+            // For unit vectors at a small angle, the dot product is one minus half the square of
+            // the angle. The angle is doubled for rounding.
             let flush = 1.0 - 2.0 * FLUSH_WITNESS * FLUSH_WITNESS;
             let alone = normals_a.iter().chain(&normals_b).all(|n| n.dot(normal) < flush);
             return Some(Here { corner, supported: true, alone });
@@ -252,7 +254,7 @@ impl Downhill<'_, '_> {
         })
     }
 
-    /// The lowest facet across a side of the present one, if it is lower.
+    /// Returns the lowest facet across a side of the current facet. `None` if none is lower.
     fn lower_neighbour(&self, here: &Corner) -> Result<Option<Corner>, Odd> {
         let mut lowest = Lowest { bar: here.offset - self.decrease, met: None };
         match here.antipodal {
@@ -267,7 +269,8 @@ impl Downhill<'_, '_> {
         lowest.met.map(|met| self.corner(&met)).transpose()
     }
 
-    /// The sides of face `f` of p, about which the plane turns with vertex `w` of q.
+    /// Tests the facets across the sides of face `f` of p. The plane turns about each side while
+    /// vertex `w` of q supports it.
     #[inline]
     fn around_face(&self, view: &View<'_>, f: u32, w: u32, lowest: &mut Lowest) -> Result<(), Odd> {
         let normal = view.p.plane(f).normal;
@@ -284,7 +287,8 @@ impl Downhill<'_, '_> {
             let edge = view.p.edge(edges.at(k));
             let across = if edge.left == f { edge.right } else { edge.left };
             let end = view.p.plane(across).normal;
-            // The offset is concave along the arc: if its far end is no lower, no part of it is.
+            // The offset is concave along the arc. If the far end is not lower, no point of the arc
+            // is.
             if end.dot(view.p.vertex(corners.at(k)) - origin) >= lowest.bar {
                 continue;
             }
@@ -297,13 +301,14 @@ impl Downhill<'_, '_> {
         Ok(())
     }
 
-    /// Both ways from an edge pair along the arc of edge `g` of p: about the two ends of edge
-    /// `e` of q.
+    /// Tests both directions from an edge pair along the arc of edge `g` of p. In each direction,
+    /// one end of edge `e` of q supports the plane.
     #[inline]
     fn around_edges(&self, view: &View<'_>, g: u32, e: u32, normal: DVec3, lowest: &mut Lowest) -> Result<(), Odd> {
         let (edge_p, edge_q) = (view.p.edge(g), view.q.edge(e));
         let along = view.q.vertex(edge_q.head) - view.q.vertex(edge_q.tail);
-        // Turns toward the face that the tail faces more than the head does.
+        // Toward the left face of `g`, the supporting end of `e` is its tail if this is true, else
+        // its head. Toward the right face it is the other end.
         let tail_first = view.facing(view.p.plane(edge_p.left).normal).dot(along) < 0.0;
         let ends = if tail_first { [edge_q.tail, edge_q.head] } else { [edge_q.head, edge_q.tail] };
         for (end, face) in ends.into_iter().zip([edge_p.left, edge_p.right]) {
@@ -314,26 +319,26 @@ impl Downhill<'_, '_> {
         Ok(())
     }
 
-    /// True if the origin's projection lies within the facet, flush features included: then h has a
-    /// local minimum.
+    /// Returns true if the origin's projection lies within the facet, including flush features. The
+    /// facet is then a local minimum of h.
     fn is_lowest(&self, here: &Corner) -> bool {
         let stray = STRAY * self.cso.size();
         Facet::at(self.cso, here, FLUSH_FACET).beyond(self.cso) <= stray * stray
     }
 
-    /// The hubs of the facet at which there may be a lower facet.
+    /// Returns the hubs of the facet at which a lower facet may exist.
     #[inline]
-    fn glance(&self, here: &Corner) -> Doubt {
-        let mut glance = Glance { bar: here.offset - self.decrease, doubt: Doubt::NONE };
+    fn test_hubs(&self, here: &Corner) -> Doubt {
+        let mut test = HubTest { bar: here.offset - self.decrease, doubt: Doubt::NONE };
         match here.antipodal {
-            Antipodal::VertexFace { a: v, b: f } => glance.around_face(&self.on_b(), f, v),
-            Antipodal::FaceVertex { a: f, b: w } => glance.around_face(&self.on_a(), f, w),
-            Antipodal::EdgeEdge { a: e, b: g } => glance.around_edges(&self.on_b(), &self.on_a(), g, e),
+            Antipodal::VertexFace { a: v, b: f } => test.around_face(&self.on_b(), f, v),
+            Antipodal::FaceVertex { a: f, b: w } => test.around_face(&self.on_a(), f, w),
+            Antipodal::EdgeEdge { a: e, b: g } => test.around_edges(&self.on_b(), &self.on_a(), g, e),
         }
-        glance.doubt
+        test.doubt
     }
 
-    /// The exact facet at which the plane stopped.
+    /// Returns the exact facet at which the turning plane stopped.
     fn corner(&self, met: &Met) -> Result<Corner, Odd> {
         let Cso { a, b, pose_ba } = *self.cso;
         let Met { antipodal, hub, normal } = *met;
@@ -352,15 +357,15 @@ impl Downhill<'_, '_> {
     }
 }
 
-/// The unit normal of two edges from their cross product. None if they are parallel.
+/// Returns the unit normal of two edges, given their cross product. `None` if they are parallel.
 #[inline]
 fn edge_normal(along_a: DVec3, along_b: DVec3, across: DVec3) -> Option<DVec3> {
     let (length_a, length_b) = (along_a.length_squared(), along_b.length_squared());
     if across.length_squared() <= PARALLEL_EDGES * PARALLEL_EDGES * length_a * length_b {
         return None;
     }
-    // The cross product of nearly parallel edges has a rounding error along the edges. With that
-    // part removed, the plane supports both.
+    // The cross product of nearly parallel edges has a rounding error along the edges. After
+    // removing that part, the plane supports both edges.
     let normal = across - along_a * (across.dot(along_a) / length_a);
     Some(normal / normal.length())
 }

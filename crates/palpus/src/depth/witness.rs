@@ -1,15 +1,16 @@
-//! Witness points of a CSO facet: where the two bodies would touch once they are separated along
-//! its normal.
+//! Witness points of a CSO facet: the points where the two bodies would touch if they were
+//! separated along its normal.
 //!
-//! With a moved by `depth · normal`, the flush features of both lie in one plane; their common
-//! points there are the witnesses. For a vertex against a face, the witness is the vertex; for
-//! crossing edges, the crossing. Flush features (edge on face, face on face, edges along one line)
-//! share a segment or a polygon. Its centroid is the witness, so that a box on a table is supported
-//! under its middle and not at a corner.
+//! After moving a by `depth · normal`, the flush features of both bodies lie in one plane. The
+//! witness points are a point that both features share. For a vertex against a face, this is the
+//! vertex; for crossing edges, it is the crossing. Flush features (edge on face, face on face,
+//! edges along one line) share a segment or a polygon. The witness is its centroid, so a box on a
+//! table is supported under its middle and not at a corner.
 //!
-//! If the features have no common point, the facet is not a local minimum of h (the walk ran out of
-//! steps, or the facet was chosen for being original): then b's witness is the nearest point of its
-//! supporting feature, and a's point lies in a's supporting plane but not on a.
+//! If the features share no point, the facet is not a local minimum of h. This happens if the walk
+//! ran out of steps, or if the facet was chosen for its normal and not for its depth. Then the
+//! witness on b is the nearest point of b's supporting feature. The witness on a lies in a's
+//! supporting plane, but not on a.
 
 mod validate;
 
@@ -23,7 +24,7 @@ use super::{Certainty, Depth};
 use crate::algebra::tolerance::{CLIP_CORNERS, FLUSH_WITNESS, PARALLEL_EDGES};
 use crate::algebra::{closest_on_segment, closest_segment_segment};
 
-/// Buffers for clipping one flush polygon by another; their content is not used across calls.
+/// Buffers to clip one flush polygon by another. They keep no content between calls.
 #[derive(Clone, Debug)]
 pub(super) struct Clip {
     points: [DVec3; CLIP_CORNERS],
@@ -36,7 +37,7 @@ impl Clip {
     }
 }
 
-/// The answer at the measured end of a walk.
+/// Returns the answer at the measured end of a walk.
 #[inline]
 pub(super) fn answer_at(cso: &Cso<'_>, walked: &Walked, clip: &mut Clip) -> Depth {
     let Walked { corner, alone, .. } = walked;
@@ -44,7 +45,7 @@ pub(super) fn answer_at(cso: &Cso<'_>, walked: &Walked, clip: &mut Clip) -> Dept
     answer_on(cso, &facet, walked, clip)
 }
 
-/// The same, on a facet that is known.
+/// Returns the same on a known facet.
 #[inline]
 pub(super) fn answer_on(cso: &Cso<'_>, facet: &Facet<'_>, walked: &Walked, clip: &mut Clip) -> Depth {
     let Walked { corner, steps, stop, .. } = walked;
@@ -64,7 +65,7 @@ pub(super) fn answer_on(cso: &Cso<'_>, facet: &Facet<'_>, walked: &Walked, clip:
     answer
 }
 
-/// The two flush features in b's supporting plane, a's being moved there by the depth.
+/// The two flush features in b's supporting plane, after moving a by the depth.
 struct Contact<'c, 'p> {
     cso: &'c Cso<'p>,
     facet: &'c Facet<'p>,
@@ -83,27 +84,30 @@ impl Contact<'_, '_> {
     }
 }
 
-/// The witness points of `facet`, the facet at a measured corner: (on a, on b), in b's frame.
+/// Returns the witness points (on a, on b) of `facet` in b's frame. `corner` is the measured corner
+/// of the facet.
 ///
-/// Their difference is `−offset · normal` exactly (within rounding), whatever the facet.
+/// The first point minus the second is `−offset · normal` within rounding, for every facet.
 pub(super) fn witness(cso: &Cso<'_>, facet: &Facet<'_>, corner: &Corner, clip: &mut Clip) -> (DVec3, DVec3) {
     let moved = facet.normal * corner.offset;
     let contact = Contact { cso, facet, moved };
     let touch = match (facet.a.count, facet.b.count) {
         (1, _) => nearest_of_polygon(contact.a(0), facet.normal, &facet.b, |k| contact.b(k)),
         (_, 1) => {
-            // The vertex of b is always on b; a's point follows from it.
+            // The vertex of b always lies on b. The point on a follows from it.
             contact.b(0)
         }
         (2, 2) => edges(&contact),
         _ => overlap(&contact, clip),
     };
-    // Into b's supporting plane: features that are flush within the tolerance lie that much off it.
+    // Projects into b's supporting plane. Features that are flush only within the tolerance lie
+    // slightly off it.
     let touch = touch + facet.normal * facet.normal.dot(cso.b.vertex(corner.hub.b) - touch);
     (touch - moved, touch)
 }
 
-/// The point itself if it lies within the (convex) polygon, else the nearest point of its boundary.
+/// Returns `p` if it lies within the convex polygon, else the nearest point of the polygon's
+/// boundary.
 fn nearest_of_polygon(p: DVec3, normal: DVec3, flush: &Flush<'_>, corner: impl Fn(usize) -> DVec3) -> DVec3 {
     let mut within = flush.count > 2;
     let mut nearest = p;
@@ -130,7 +134,7 @@ fn edges(contact: &Contact<'_, '_>) -> DVec3 {
     let normal = d1.cross(d2);
     let across = normal.length_squared();
     if across > PARALLEL_EDGES * PARALLEL_EDGES * d1.length_squared() * d2.length_squared() {
-        // The edges cross, in one plane up to rounding.
+        // The edges cross. They lie in one plane within rounding.
         let r = p2 - p1;
         let (s, t) = (r.cross(d2).dot(normal), r.cross(d1).dot(normal));
         if s.min(t) > 0.0 && s.max(t) < across {
@@ -138,13 +142,13 @@ fn edges(contact: &Contact<'_, '_>) -> DVec3 {
         }
         return closest_segment_segment(p1, q1, p2, q2).second;
     }
-    // The edges lie along one line. The witness is the middle of their common part, as parameters
+    // The edges lie along one line. The witness is the middle of their common part, in parameters
     // along b's edge.
     let along = |p: DVec3| closest_on_segment(p, p2, q2);
     p2 + d2 * (0.5 * (along(p1) + along(q1)))
 }
 
-/// The centroid of the overlap of two flush features of which at least one is a polygon.
+/// Returns the centroid of the overlap of two flush features. At least one of them is a polygon.
 fn overlap(contact: &Contact<'_, '_>, buffers: &mut Clip) -> DVec3 {
     let Facet { normal, a, b } = *contact.facet;
     let circle_a = circle(a.count, |k| contact.a(k));
@@ -153,7 +157,8 @@ fn overlap(contact: &Contact<'_, '_>, buffers: &mut Clip) -> DVec3 {
     if a.count + b.count > CLIP_CORNERS {
         return stray();
     }
-    // The smaller one is cut by the sides of the larger: most sides pass its circle by.
+    // The sides of the larger feature cut the smaller one, because most sides miss the smaller
+    // one's bounding circle.
     let cut_a = a.count == 2 || b.count > 2 && circle_a.1 <= circle_b.1;
     let (middle, radius_squared) = if cut_a { circle_a } else { circle_b };
     let (mut count, sides) = if cut_a { (a.count, b.count) } else { (b.count, a.count) };
@@ -163,7 +168,7 @@ fn overlap(contact: &Contact<'_, '_>, buffers: &mut Clip) -> DVec3 {
     let side_of = |k: usize| if cut_a { contact.b(k) } else { contact.a(sides - k) };
     let mut from = side_of(0);
     for k in 0..sides {
-        // a's loop runs clockwise about the normal.
+        // The loop of a runs clockwise about the normal, so it is read backwards.
         let to = side_of(k + 1);
         let inward = normal.cross(to - from);
         let height = inward.dot(middle - from);
@@ -180,13 +185,14 @@ fn overlap(contact: &Contact<'_, '_>, buffers: &mut Clip) -> DVec3 {
     centroid(&buffers.points[..count], normal)
 }
 
-/// The mean of some points, and the square of their largest distance from it.
+/// Returns the mean of some points, and the square of the largest distance from it.
 fn circle(count: usize, point: impl Fn(usize) -> DVec3) -> (DVec3, f64) {
     let middle = (0..count).map(&point).sum::<DVec3>() / count as f64;
     (middle, (0..count).map(|k| point(k).distance_squared(middle)).fold(0.0, f64::max))
 }
 
-/// The area centroid of a convex polygon; the middle of its corners if it has no area to speak of.
+/// Returns the area centroid of a convex polygon. If the area is negligible, returns the centre of
+/// its bounding box.
 fn centroid(points: &[DVec3], normal: DVec3) -> DVec3 {
     let origin = points[0];
     let (mut low, mut high) = (origin, origin);

@@ -28,6 +28,16 @@ pub struct Contact {
     /// Tangent of the tilt angle of the contact's patch ([`crate::depth::Patch`]): for tilts up to
     /// this angle, the other corners of the patch are contacts too. 0 if patches are not computed.
     pub slope: f64,
+    /// How many contacts it stands for, beside others that push the same way: 1, or more for one of
+    /// a sample, or less for one that comes or goes.
+    #[cfg_attr(feature = "serde", serde(default = "one"))]
+    pub count: f64,
+}
+
+/// The count of a contact that stands for itself.
+#[cfg(feature = "serde")]
+fn one() -> f64 {
+    1.0
 }
 
 impl Contact {

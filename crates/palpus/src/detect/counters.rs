@@ -38,6 +38,8 @@ pub struct QueryCounters {
     /// Overlapping pairs without any contact, since the quota was spent and nothing was cached for
     /// them.
     pub unseen: u32,
+    /// Pairs that were left out for some motion, since sampled contacts stand for them.
+    pub represented: u32,
     /// Sub-steps into which a fast tick's motion was divided; 0 if it was not divided.
     pub sub_steps: u32,
     /// Contacts that are held on the side from which they came, since their pair has tunnelled.
@@ -80,6 +82,7 @@ impl std::ops::AddAssign for QueryCounters {
             virtual_closest,
             held,
             unseen,
+            represented,
             sub_steps,
             kept_side,
             patches,
@@ -101,6 +104,7 @@ impl std::ops::AddAssign for QueryCounters {
         self.virtual_closest += virtual_closest;
         self.held += held;
         self.unseen += unseen;
+        self.represented += represented;
         self.sub_steps += sub_steps;
         self.kept_side += kept_side;
         self.patches += patches;

@@ -6,8 +6,11 @@ use glam::DVec3;
 use super::QueryCounters;
 use super::pair::Found;
 use super::search::{Asked, PairSearch};
-use crate::algebra::tolerance::{CROWD_ALL, CROWD_FROM, REST_ERROR, REST_FIRST, REST_GROWTH, REST_SAFETY, REST_TRAVEL};
-use crate::collision::{LeafPair, Proximity, support_gap};
+use crate::algebra::tolerance::{
+    CROWD_ALL, CROWD_FROM, REST_ERROR, REST_FIRST, REST_GROWTH, REST_SAFETY, REST_TRAVEL, SAMPLE_TRAVEL,
+};
+use crate::collision::{Closest, LeafPair, Proximity, Represented, support_gap};
+use crate::depth::admissible_bound;
 
 impl PairSearch {
     /// The quota was spent before leaf pair `first`: this pair and the later ones get their
@@ -68,8 +71,10 @@ impl PairSearch {
     /// Measures how many pairs are in contact; this decides how long pairs rest in the next query.
     pub(super) fn count_crowd(&mut self) {
         if self.holding {
-            self.crowd = ((f64::from(self.touching) - CROWD_FROM) / (CROWD_ALL - CROWD_FROM)).clamp(0.0, 1.0);
+            let touching = f64::from(self.touching + self.front.represented());
+            self.crowd = ((touching - CROWD_FROM) / (CROWD_ALL - CROWD_FROM)).clamp(0.0, 1.0);
             self.front.set_rest_share(self.crowd);
+            self.sample.set_touching(touching, false);
         }
     }
 
@@ -103,6 +108,66 @@ impl PairSearch {
     pub(super) fn foretell(&self, asked: &Asked<'_>, leaf: &LeafPair) -> Option<f64> {
         let held = self.held.known(leaf.place?, [leaf.piece_a, leaf.piece_b])?;
         Some(least_separation(held.iter().map(|memory| memory.extrapolate(&asked.place).separation)))
+    }
+
+    /// Moves the leaf pairs of the sample to the front of the list; returns how many there are.
+    pub(super) fn begin_sampled(&mut self) -> usize {
+        if !self.sample.is_partial() {
+            return self.leaves.as_slice().len();
+        }
+        let sample = &self.sample;
+        self.leaves.partition(|leaf| leaf.place.is_none() || sample.weight([leaf.piece_a, leaf.piece_b]) > 0.0)
+    }
+
+    /// The bound of a pair that is not of the sample and for which contacts of the sample stand: it
+    /// presses no harder than they do, or not at all. Also returns its separation along that bound.
+    pub(super) fn representation(&self, asked: &Asked<'_>, leaf: &LeafPair) -> Option<(Represented, f64)> {
+        let (normal, hub, separation) = match leaf.proximity {
+            Proximity::Disjoint(Closest { normal, features, distance, .. }) => {
+                let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
+                (normal, [features.a.some_vertex(piece_a), features.b.some_vertex(piece_b)], distance)
+            }
+            Proximity::Overlapping(_) if self.front.is_barren(leaf) => return Some((self.unbounded(asked, leaf), 0.0)),
+            Proximity::Overlapping(_) => {
+                let [normals_a, normals_b] = asked.own_normals(leaf);
+                let hub = leaf.memory.map_or([0; 2], |memory| memory.hub);
+                let bound = admissible_bound(&normals_a, &normals_b, &asked.place, hub)?;
+                (bound.normal, bound.hub, -bound.depth)
+            }
+        };
+        // The normal of closest points need not be one that the pieces own: it bounds no depth.
+        let nearest = if separation > 0.0 { 0.0 } else { f64::NEG_INFINITY };
+        let least = (asked.tolerance - self.sample.stands_for(normal, [leaf.piece_a, leaf.piece_b])).max(nearest);
+        let bound = Represented { normal, hub, least, ..self.unbounded(asked, leaf) };
+        (separation >= least).then_some((bound, separation))
+    }
+
+    /// Leaves out a pair that is not of the sample and was measured, if it has no contact, or only
+    /// one (at the end of the list, from index `known` on) for which others stand. Returns true if
+    /// so.
+    pub(super) fn represent_measured(&mut self, asked: &Asked<'_>, leaf: &LeafPair, known: usize) -> bool {
+        let mut bound = self.unbounded(asked, leaf);
+        let mut separation = 0.0;
+        if let Some(contact) = self.contacts.get(known) {
+            let least = asked.tolerance - self.sample.stands_for(contact.normal, [leaf.piece_a, leaf.piece_b]);
+            if contact.separation < least {
+                return false;
+            }
+            let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
+            let hub = [contact.features.a.some_vertex(piece_a), contact.features.b.some_vertex(piece_b)];
+            separation = contact.separation;
+            bound = Represented { normal: contact.normal, hub, least, ..bound };
+        }
+        self.contacts.truncate(known);
+        self.front.represent(&asked.placed(), leaf, &bound, separation);
+        true
+    }
+
+    /// A pair without a contact, which is measured again after some motion.
+    pub(super) fn unbounded(&self, asked: &Asked<'_>, leaf: &LeafPair) -> Represented {
+        let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
+        let length = SAMPLE_TRAVEL * piece_a.radius().min(piece_b.radius());
+        Represented { normal: DVec3::ZERO, hub: [0; 2], least: f64::NEG_INFINITY, length }
     }
 
     /// A pair that is not stored: its result is the march's if the pair is apart, otherwise only an

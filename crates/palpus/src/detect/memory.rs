@@ -26,6 +26,7 @@ pub(super) struct PairMemory {
     normal: DVec3,
     turns_with_a: bool,
     slope: f64,
+    count: f64,
 }
 
 impl PairMemory {
@@ -40,6 +41,7 @@ impl PairMemory {
             normal: if turns_with_a { pose_ba.inverse_vector(contact.normal) } else { contact.normal },
             turns_with_a,
             slope: contact.slope,
+            count: contact.count,
         }
     }
 
@@ -55,7 +57,17 @@ impl PairMemory {
     pub(super) fn contact(&self, midpoint: DVec3, normal: DVec3, separation: f64) -> Contact {
         let [point_a, point_b] = points_about(midpoint, normal, separation);
         let [piece_a, piece_b] = self.pieces;
-        Contact { piece_a, piece_b, features: self.features, point_a, point_b, normal, separation, slope: self.slope }
+        Contact {
+            piece_a,
+            piece_b,
+            features: self.features,
+            point_a,
+            point_b,
+            normal,
+            separation,
+            slope: self.slope,
+            count: self.count,
+        }
     }
 }
 
@@ -81,7 +93,8 @@ mod tests {
                 let (normal, separation) = (random.direction(), random.between(-1e-3, 1e-3));
                 let [point_a, point_b] = points_about(random.point(1.0), normal, separation);
                 let (piece_a, piece_b, slope) = (3, 4, 0.1);
-                let contact = Contact { piece_a, piece_b, features, point_a, point_b, normal, separation, slope };
+                let contact =
+                    Contact { piece_a, piece_b, features, point_a, point_b, normal, separation, slope, count: 1.0 };
                 let memory = PairMemory::of(&contact, &pose.placement());
                 let same = memory.extrapolate(&pose.placement());
                 assert!((same.separation - separation).abs() < 1e-12, "seed {SEED:#x}: {same:?}");

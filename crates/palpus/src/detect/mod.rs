@@ -13,6 +13,7 @@ mod memory;
 mod pair;
 mod prover;
 mod query;
+mod sample;
 mod search;
 mod sub_step;
 

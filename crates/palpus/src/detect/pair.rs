@@ -162,10 +162,10 @@ pub(super) fn at_closest(leaf: &LeafPair, closest: &Closest) -> Contact {
     at(leaf, features, [point_a, point_b], normal, distance)
 }
 
-/// The contact of a leaf pair at these points.
+/// Returns the contact of a leaf pair at these points.
 fn at(leaf: &LeafPair, features: FeaturePair, points: [DVec3; 2], normal: DVec3, separation: f64) -> Contact {
     let (LeafPair { piece_a, piece_b, .. }, [point_a, point_b]) = (*leaf, points);
-    Contact { piece_a, piece_b, features, point_a, point_b, normal, separation, slope: 0.0 }
+    Contact { piece_a, piece_b, features, point_a, point_b, normal, separation, slope: 0.0, count: 1.0 }
 }
 
 /// Returns true if the closest points lie on the surfaces of both meshes and both pieces own their

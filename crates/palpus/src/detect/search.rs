@@ -32,8 +32,9 @@ use super::guard::Guard;
 use super::held::HeldContacts;
 use super::pair::{Found, at_closest};
 use super::prover::Prover;
+use super::sample::Sample;
 use super::{Contact, Proof, QueryCounters, QuerySettings};
-use crate::algebra::tolerance::WORK_ANSWER;
+use crate::algebra::tolerance::{WORK_ANSWER, WORK_BOUND};
 use crate::algebra::{Clock, Placement, Pose, Quota};
 use crate::body::{Body, OwnNormals, Polytope};
 use crate::collision::{Front, LeafPair, LeafPairs, PlacedPair, Proximity, Side};
@@ -58,6 +59,7 @@ pub(super) struct PairSearch {
     pub(super) held: HeldContacts,
     /// `held` has memory.
     pub(super) holding: bool,
+    pub(super) sample: Sample,
     /// Pairs with contacts in the query that is under way.
     pub(super) touching: u32,
     /// How many pairs were in contact in the last query, as a value from 0 (few) to 1 (many).
@@ -93,6 +95,7 @@ impl PairSearch {
             patch: Patch::new(),
             held,
             holding: settings.holding,
+            sample: Sample::new(a, b),
             touching: 0,
             crowd: 0.0,
             resume: None,
@@ -119,6 +122,7 @@ impl PairSearch {
         (self.unseen_separation, self.unlooked) = (f64::INFINITY, f64::INFINITY);
         let doubtful = self.answer_leaves(asked, quota, &mut counters);
         self.hold_unvisited(asked, &mut counters);
+        self.sample.keep(&self.contacts, asked.tolerance);
         self.count_crowd();
         self.hold_overlap(asked, &doubtful, &mut counters);
         let all = self.contacts.len();
@@ -147,11 +151,26 @@ impl PairSearch {
         let rests = self.crowd > 0.0;
         self.touching = 0;
         let count = self.leaves.as_slice().len();
+        if self.holding && counters.traversal.restarted > 0 {
+            self.sample.set_touching(count as f64, true);
+        }
+        let sampled = self.begin_sampled();
         for k in 0..count {
             let leaf = self.leaves.as_slice()[k];
             if k > 0 && quota.is_spent() {
                 self.hold_the_rest(asked, k, counters);
                 break;
+            }
+            if k >= sampled {
+                if self.sample.is_blank() {
+                    self.sample.keep(&self.contacts, asked.tolerance);
+                }
+                if let Some((bound, separation)) = self.representation(asked, &leaf) {
+                    self.front.represent(&asked.placed(), &leaf, &bound, separation);
+                    counters.represented += 1;
+                    quota.spend(WORK_BOUND);
+                    continue;
+                }
             }
             let known = self.contacts.len();
             let before = counters.work();
@@ -171,6 +190,11 @@ impl PairSearch {
                     doubtful.unowned = contact.map_or(doubtful.unowned, |contact| shallower(doubtful.unowned, contact));
                 }
             }
+            if k >= sampled && self.represent_measured(asked, &leaf, known) {
+                counters.represented += 1;
+                continue;
+            }
+            self.sample.weigh(&mut self.contacts[known..], asked.tolerance);
             self.touching += u32::from(self.contacts.len() > known);
             self.keep(asked, &leaf, known, count - k - 1, counters);
             if rests {
@@ -240,6 +264,7 @@ impl PairSearch {
     pub(super) fn came_from(&mut self, pose_ba: &Pose) {
         self.contacts.clear();
         self.held.clear();
+        self.sample.clear();
         self.front.end_rests();
         if let Some(guard) = &mut self.guard {
             guard.clear();
@@ -253,6 +278,7 @@ impl PairSearch {
         self.front.clear();
         self.contacts.clear();
         self.held.clear();
+        self.sample.clear();
         if let Some(guard) = &mut self.guard {
             guard.clear();
         }

@@ -49,6 +49,8 @@
 use glam::DVec3;
 
 use super::tilt::{TiltShares, Tilted};
+use crate::algebra::tolerance::{SAMPLE_EXCESS, SAMPLE_FULL_EXCESS};
+
 /// Shares of the last run, and the memory to compute them.
 #[derive(Clone, Debug)]
 pub struct LoadSharing {
@@ -57,6 +59,8 @@ pub struct LoadSharing {
     seen: Vec<Seen>,
     /// How many push.
     pushing: usize,
+    /// Tilt shares times the contacts that each one stands for.
+    counts: Vec<f64>,
     shares: Vec<f64>,
 }
 
@@ -66,7 +70,9 @@ struct Seen {
     direction: DVec3,
     separation: f64,
     engagement: f64,
-    tilt: f64,
+    /// See [`presence`].
+    presence: f64,
+    count: f64,
 }
 
 impl LoadSharing {
@@ -76,6 +82,7 @@ impl LoadSharing {
             tilts: TiltShares::new(capacity),
             seen: Vec::with_capacity(capacity),
             pushing: 0,
+            counts: Vec::with_capacity(capacity),
             shares: Vec::with_capacity(capacity),
         }
     }
@@ -87,11 +94,13 @@ impl LoadSharing {
     ///
     /// They stand in [`Self::shares`] until the next run.
     pub fn run(&mut self, contacts: &[Tilted], ahead: f64) -> &[f64] {
-        self.tilts.run(contacts);
+        let tilts = self.tilts.run(contacts);
+        self.counts.clear();
+        self.counts.extend(contacts.iter().zip(tilts).map(|(contact, tilt)| contact.count * tilt));
         self.look(contacts);
         self.shares.clear();
-        for (one, &tilt) in contacts.iter().zip(self.tilts.shares()) {
-            let share = if tilt > 0.0 { tilt * self.share(one, ahead) } else { 0.0 };
+        for (one, &count) in contacts.iter().zip(&self.counts) {
+            let share = if count > 0.0 { count * self.share(one, ahead) } else { 0.0 };
             self.shares.push(share);
         }
         &self.shares
@@ -105,13 +114,13 @@ impl LoadSharing {
         contacts: &'a [Tilted],
         bears: impl Fn(f64, f64) -> f64 + Copy + 'a,
     ) -> impl Iterator<Item = f64> + 'a {
-        contacts.iter().zip(self.tilts.shares()).map(move |(one, &tilt)| {
+        contacts.iter().zip(&self.counts).map(move |(one, &count)| {
             let alone = bears(one.engagement, one.separation);
-            if tilt <= 0.0 || alone <= 0.0 {
+            if count <= 0.0 || alone <= 0.0 {
                 return 0.0;
             }
             let (most, sum) = felt(one, &self.seen, |other| bears(other.engagement, other.separation));
-            alone * tilt * (most / sum)
+            alone * count * (most / sum)
         })
     }
 
@@ -122,9 +131,9 @@ impl LoadSharing {
 
     /// Collects the properties of all contacts, pushing ones first.
     fn look(&mut self, contacts: &[Tilted]) {
-        let seen = contacts.iter().zip(self.tilts.shares()).map(|(contact, &tilt)| {
+        let seen = contacts.iter().zip(&self.counts).map(|(contact, &count)| {
             let Tilted { direction, separation, engagement, .. } = *contact;
-            Seen { direction, separation, engagement, tilt }
+            Seen { direction, separation, engagement, presence: presence(contact.count), count }
         });
         self.seen.clear();
         self.seen.extend(seen.clone().filter(|one| one.engagement > 0.0));
@@ -146,18 +155,30 @@ impl LoadSharing {
     }
 }
 
-/// The greatest κ w and the sum of κ α w of `others`.
+/// The greatest κ m w and the sum of κ α w of `others`.
 fn felt(one: &Tilted, others: &[Seen], engagement: impl Fn(&Seen) -> f64) -> (f64, f64) {
     // Four at a time, for SIMD; the order of the sum is always the same.
     let (mut sums, mut most) = ([0.0; 4], [0.0; 4]);
     for four in others.chunks(4) {
         for (k, other) in four.iter().enumerate() {
             let size = kernel(one.direction, other.direction) * engagement(other);
-            sums[k] += other.tilt * size;
+            sums[k] += other.count * size;
+            let size = other.presence * size;
             most[k] = if size > most[k] { size } else { most[k] };
         }
     }
     (most.into_iter().fold(0.0, f64::max), sums[0] + sums[1] + sums[2] + sums[3])
+}
+
+/// How much of its engagement a contact counts with where the greatest is chosen. One that comes or
+/// goes beside a sample presses a little harder than the sample does; it begins with what the
+/// sample has.
+fn presence(count: f64) -> f64 {
+    if count >= 1.0 {
+        return 1.0;
+    }
+    let known = 1.0 / (1.0 + SAMPLE_EXCESS + SAMPLE_FULL_EXCESS * count);
+    known + (1.0 - known) * count
 }
 
 /// κ of contacts that push along these directions, from 0 to 1.
@@ -175,7 +196,15 @@ mod tests {
 
     /// A contact that is no corner of a patch.
     fn single(direction: DVec3, engagement: f64) -> Tilted {
-        Tilted { place: DVec3::ZERO, direction, separation: -engagement, engagement, slope: 0.0, pieces: [0; 2] }
+        Tilted {
+            place: DVec3::ZERO,
+            direction,
+            separation: -engagement,
+            engagement,
+            slope: 0.0,
+            count: 1.0,
+            pieces: [0; 2],
+        }
     }
 
     fn some_contacts(random: &mut Random, n: usize) -> Vec<Tilted> {

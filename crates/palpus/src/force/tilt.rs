@@ -55,11 +55,18 @@ pub struct Tilted {
     /// r, tangent of the tilt angle: the patch contains all contacts within tilts of this slope. 0
     /// for a contact without a patch.
     pub slope: f64,
+    /// [`Contact::count`].
+    pub count: f64,
     /// The pieces of a and b: contacts of the same two are corners of one patch.
     pub pieces: [u32; 2],
 }
 
 impl Tilted {
+    /// A contact that pushes along its normal below a separation of `skin` (m).
+    pub fn of(contact: &Contact, skin: f64) -> Self {
+        Self { engagement: (skin - contact.separation).max(0.0), ..Self::unloaded(contact) }
+    }
+
     /// Input of tilt shares that depend on geometry alone.
     pub(crate) fn unloaded(contact: &Contact) -> Self {
         Self {
@@ -68,6 +75,7 @@ impl Tilted {
             separation: contact.separation,
             engagement: 0.0,
             slope: contact.slope,
+            count: contact.count,
             pieces: [contact.piece_a, contact.piece_b],
         }
     }

@@ -1,11 +1,12 @@
-//! Circles of files: files that need each other, straight or by way of others.
+//! Finds import cycles: sets of files that import each other, directly or through other files.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// For each file, those that it needs.
+/// For each file, the files that it imports.
 pub(crate) type Needs = BTreeMap<String, BTreeSet<String>>;
 
-/// Sets of files each of which reaches all others of its set; single files are left out.
+/// Returns the cycles: maximal sets of files in which each file reaches every other one through
+/// imports.
 pub(crate) fn circles(needs: &Needs) -> Vec<BTreeSet<String>> {
     let reached: BTreeMap<&String, BTreeSet<&String>> = needs.keys().map(|file| (file, reach(needs, file))).collect();
     let mut found: Vec<BTreeSet<String>> = Vec::new();
@@ -22,7 +23,7 @@ pub(crate) fn circles(needs: &Needs) -> Vec<BTreeSet<String>> {
     found
 }
 
-/// All files that `file` needs, and that these need.
+/// Returns all files that `file` imports, directly or through other files.
 fn reach<'n>(needs: &'n Needs, file: &String) -> BTreeSet<&'n String> {
     let mut reached = BTreeSet::new();
     let mut ahead: Vec<&String> = needs.get(file).into_iter().flatten().collect();

@@ -1,25 +1,27 @@
-//! Imports of the crates, from their manifests.
+//! Reads the imports between crates from their manifests.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-/// For each crate of the folder, the crates of the house that it needs, and those that only its
-/// tests and benches need.
+/// Returns, for each crate of the folder, the crates of this project that its product code imports,
+/// and those that only its tests, benches and build scripts import.
 pub(crate) fn arrows(crates: &Path) -> BTreeMap<String, [Vec<String>; 2]> {
-    let folders = fs::read_dir(crates).expect("the folder of the crates").map(|entry| entry.expect("an entry").path());
+    let folders = fs::read_dir(crates)
+        .expect("the folder of the crates is readable")
+        .map(|entry| entry.expect("an entry is readable").path());
     let manifests = folders.map(|folder| folder.join("Cargo.toml")).filter(|manifest| manifest.is_file());
-    manifests.map(|manifest| read(&fs::read_to_string(&manifest).expect("a readable manifest"))).collect()
+    manifests.map(|manifest| read(&fs::read_to_string(&manifest).expect("a manifest is readable"))).collect()
 }
 
-/// A crate's name and its arrows.
+/// Returns the name of a crate and its arrows.
 pub(crate) fn read(manifest: &str) -> (String, [Vec<String>; 2]) {
     let (mut name, mut arrows) = (String::new(), [Vec::new(), Vec::new()]);
     let mut section = "";
     for line in manifest.lines().map(str::trim) {
         if line.starts_with('[') {
             section = line.trim_matches(['[', ']']);
-            // `[dependencies.palpus-io]`, also for one target only.
+            // A table such as `[dependencies.palpus-io]`, possibly for one target.
             if let Some((table, key)) = section.rsplit_once('.').filter(|(_, key)| is_ours(key)) {
                 keep(&mut arrows, table, key);
             }

@@ -1,37 +1,39 @@
-//! The modules of a crate, what each imports, and in which file a path ends.
+//! Reads the modules of a crate and their imports, and resolves paths to the files that define
+//! their targets.
 
 use std::collections::BTreeMap;
 
 use super::source::{Token, tokens, without_tests};
 
-/// A path in the source, in the module where it is written.
+/// A path in the source of a module.
 #[derive(Clone, Debug)]
 pub(crate) struct Named {
     pub(crate) segments: Vec<String>,
     pub(crate) line: usize,
-    /// Name of the path in its module, if a `use` gives one.
+    /// The name that a `use` binds to the path in the module; `None` for a path in code and for a
+    /// glob.
     binding: Option<String>,
-    /// A `pub use`: it shows where something is, and needs nothing of it.
+    /// True for a `pub use`, which does not count as an import.
     pub(crate) is_shown: bool,
 }
 
-/// A module that has a file of its own.
+/// A module with its own file.
 #[derive(Debug)]
 pub(crate) struct Module {
-    /// Below the source folder.
+    /// Path of the file below the source folder.
     pub(crate) file: String,
     pub(crate) named: Vec<Named>,
-    /// Names of the modules declared in it.
+    /// Names of the modules that the file declares.
     children: Vec<String>,
 }
 
-/// The modules of a crate by their paths below its root, the root's being empty.
+/// The modules of a crate, by their module path. The path of the root is empty.
 pub(crate) struct Modules(pub(crate) BTreeMap<Vec<String>, Module>);
 
 impl Modules {
-    /// Reads all modules below `lib.rs`; `text_of` gives the text of a file by its path below the
-    /// source folder, if there is such a file. Without `tests`, what stands behind `#[cfg(test)]`
-    /// is left out, with its files.
+    /// Reads all modules, starting at `lib.rs`. `text_of` returns the text of a file for its path
+    /// below the source folder; `None` if the file does not exist. If `tests` is false, items with
+    /// `#[cfg(test)]` and the files of such modules are left out.
     pub(crate) fn read(text_of: &dyn Fn(&str) -> Option<String>, tests: bool) -> Self {
         let mut modules = Self(BTreeMap::new());
         let text = text_of("lib.rs").expect("a crate has a lib.rs");
@@ -53,7 +55,7 @@ impl Modules {
             let below: Vec<String> = path.iter().chain([child]).cloned().collect();
             let stem = below.join("/");
             let files = [format!("{stem}.rs"), format!("{stem}/mod.rs")];
-            // Modules that are written in place belong to the file around them.
+            // An inline module belongs to the file that contains it.
             if let Some(found) = files.into_iter().find_map(|file| text_of(&file).map(|text| (file, text))) {
                 self.add(text_of, below, found, tests);
             }
@@ -61,8 +63,8 @@ impl Modules {
         self.0.insert(path, Module { file, named: named(&read), children });
     }
 
-    /// The module in whose file the path ends that is written in module `from`; `None` if it leaves
-    /// the crate.
+    /// Returns the module whose file defines the target of the path `segments`, as written in
+    /// module `from`. Returns `None` if the target is not in this crate.
     pub(crate) fn home(&self, from: &[String], segments: &[String]) -> Option<&Vec<String>> {
         self.home_within(from, segments, 0)
     }
@@ -80,7 +82,7 @@ impl Modules {
                     let (_, module) = self.0.get_key_value(&here)?;
                     if module.children.iter().any(|child| child == name) {
                         here.push(name.to_string());
-                        // A module written in place.
+                        // The module is an inline module.
                         if !self.0.contains_key(&here) {
                             here.pop();
                             break;
@@ -88,7 +90,7 @@ impl Modules {
                         continue;
                     }
                     let bound = module.named.iter().find(|named| named.binding.as_deref() == Some(name));
-                    // The path that is being resolved names itself where it is written.
+                    // A `use` must not be resolved by its own binding.
                     let itself = |named: &&Named| k == 0 && named.segments.as_slice() == segments;
                     match bound.filter(|named| !itself(named) && jumps < 16) {
                         Some(named) => {
@@ -106,13 +108,14 @@ impl Modules {
     }
 }
 
-/// The modules that the tokens declare.
+/// Returns the names of the modules that the tokens declare.
 fn declared(tokens: &[Token]) -> Vec<String> {
     let is_declared = |pair: &&[Token]| pair[0].is("mod") && pair[1].is_word();
     tokens.windows(2).filter(is_declared).map(|pair| pair[1].text.clone()).collect()
 }
 
-/// All paths in the tokens: those of `use`, one for each leaf of its tree, and those in the code.
+/// Returns all paths in the tokens: one for each leaf of the tree of a `use`, and the paths in
+/// code.
 pub(crate) fn named(tokens: &[Token]) -> Vec<Named> {
     let mut all = Vec::new();
     let mut at = 0;
@@ -137,7 +140,7 @@ pub(crate) fn named(tokens: &[Token]) -> Vec<Named> {
     all
 }
 
-/// Reads one tree of a `use` behind `prefix`; answers where it ends.
+/// Reads one tree of a `use`, whose paths start with `prefix`. Returns the position after the tree.
 fn tree(tokens: &[Token], mut at: usize, prefix: &[String], is_shown: bool, all: &mut Vec<Named>) -> usize {
     let mut segments = prefix.to_vec();
     let line = tokens.get(at).map_or(0, |token| token.line);
@@ -168,7 +171,7 @@ fn tree(tokens: &[Token], mut at: usize, prefix: &[String], is_shown: bool, all:
             _ => break,
         }
     }
-    // `{self}` binds the module's own name.
+    // `{self}` binds the name of the module.
     if segments.last().is_some_and(|last| last == "self") && segments.len() > 1 {
         segments.pop();
     }

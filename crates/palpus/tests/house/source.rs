@@ -1,7 +1,7 @@
-//! Rust source as far as the house's law reads it: words and marks, without comments, strings
-//! and what is for tests only.
+//! Splits Rust source into tokens, without comments and the contents of strings, and can leave out
+//! test code.
 
-/// A word, a path's `::`, or any other mark, with the line on which it stands.
+/// A word, the `::` of a path, or any other character, with its line number.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Token {
     pub(crate) text: String,
@@ -18,7 +18,7 @@ impl Token {
     }
 }
 
-/// The tokens of a file.
+/// Returns the tokens of a file.
 pub(crate) fn tokens(text: &str) -> Vec<Token> {
     let bare = without_comments(text);
     let mut tokens = Vec::new();
@@ -40,7 +40,7 @@ pub(crate) fn tokens(text: &str) -> Vec<Token> {
     tokens
 }
 
-/// The tokens without the items behind `#[cfg(test)]`.
+/// Returns the tokens without the items that have the attribute `#[cfg(test)]`.
 pub(crate) fn without_tests(tokens: &[Token]) -> Vec<Token> {
     const ATTRIBUTE: [&str; 7] = ["#", "[", "cfg", "(", "test", ")", "]"];
     let mut kept = Vec::new();
@@ -57,7 +57,8 @@ pub(crate) fn without_tests(tokens: &[Token]) -> Vec<Token> {
     kept
 }
 
-/// Behind the item that begins at `at`: its semicolon, or the brace that closes it.
+/// Returns the position after the item that begins at `at`. An item ends with a semicolon or a
+/// closing brace.
 fn item_end(tokens: &[Token], at: usize) -> usize {
     let mut open = 0;
     let is_use = tokens[at..].iter().take(6).take_while(|t| !t.is("{") && !t.is(";")).any(|t| t.is("use"));
@@ -78,7 +79,7 @@ fn item_end(tokens: &[Token], at: usize) -> usize {
     tokens.len()
 }
 
-/// The text with comments and the contents of literals blanked; lines stay where they are.
+/// Returns the text with comments and literals replaced by spaces. Line breaks are kept.
 fn without_comments(text: &str) -> String {
     let mut bare = String::with_capacity(text.len());
     let mut rest = text;
@@ -95,7 +96,8 @@ fn without_comments(text: &str) -> String {
     bare
 }
 
-/// How long the comment or literal is with which the text begins; 0 if it begins with neither.
+/// Returns the length of the comment or literal at the beginning of `text`; 0 if it begins with
+/// neither. `before` is the character before the text.
 fn skipped(text: &str, before: Option<char>) -> usize {
     let in_word = before.is_some_and(|c| c.is_ascii_alphanumeric() || c == '_');
     if text.starts_with("//") {
@@ -113,7 +115,7 @@ fn skipped(text: &str, before: Option<char>) -> usize {
         let begin = 2 + hashes;
         return text[begin..].find(&close).map_or(text.len(), |end| begin + end + close.len());
     }
-    // A lifetime has no second quote behind its first letter.
+    // A character literal has a quote after its letter, and a lifetime does not.
     let mut letters = text.chars();
     match (letters.next(), letters.next(), letters.next()) {
         (Some('\''), Some('\\'), _) => text[2..].char_indices().skip(1).find(|c| c.1 == '\'').map_or(0, |c| c.0 + 3),
@@ -122,7 +124,7 @@ fn skipped(text: &str, before: Option<char>) -> usize {
     }
 }
 
-/// The length of the string with which the text begins.
+/// Returns the length of the string literal at the beginning of `text`.
 fn quoted(text: &str) -> usize {
     let mut escaped = false;
     for (k, c) in text.char_indices().skip(1) {

@@ -1,4 +1,4 @@
-//! Close-fitting pairs and how they move.
+//! Pairs of close-fitting parts and their motions.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -19,26 +19,27 @@ pub(super) struct Plan {
     pub(super) name: &'static str,
     kind: Kind,
     tolerance: Tolerance,
-    /// Through a coupling, with the work of a step bounded; else direct, unbounded.
+    /// True: behind a coupling with limited work. False: direct rendering without a limit.
     coupled: bool,
 }
 
 enum Kind {
-    /// The M16 nut on its bolt, overlapping by this share of the pitch along the axis, first
-    /// upward, then downward, turning.
+    /// The M16 nut on its bolt, turning. The parts overlap along the axis by this share of the
+    /// pitch, first upward, then downward.
     Pressed(f64),
-    /// A pair of `palpus bench scale`, moved as there.
+    /// A pair of `palpus bench scale`, with the same motion.
     Scale(&'static str),
-    /// A round peg pressed this deep (m) into the wall of its hole, turning and going round.
+    /// A round peg that is pressed this deep (m) into the wall of its hole. It turns and moves
+    /// round the hole.
     Peg(f64),
-    /// A box pressed this deep (m) into a table and slid about.
+    /// A box that is pressed this deep (m) into a table and slides about.
     Flush(f64),
 }
 
 enum Tolerance {
-    /// m.
+    /// Tolerance, m.
     Given(f64),
-    /// 1 % of the smaller body, as for a scene that names none.
+    /// 1 % of the smaller body, the tolerance of a scene file that states none.
     Chosen,
 }
 
@@ -80,9 +81,9 @@ pub(super) struct Case {
     pub(super) name: &'static str,
     pub(super) a: Arc<Body>,
     pub(super) b: Arc<Body>,
-    /// Poses of a in b's frame; each stretch begins anew.
+    /// Poses of a in b's frame. Each stretch starts without memory of the previous one.
     pub(super) stretches: Vec<Vec<Pose>>,
-    /// m.
+    /// Contact tolerance, m.
     pub(super) tolerance: f64,
     pub(super) coupled: bool,
     pub(super) analytic: Option<Analytic>,
@@ -90,9 +91,9 @@ pub(super) struct Case {
 
 /// Exact knowledge about the force on a.
 pub(super) enum Analytic {
-    /// It points from where a's frame stands towards b's axis, z.
+    /// The force points from the origin of a's frame towards b's axis, z.
     ToAxis,
-    /// It points up, and is what one contact of this depth (m) pushes with.
+    /// The force points up and has the size of one contact of this depth (m).
     Up(f64),
 }
 
@@ -151,23 +152,23 @@ impl Case {
     }
 }
 
-/// m: an M16 thread's.
+/// Pitch of an M16 thread, m.
 const PITCH: f64 = 0.002;
-/// Share of the smaller body: the tolerance of a scene that names none.
+/// Tolerance of a scene file that states none, as a share of the smaller body.
 const CHOSEN: f64 = 0.01;
-/// As many as the hole has.
+/// The hole has the same number of sides.
 const SIDES: usize = 32;
 
 fn haptic() -> BodySettings {
     BodySettings { flatness: BodySettings::HAPTIC, ..BodySettings::default() }
 }
 
-/// The nut `depth` (m) beyond first touch along the axis, upward and downward, turned to and fro as
-/// on its thread.
+/// The nut at `depth` (m) beyond first touch along the axis, upward and downward, while it turns to
+/// and fro on its thread.
 fn pressed(nut: &Arc<Body>, bolt: &Arc<Body>, depth: f64, ticks: usize) -> Vec<Vec<Pose>> {
-    /// m: amid its play.
+    /// Height in the middle of the play, m.
     const FREE: f64 = 0.002_098 - 0.000_03;
-    /// rad.
+    /// Largest rotation to each side, rad.
     const SWING: f64 = 0.05;
     let mut query = nearest_query(nut, bolt);
     let stretch = |way: f64| {
@@ -191,5 +192,5 @@ fn pressed(nut: &Arc<Body>, bolt: &Arc<Body>, depth: f64, ticks: usize) -> Vec<V
 }
 
 const ADVANCES: usize = 200;
-/// m.
+/// Gap that counts as touching, m.
 const TOUCHING: f64 = 1e-8;

@@ -1,10 +1,11 @@
-//! The ticks of a case: time, work, and the wrench beside the truth.
+//! Runs the ticks of a case and measures time, work and the error of the wrench.
 
 use std::sync::Arc;
 
 use glam::DVec3;
 use palpus::algebra::{NoClock, Pose, Wrench, quantile_of_sorted};
-use palpus::detect::QueryCounters;
+use palpus::detect::{ContactQuery, Proof, QueryCounters, QuerySettings};
+use palpus::force::{LoadSharing, Tilted};
 use palpus::render::{Limits, ProbeState, Renderer, Settings, VirtualCoupling};
 use serde::Serialize;
 
@@ -12,16 +13,18 @@ use super::cases::{Analytic, Case};
 use super::cpu::CpuClock;
 use crate::bench::{TICK, settings};
 
-/// Units of work that a coupled step may do.
+/// Limit of the work of a coupled step, in units of work.
 const ALLOWED: u64 = 6000;
-/// Contacts that the truth may have.
+/// Capacity for the contacts of the truth.
 const TRUE_CAPACITY: usize = 1 << 15;
+/// From this number of contacts on, the truth has one contact for each pair of pieces.
+const MANY: usize = 512;
 
 /// Results of a case. Times in µs.
 #[derive(Debug, Serialize)]
 pub(super) struct Row {
     pub(super) name: String,
-    /// m.
+    /// Contact tolerance, m.
     pub(super) tolerance: f64,
     pub(super) ticks: usize,
     pub(super) contacts: f64,
@@ -32,7 +35,7 @@ pub(super) struct Row {
     pub(super) query: f64,
     pub(super) depth: f64,
     pub(super) force: f64,
-    /// Share of the ticks in which the work that is allowed did not suffice.
+    /// Share of the ticks in which the work limit was reached.
     pub(super) late: f64,
     pub(super) each: PerTick,
     pub(super) wrench: Accuracy,
@@ -131,11 +134,11 @@ pub(super) struct Accuracy {
     pub(super) size: f64,
     /// Error as a share of the truth's force times the probe's size.
     pub(super) torque: f64,
-    /// ° and share, from what is known by analysis.
+    /// Direction (°) and size (share) of the difference from the analytic force.
     pub(super) analytic: Option<[f64; 2]>,
 }
 
-/// Runs a case, and compares about `truths` of its poses with the truth.
+/// Runs a case and compares about `truths` of its poses with the truth.
 pub(super) fn measure(case: &Case, truths: usize) -> anyhow::Result<Row> {
     let plain = settings(case.tolerance);
     let limits: Limits = Settings::default().limits;
@@ -147,7 +150,7 @@ pub(super) fn measure(case: &Case, truths: usize) -> anyhow::Result<Row> {
     };
     let settings = if case.coupled { coupled } else { plain };
     let mut renderer = Renderer::new(Arc::clone(&case.a), Arc::clone(&case.b), settings)?;
-    let mut truth = Truth::new(case, plain)?;
+    let mut truth = Truth::new(case, plain);
     let clock = CpuClock::new();
     let (mut times, mut turns, mut errors) = (Vec::new(), Vec::new(), Errors::default());
     let (mut each, mut late, mut contacts, mut stages) = (PerTick::default(), 0_u32, 0.0, [0.0; 3]);
@@ -211,20 +214,48 @@ pub(super) fn measure(case: &Case, truths: usize) -> anyhow::Result<Row> {
     })
 }
 
-/// The same law at single poses: nothing is remembered, carried or dropped.
+/// The same contact law at single poses, for all contacts: each depth is proven, and nothing is cached,
+/// extrapolated, sampled or dropped.
 struct Truth {
-    renderer: Renderer,
+    /// With and without the corners of patches.
+    queries: [ContactQuery; 2],
+    sharing: LoadSharing,
+    settings: Settings,
 }
 
 impl Truth {
-    fn new(case: &Case, settings: Settings) -> anyhow::Result<Self> {
-        let settings = Settings { capacity: TRUE_CAPACITY, ..settings };
-        Ok(Self { renderer: Renderer::new(Arc::clone(&case.a), Arc::clone(&case.b), settings)? })
+    fn new(case: &Case, settings: Settings) -> Self {
+        let query = |patch_angle| {
+            let proof = Proof::Prove;
+            let asked = QuerySettings {
+                tolerance: case.tolerance,
+                capacity: TRUE_CAPACITY,
+                proof,
+                patch_angle,
+                ..QuerySettings::default()
+            };
+            ContactQuery::new(Arc::clone(&case.a), Arc::clone(&case.b), asked)
+        };
+        Self { queries: [query(settings.patch_angle), query(None)], sharing: LoadSharing::new(TRUE_CAPACITY), settings }
     }
 
     fn at(&mut self, pose: &Pose) -> Wrench {
-        self.renderer.clear();
-        self.renderer.step(&ProbeState::at(*pose), TICK, &NoClock).commanded
+        let [corners, pairs] = &mut self.queries;
+        corners.clear();
+        pairs.clear();
+        // So many contacts describe the surface as well as the corners of each would.
+        let mut contacts = pairs.contacts(pose);
+        if contacts.len() < MANY {
+            contacts = corners.contacts(pose);
+        }
+        let skin = self.settings.skin();
+        let tilted: Vec<Tilted> = contacts.iter().map(|contact| Tilted::of(contact, skin)).collect();
+        let shares = self.sharing.run(&tilted, 0.0);
+        let push = |(contact, share): (&Tilted, &f64)| {
+            let force = contact.direction * (self.settings.stiffness * share * contact.engagement);
+            Wrench::of_force_at(force, contact.place - pose.translation)
+        };
+        tilted.iter().zip(shares).map(push).fold(Wrench::ZERO, |sum, one| sum + one)
     }
 }
 
@@ -263,7 +294,7 @@ impl Errors {
     }
 }
 
-/// °; none without a force.
+/// Angle in °; `None` if one of the forces is zero.
 fn angle(one: DVec3, other: DVec3) -> Option<f64> {
     (one.length() > 0.0 && other.length() > 0.0).then(|| one.angle_between(other).to_degrees())
 }

@@ -1,10 +1,10 @@
 //! `palpus bench conformal`: measures the time of close-fitting contact, the work of the query, and
 //! the error of the wrench.
 //!
-//! Each case is two bodies and a motion (`cases`). Each tick is timed by the processor time of its
-//! thread, so that other programs count for little. The counters are those of the tick. Some ticks
-//! are compared (`truth`) with the same contact law without memory at the same pose, and with
-//! analytic knowledge of the case.
+//! Each case is two bodies and a motion (`cases`). Ticks are timed with the processor time of their
+//! thread, so that other programs have little effect. The counters are those of the tick. At some
+//! ticks, the wrench is compared (`measure`) with the same contact law without memory at the same
+//! pose, and with the analytic force of the case.
 
 mod cases;
 mod cpu;
@@ -22,8 +22,8 @@ use self::cases::Case;
 use self::measure::Row;
 use crate::{files, output};
 
-/// Measures all cases, or the one called `only`; leaves `conformal.txt` and `conformal.json` in
-/// `out`.
+/// Measures all cases, or the cases whose names begin with `only`. Writes `conformal.txt` and
+/// `conformal.json` to `out`.
 pub(super) fn conformal(
     out: &Path,
     models: Option<&Path>,
@@ -43,7 +43,7 @@ pub(super) fn conformal(
         }
     }
     if rows.is_empty() {
-        bail!("no case is called {}; there is {}", only.unwrap_or("anything"), cases::names().join(", "));
+        bail!("there is no case {}; the cases are {}", only.unwrap_or("anything"), cases::names().join(", "));
     }
     let text = text(&rows);
     output::line(&text);
@@ -53,7 +53,7 @@ pub(super) fn conformal(
     Ok(ExitCode::SUCCESS)
 }
 
-/// Three tables: time, work, truth.
+/// Three tables: time, work, and error of the wrench.
 fn text(rows: &[Row]) -> String {
     let mut time = table(&[
         "step, µs of processor time",

@@ -19,9 +19,9 @@ use crate::plots::{BLUE, Figure, Panel, Series, VERMILION, write_svg};
 /// Poses along the path, and its half length as a share of the ring's size.
 const POSES: i32 = 240;
 const HALF_WAY: f64 = 0.75;
-/// The place on the path at which bounds are shown over the budget, as a share of the ring's size.
+/// The position on the path at which the second plot is made, as a share of the ring's size.
 const PLACE: f64 = 0.02;
-/// The least budget, the factor from one to the next, and how many.
+/// The smallest budget, the factor between two budgets, and their number.
 const BUDGET: f64 = 10.0;
 const FACTOR: f64 = 1.3;
 const BUDGETS: i32 = 30;
@@ -33,7 +33,7 @@ pub(super) fn write(out: &Path) -> anyhow::Result<()> {
     let query = GlobalDepth::new(&ring, &interior, &ring, &interior);
     let settings = GlobalSettings::new(&ring, &ring);
     path(&query, &settings, ring.size(), &out.join("depth_path.svg"))?;
-    // Smaller than any gap that these budgets reach.
+    // No budget of this plot reaches such a small gap.
     let settings = GlobalSettings { gap: 1e-3 * settings.gap, ..settings };
     budget(&query, &settings, ring.size(), &out.join("depth_budget.svg"))
 }

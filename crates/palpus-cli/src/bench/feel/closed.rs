@@ -1,5 +1,5 @@
 //! The closed loop: a simulated hand holds a simulated device, which gets the method's wrench one
-//! tick late. The tick lengths are those of a logged servo loop.
+//! tick late. The tick lengths are those of a recorded servo loop.
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Wrench};
@@ -13,7 +13,7 @@ use super::ground::Ground;
 use super::method::{Entry, Tuning};
 use crate::bench::TICK;
 
-/// Seed of the servo's pace.
+/// Seed of the tick lengths.
 pub(super) const PACE_SEED: u64 = 0xfee1_0001;
 
 /// Hands by name.
@@ -27,24 +27,24 @@ pub(super) const HANDS: [(&str, HandImpedance); 4] = [
 /// One tick of a closed loop.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LoopTick {
-    /// s.
+    /// Length of the tick, s.
     pub(super) time: f64,
     /// True pose of the probe.
     pub(super) pose: Pose,
     /// Pose at which the method shows the probe.
     pub(super) shown: Pose,
-    /// Answer of the method in this tick.
+    /// Result of the method in this tick.
     pub(super) felt: Wrench,
-    /// Net work that forces and torques of the method have done on the hand until now, J.
+    /// Net work that the method's forces and torques have done on the hand until now, J.
     pub(super) work: [f64; 2],
 }
 
 /// The device's motion, apart from the method.
 pub(super) struct Drive<'a> {
     pub(super) hand: HandImpedance,
-    /// Pose of the probe that the hand intends, by the time in seconds.
+    /// Intended pose of the probe as a function of the time in seconds.
     pub(super) intent: &'a dyn Fn(f64) -> Pose,
-    /// A steady wrench about the grip beside the hand's, as a weight.
+    /// A constant wrench about the grip in addition to the hand's, such as a weight.
     pub(super) load: Wrench,
 }
 
@@ -65,7 +65,7 @@ pub(super) fn run(
 ) -> anyhow::Result<Vec<LoopTick>> {
     let mut method = entry.build(ground, &Tuning { limits: limits(), ..*tuning })?;
     let default = SimulationSettings::default();
-    // The load is no part of what the device can push with.
+    // The load is not part of the force that the device can give.
     let spec = DeviceSpec { force_max: f64::INFINITY, torque_max: f64::INFINITY, ..default.spec.clone() };
     let jitter = Some(Jitter::logged(PACE_SEED));
     let settings = SimulationSettings { hand: drive.hand, spec, jitter, ..default.clone() };
@@ -99,7 +99,7 @@ pub(super) fn run(
         device.write(&plus(&felt, &drive.load, 1.0))?;
         acting = plus(&device.applied(), &drive.load, -1.0);
         if k == 0 {
-            // Nothing was written before.
+            // No wrench was written before the first tick.
             acting = Wrench::ZERO;
         }
         let pose = pose.with_origin(-grip);

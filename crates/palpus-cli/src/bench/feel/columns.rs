@@ -1,7 +1,7 @@
 //! The columns of the page's tables: their measures and units.
 
-/// A column: its heading, its measures (shown with a slash between them), their factor, and the
-/// number of significant digits.
+/// A column: its heading, its measures (separated by slashes), their factor, and the number of
+/// significant digits.
 pub(super) struct Column {
     pub(super) head: &'static str,
     pub(super) measures: &'static [&'static str],
@@ -37,7 +37,8 @@ pub(super) const TRUTH: [Column; 3] = [
     column("line of action, p99 / max (mm)", &["line of action error p99", "line of action error max"], 1e3, 2),
 ];
 
-/// The parts of the difference: the coupling's springs, the motion, and the rest, 99th percentiles.
+/// The parts of the difference from the truth, 99th percentiles: the coupling's springs, the
+/// motion, and the rest.
 pub(super) const TRUTH_PARTS: [Column; 4] = [
     column(
         "direction: springs / motion / rest, p99 (°)",

@@ -1,5 +1,5 @@
-//! The plots of a scene: what every method felt on the same poses, and what the normal hand felt
-//! while it held still.
+//! The plots of a scene: the force of every method on the same poses, and the force on the normal
+//! hand while it held still.
 
 use super::Outcome;
 use super::ground::{Ground, JUDGED};

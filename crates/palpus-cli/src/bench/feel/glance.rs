@@ -1,4 +1,4 @@
-//! The most important figures, one a row: the table of README.md and of reports.
+//! The most important figures, one in each row: the table of README.md and of reports.
 
 use super::held::HARDEST;
 use super::row::Row;
@@ -55,7 +55,7 @@ const METHODS: [(&str, &str); 4] = [
     ("voxel-coupled", "point shell in voxels, coupled"),
 ];
 
-/// The table, as Markdown; nothing if none of its numbers was measured.
+/// The table as Markdown; empty if none of its numbers was measured.
 pub(super) fn markdown(rows: &[Row]) -> Option<String> {
     let value = |line: &Line, method: &str| {
         let is_it = |row: &&Row| {
@@ -77,7 +77,7 @@ pub(super) fn markdown(rows: &[Row]) -> Option<String> {
     any.then_some(text)
 }
 
-/// Two digits that matter, whole numbers from a hundred on.
+/// Two significant digits; whole numbers from a hundred on.
 fn said(line: &Line, value: f64) -> String {
     let value = value * line.factor;
     match value {
@@ -99,7 +99,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_measured_stands_in_its_cell() {
+    fn measured_value_is_in_its_cell() {
         let row = |scene, method: &'static str, hand, measure, value| Row {
             scene,
             method: method.into(),

@@ -1,4 +1,4 @@
-//! A scene prepared for measurement: bodies, script, the judge of the true overlap, and the pose in
+//! A scene prepared for measurement: bodies, script, the query for the overlap, and the pose in
 //! which the probe is held at rest.
 
 use std::sync::{Arc, OnceLock};
@@ -34,56 +34,56 @@ pub(super) const SCENES: [&str; 11] = [
     "intestine",
 ];
 
-/// A scene and what is common to all methods on it.
+/// A scene and the data that all methods on it share.
 pub(super) struct Ground {
     pub(super) name: &'static str,
     pub(super) probe: Arc<Body>,
     pub(super) environment: Arc<Body>,
-    /// For direct rendering, as the scene has it.
+    /// Settings of the scene, for direct rendering.
     pub(super) settings: Settings,
-    /// For coupled rendering, tuned to the simulated device.
+    /// Settings for rendering behind a coupling that is tuned to the simulated device.
     pub(super) coupled: Settings,
     pub(super) path: HandPath,
     pub(super) truth: Option<Truth>,
-    /// From the grip to the farthest point of the probe, m.
+    /// Distance from the grip to the farthest point of the probe, m.
     pub(super) reach: f64,
-    /// s: when on the path the script begins.
+    /// Time on the path at which the script begins, s.
     pub(super) begin: f64,
-    /// The probe at every millisecond from then on.
+    /// Poses of the probe at every millisecond of the script.
     pub(super) script: Vec<ProbeState>,
-    /// How deep the bodies truly overlap at every [`JUDGED`]th of them, m; negative when apart, by
-    /// no more than the tolerance.
+    /// Overlap of the bodies at every [`JUDGED`]th of these poses, m. Negative when apart, at least
+    /// minus the tolerance.
     pub(super) depths: Vec<f64>,
-    /// Direction and strength of a pressing hand at each of these times, as part of a full press,
-    /// in the environment's frame.
+    /// Direction and strength of a pressing hand at each of these times, in the environment's
+    /// frame. Length 1 is a full press.
     pub(super) presses: Vec<DVec3>,
     pub(super) rest: Option<Rest>,
-    /// Costly to make, and the same for every stiffness.
+    /// Voxel maps, which are slow to make and are the same for every stiffness.
     pub(super) voxels: OnceLock<Result<Voxel, BaselineError>>,
 }
 
-/// Ticks from one judgement to the next.
+/// Ticks between two measurements of the overlap.
 pub(super) const JUDGED: usize = 5;
-/// Share of the omitted part of a script that comes before its shortened form, at most.
+/// Largest share of the omitted part of a script that comes before its shortened form.
 const LATER: f64 = 0.7;
-/// s.
+/// Longest script, s.
 const LEAN_IN: f64 = 0.3;
-/// s: steps of the search for a free pose to begin at.
+/// Steps of the search for a start pose without contact, s.
 const SEARCH: f64 = 0.02;
 
 /// A pose in which the probe is pressed against the environment and held.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rest {
-    /// In contact.
+    /// Pose of the probe in contact.
     pub(super) pose: Pose,
-    /// Unit, in the environment's frame: where the hand presses.
+    /// Direction in which the hand presses, unit, in the environment's frame.
     pub(super) press: DVec3,
-    /// True if it stays in place without a hand, pressed by its weight alone.
+    /// True if the probe, pressed by its weight alone, stays in place without a hand.
     pub(super) stable: bool,
 }
 
 impl Ground {
-    /// Prepares the scene called `name`; `seconds` of its path at the most.
+    /// Prepares the scene called `name`, with at most `seconds` of its path.
     pub(super) fn new(name: &'static str, seconds: f64) -> anyhow::Result<Self> {
         let scene = palpus_scenes::scene(name).ok_or_else(|| anyhow!("there is no scene called {name}"))?;
         let ground = Self::unscripted(&scene)?;
@@ -104,7 +104,7 @@ impl Ground {
         Ok(Self { truth: Truth::of(&scene), rest, begin, script, depths, presses, ..ground })
     }
 
-    /// The bodies, settings and path of `scene`, without its script and without a judge's answers.
+    /// The bodies, settings and path of `scene`, without its script and without measured overlaps.
     pub(super) fn unscripted(scene: &Scene) -> anyhow::Result<Self> {
         let mut stage = stage::of_built_in(scene, &Teller::Calls(&|_, _| ()))?;
         stage.coupling.mode = CouplingMode::Coupled;
@@ -129,7 +129,7 @@ impl Ground {
         })
     }
 
-    /// Direction and strength of a pressing hand `seconds` after the start of the script.
+    /// Direction and strength of the hand's press `seconds` after the start of the script.
     pub(super) fn press(&self, seconds: f64) -> DVec3 {
         let place = (seconds / (JUDGED as f64 * TICK)).max(0.0);
         let at = |k: usize| self.presses.get(k).or(self.presses.last()).copied().unwrap_or_default();
@@ -139,14 +139,14 @@ impl Ground {
         at(k).lerp(at(k + 1), place - place.floor()) * (s * s * (3.0 - 2.0 * s))
     }
 
-    /// Returns the judge of the true overlap of the bodies.
+    /// Returns the query that measures the overlap of the bodies.
     pub(super) fn judge(&self) -> Judge {
         Judge::new(&self.probe, &self.environment, self.settings.contact_tolerance)
     }
 }
 
-/// Pose in which the scene's probe is held: at the middle of its script, or where the script
-/// presses deepest.
+/// Returns the pose in which the scene's probe is held: the middle of its script, or the pose at
+/// which the script presses deepest.
 fn rest(name: &str, path: &HandPath, judged: &[(Pose, Option<Contact>)]) -> Option<Rest> {
     let down = |time: f64, stable| Some(Rest { pose: path.pose(time), press: -DVec3::Z, stable });
     match name {
@@ -168,7 +168,7 @@ fn rest(name: &str, path: &HandPath, judged: &[(Pose, Option<Contact>)]) -> Opti
     }
 }
 
-/// The last time until `latest` at which nothing touches, so that no energy is there from the
+/// The last time before `latest` at which nothing touches, so that no energy is stored at the
 /// start.
 fn begin(path: &HandPath, judge: &mut Judge, latest: f64) -> f64 {
     let steps = (latest / SEARCH) as usize;
@@ -176,21 +176,21 @@ fn begin(path: &HandPath, judge: &mut Judge, latest: f64) -> f64 {
     times.into_iter().find(|time| judge.deepest(&path.pose(*time)).is_none()).unwrap_or(0.0)
 }
 
-/// Scenes whose hand does not press beyond its script: parts are put together with as little force
-/// as it takes.
+/// Scenes in which the hand does not press beyond its script, because parts are assembled with as
+/// little force as possible.
 const UNPRESSED: [&str; 2] = ["peg-hole", "nut-bolt"];
-/// Number of evaluations, to either side, over which a press rises and falls: a tenth of a second.
+/// Number of measurements on each side over which a press rises and falls: a tenth of a second.
 const PRESS_BLUR: usize = 20;
 
-/// Computes the directions in which a hand presses while its script overlaps: against the deepest
-/// contact's normal, smoothed.
+/// Computes the directions in which a hand presses while its script overlaps: opposite to the
+/// deepest contact's normal, smoothed.
 fn presses(name: &str, judged: &[(Pose, Option<Contact>)]) -> Vec<DVec3> {
     let against = |(_, contact): &(Pose, Option<Contact>)| match contact {
         Some(contact) if contact.separation < 0.0 && !UNPRESSED.contains(&name) => -contact.normal,
         _ => DVec3::ZERO,
     };
     let mut presses: Vec<DVec3> = judged.iter().map(against).collect();
-    // Smoothed twice, so that the press rises as smoothly as that of a person's hand.
+    // Smoothed twice, so that the press rises as smoothly as the press of a person's hand.
     for _ in 0..2 {
         presses = (0..presses.len())
             .map(|k| {
@@ -203,8 +203,8 @@ fn presses(name: &str, judged: &[(Pose, Option<Contact>)]) -> Vec<DVec3> {
     presses
 }
 
-/// Measures how deep two bodies overlap at a pose, for all methods alike: by the engine's own
-/// query, without memory of earlier poses.
+/// Measures the overlap of two bodies at a pose, in the same way for all methods: by the engine's
+/// query without memory of earlier poses.
 pub(super) struct Judge {
     query: ContactQuery,
 }
@@ -221,7 +221,7 @@ impl Judge {
         self.query.contacts(pose_ba).iter().min_by(|a, b| a.separation.total_cmp(&b.separation)).copied()
     }
 
-    /// How deep, m; negative when apart.
+    /// The overlap, m; negative when apart.
     pub(super) fn depth(&mut self, pose_ba: &Pose) -> f64 {
         self.deepest(pose_ba).map_or(-self.query.settings().tolerance, |contact| -contact.separation)
     }

@@ -1,11 +1,11 @@
-//! The probe held in contact: does it lie still?
+//! Measures whether a probe that is held in contact lies still.
 //!
-//! 1. The hand's target is so far inside that it presses with one newton; without a hand, a weight
-//!    of one newton presses.
-//! 2. The *limit cycle* is what is left of the force above 10 Hz after it had time to settle, as
-//!    root of the mean square. Below a hundredth of the mean force it is negligible.
-//! 3. The *greatest stable stiffness* is searched from 100 N/m upward, doubling until the probe
-//!    does not lie still, then halving the gap.
+//! 1. The hand's target is so far inside that the hand presses with one newton. Without a hand, a
+//!    weight of one newton presses.
+//! 2. The *limit cycle* is the root mean square of the force above 10 Hz after a settling time.
+//!    Below a hundredth of the mean force it is negligible.
+//! 3. The *greatest stable stiffness* is searched from 100 N/m upward. The stiffness is doubled
+//!    until the probe does not lie still, and then the interval is halved.
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Wrench};
@@ -16,9 +16,9 @@ use super::ground::{Ground, Rest};
 use super::method::{Entry, Tuning};
 use crate::bench::TICK;
 
-/// N.
+/// Press, N.
 pub(super) const PRESS: f64 = 1.0;
-/// How far beyond the contact tolerance the probe is let go, m.
+/// Distance beyond the contact tolerance at which the probe is released, m.
 const DROP: f64 = 0.1e-3;
 /// Seconds of approach.
 const APPROACH: f64 = 0.4;
@@ -26,9 +26,9 @@ const APPROACH: f64 = 0.4;
 const SETTLE: [f64; 2] = [1.2, 4.0];
 /// Seconds of measurement.
 const WATCHED: f64 = 1.0;
-/// The part of the mean force above which the probe does not lie still.
+/// Limit cycle above which the probe does not lie still, as a share of the mean force.
 pub(super) const STILL: f64 = 0.01;
-/// The part of the press that must be felt on average, or contact was lost.
+/// Smallest share of the press that must be felt on average. With less, the contact was lost.
 const KEPT: f64 = 0.3;
 /// Range of the search, N/m.
 const SOFTEST: f64 = 100.0;
@@ -37,16 +37,16 @@ pub(super) const HARDEST: f64 = 51_200.0;
 /// Measures of a held probe.
 pub(super) struct Held {
     pub(super) ticks: Vec<LoopTick>,
-    /// N.
+    /// Mean force, N.
     pub(super) mean_force: f64,
-    /// N.
+    /// Limit cycle of the force, N.
     pub(super) force_cycle: f64,
-    /// N·m.
+    /// Limit cycle of the torque, N·m.
     pub(super) torque_cycle: f64,
 }
 
 impl Held {
-    /// The limit cycle in parts of the mean force; no number where contact was lost.
+    /// The limit cycle as a share of the mean force; NaN where the contact was lost.
     pub(super) fn share(&self) -> f64 {
         if self.state() == State::Lost { f64::NAN } else { self.force_cycle / self.mean_force }
     }
@@ -71,7 +71,7 @@ enum State {
     Lost,
 }
 
-/// Holds the probe where the scene says, by `hand`.
+/// Holds the probe at the scene's contact pose with `hand`.
 pub(super) fn hold(
     ground: &Ground,
     entry: &Entry,
@@ -109,7 +109,7 @@ pub(super) fn hold(
 }
 
 /// Half the width of the moving average that is subtracted, in ticks. The whole width is a tenth of
-/// a second, so that frequencies from 10 Hz on remain.
+/// a second, so frequencies from 10 Hz on remain.
 const HALF_WINDOW: usize = 50;
 
 /// Root mean square of the components above 10 Hz.
@@ -123,8 +123,8 @@ pub(super) fn cycle(felt: &[Wrench], of: impl Fn(&Wrench) -> DVec3) -> f64 {
     super::row::mean(&squares).sqrt()
 }
 
-/// The greatest stiffness at which the probe lies still, N/m; 0 if it does not even at the softest.
-/// `halvings` of the gap that doubling leaves.
+/// The greatest stiffness at which the probe lies still, N/m; 0 if it does not lie still even at
+/// the smallest one. `halvings`: number of bisection steps after the doubling.
 pub(super) fn greatest_stiffness(
     ground: &Ground,
     entry: &Entry,
@@ -142,7 +142,7 @@ pub(super) fn greatest_stiffness(
         match state(moving)? {
             State::Still => still = moving,
             State::Moving => break,
-            // The contact is too soft to carry the probe, which says nothing about stability.
+            // The contact is too soft to carry the probe. This says nothing about stability.
             State::Lost => {}
         }
         if moving >= HARDEST {
@@ -169,7 +169,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_cycle_is_what_is_above_ten_hertz() {
+    fn cycle_contains_only_frequencies_above_ten_hertz() {
         let wave = |hertz: f64| -> Vec<Wrench> {
             (0..1000)
                 .map(|k| {

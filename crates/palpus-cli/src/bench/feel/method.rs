@@ -1,4 +1,4 @@
-//! The measured methods behind one interface: state of the probe in, wrench for the hand out.
+//! The measured methods behind one interface: the probe's state in, the wrench on the hand out.
 
 use std::sync::Arc;
 
@@ -12,47 +12,49 @@ use palpus_baselines::{
 use super::ground::Ground;
 use crate::bench::TICK;
 
-/// Answer of a method in one step.
+/// Result of a method in one step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FeltTick {
-    /// On the probe, about its grip, in the environment's frame.
+    /// Wrench on the probe about its grip, in the environment's frame.
     pub(super) wrench: Wrench,
-    /// Separation of the deepest contact by the method, m; infinite without contacts.
+    /// Separation of the deepest contact according to the method, m; infinite without contacts.
     pub(super) separation: f64,
-    /// Pose at which the method has and shows the probe.
+    /// Pose at which the method shows the probe.
     pub(super) shown: Pose,
 }
 
 /// A rendering method with its state.
 pub(super) trait Method {
-    /// One step.
+    /// Computes one step.
     fn step(&mut self, probe: &ProbeState, dt: f64) -> FeltTick;
 
-    /// The wrench once the probe has been held still at the pose of the last step until nothing
-    /// moves; `None` for a method that is not asked.
+    /// The wrench when the probe has been held at the pose of the last step until nothing moves;
+    /// `None` for methods that are not measured at rest.
     fn at_rest(&self, _probe: &ProbeState) -> Option<Wrench> {
         None
     }
 }
 
-/// Steps of a probe that is held still: ten times the decay of the coupling's damper.
+/// Number of steps for which the probe is held still: ten times the decay time of the coupling's
+/// damper.
 const STILL: usize = 30;
 
-/// Parameters of a method beside the scene.
+/// Parameters of a method in addition to the scene.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tuning {
-    /// Contact stiffness, N/m; `None` for the scene's, or the one that the device allows.
+    /// Contact stiffness, N/m; `None` for the stiffness of the scene or the one that the device
+    /// allows.
     pub(super) stiffness: Option<f64>,
     /// Contact damping, N·s/m.
     pub(super) damping: f64,
-    /// Friction as the scene has it, or none.
+    /// True for friction as in the scene, false for none.
     pub(super) friction: bool,
-    /// The most that may be felt.
+    /// Limits of the wrench.
     pub(super) limits: Limits,
 }
 
 impl Tuning {
-    /// The scene's own, without a device's limits.
+    /// The scene's own parameters, without a device's limits.
     pub(super) fn of(ground: &Ground) -> Self {
         Self {
             stiffness: None,
@@ -63,14 +65,14 @@ impl Tuning {
     }
 }
 
-/// The separation below which a method's force is above zero.
+/// The separation at which a method's force begins.
 #[derive(Clone, Copy)]
 pub(super) enum Skin {
-    /// From the contact tolerance on.
+    /// The force begins at the contact tolerance.
     Tolerance,
-    /// Force begins at the tool's contact offset.
+    /// The force begins at the tool's contact offset.
     Tool,
-    /// Force begins where the surfaces touch.
+    /// The force begins where the surfaces touch.
     Surface,
 }
 
@@ -93,16 +95,16 @@ pub(super) struct Entry {
     pub(super) skin: Skin,
     /// True if its contacts have dampers.
     pub(super) has_damping: bool,
-    /// Its energy is accounted for, and taken back from the first bit on. The poses of the open
-    /// loop take no work, so that it has none.
+    /// True if generated energy is damped away at once (`--passive`). In the open loop the method
+    /// cannot change the motion, so this has no effect there.
     pub(super) is_passive: bool,
-    /// True for methods whose steps are too slow to be run with every hand.
+    /// True if the method's steps are too slow for runs with every hand.
     pub(super) is_costly: bool,
     build: fn(&Ground, &Tuning) -> anyhow::Result<Box<dyn Method>>,
 }
 
 impl Entry {
-    /// The method on the scene.
+    /// Creates the method for the scene.
     pub(super) fn build(&self, ground: &Ground, tuning: &Tuning) -> anyhow::Result<Box<dyn Method>> {
         (self.build)(ground, tuning)
     }
@@ -112,7 +114,7 @@ impl Entry {
 pub(super) const METHODS: [Entry; 10] = [
     Entry {
         name: "paper",
-        summary: "exact linkage, direct rendering: the paper's",
+        summary: "exact linkage, direct rendering: the paper's method",
         skin: Skin::Tolerance,
         has_damping: true,
         is_passive: false,
@@ -139,7 +141,7 @@ pub(super) const METHODS: [Entry; 10] = [
     },
     Entry {
         name: "coupled-smooth",
-        summary: "smooth clustering behind the same",
+        summary: "smooth clustering behind the same coupling",
         skin: Skin::Tool,
         has_damping: true,
         is_passive: false,
@@ -180,7 +182,7 @@ pub(super) const METHODS: [Entry; 10] = [
     },
     Entry {
         name: "voxel",
-        summary: "a point shell in a map of voxels (the paper's [30])",
+        summary: "a point shell in a voxel map (the paper's [30])",
         skin: Skin::Tolerance,
         has_damping: false,
         is_passive: false,
@@ -189,7 +191,7 @@ pub(super) const METHODS: [Entry; 10] = [
     },
     Entry {
         name: "voxel-coupled",
-        summary: "the same behind an explicit virtual coupling, as its paper renders",
+        summary: "the same behind an explicit virtual coupling, as in its paper",
         skin: Skin::Tolerance,
         has_damping: false,
         is_passive: false,
@@ -202,7 +204,7 @@ pub(super) const METHODS: [Entry; 10] = [
     },
     Entry {
         name: "epa",
-        summary: "one contact of the expanding polytope algorithm a pair of pieces, as with Coal",
+        summary: "one contact of the expanding polytope algorithm for each pair of pieces, as with Coal",
         skin: Skin::Tolerance,
         has_damping: false,
         is_passive: false,
@@ -264,7 +266,8 @@ impl<B: Baseline> Method for Other<B> {
     }
 }
 
-/// Voxels of another stiffness than they were made for: costly to make, and linear in that.
+/// Scales the voxel map to another stiffness. Making the map is slow, and its forces are linear in
+/// the stiffness.
 struct Stiffer {
     voxels: Voxel,
     factor: f64,
@@ -298,7 +301,7 @@ impl Ground {
         (self.probe.clone(), self.environment.clone())
     }
 
-    /// The voxels of the environment, made once.
+    /// The voxel map of the environment, made once.
     fn voxels(&self) -> anyhow::Result<Voxel> {
         let made = self.voxels.get_or_init(|| {
             let (a, b) = self.bodies();

@@ -1,15 +1,16 @@
 //! `palpus bench feel`: measures what contact feels like, for every method, scene and simulated
 //! hand.
 //!
-//! 1. *Open loop* (`open`): all methods feel the same poses. Steps, directions, truth, pop-through.
-//! 2. *Closed loop* (`scripted`): a simulated hand follows the scene's script. Energy, depth,
-//!    insertion.
+//! 1. *Open loop* (`open`): all methods get the same poses. Measures steps, directions, truth and
+//!    pop-throughs.
+//! 2. *Closed loop* (`scripted`): a simulated hand follows the scene's script. Measures energy,
+//!    depth and insertion.
 //! 3. *Flush* (`flush`): flush faces, play and machine parts in the closed loop; the flush sweep.
-//! 4. *Held* (`held`): the probe rests in contact. Limit cycles, the greatest stable stiffness, and
-//!    that over damping and hands (Z-width).
+//! 4. *Held* (`held`): the probe rests in contact. Measures limit cycles and the greatest stable
+//!    stiffness, also as a function of damping and hand (Z-width).
 //!
-//! Nothing here reads a clock: the same seed gives the same numbers. Threads take one pair of scene
-//! and method at a time.
+//! This module reads no clock: the same seed gives the same numbers. Each thread processes one pair
+//! of scene and method at a time.
 
 mod closed;
 mod columns;
@@ -47,7 +48,7 @@ pub(super) struct Wanted<'a> {
     pub(super) scene: Option<&'a str>,
     pub(super) method: Option<&'a str>,
     pub(super) quick: bool,
-    /// Cases of the flush sweep, which then is all that runs, and its first seed.
+    /// Number of cases of the flush sweep and its first seed. If this is set, only the sweep runs.
     pub(super) sweep: Option<usize>,
     pub(super) seed: Option<u64>,
 }
@@ -100,7 +101,7 @@ pub(super) fn feel(wanted: &Wanted<'_>) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The selected scenes: all but the large one, or the named one.
+/// The selected scenes: all except the large one, or the named one.
 fn chosen_scenes(only: Option<&str>) -> anyhow::Result<Vec<&'static str>> {
     let mut usual = SCENES.to_vec();
     usual.extend(flush::SCENES.map(|(name, _)| name));
@@ -114,7 +115,7 @@ fn chosen(option: &str, only: Option<&str>, all: &[&'static str]) -> anyhow::Res
     let Some(only) = only else { return Ok(all.to_vec()) };
     match all.iter().find(|name| **name == only) {
         Some(name) => Ok(vec![name]),
-        None => bail!("{option} {only} names nothing; there is {}", all.join(", ")),
+        None => bail!("there is no {option} {only}; the names are {}", all.join(", ")),
     }
 }
 
@@ -123,12 +124,13 @@ struct Effort {
     /// Length of each script, s.
     seconds: f64,
     hands: &'static [&'static str],
-    /// Scenes on which the greatest stable stiffness is searched, and how finely.
+    /// Scenes for which the greatest stable stiffness is searched, and the number of bisection
+    /// steps.
     searched: &'static [&'static str],
     halvings: usize,
     /// Hands in which slow methods are measured.
     costly_hands: &'static [&'static str],
-    /// Contact dampings of the Z-width map, N·s/m; none: no map.
+    /// Contact dampings of the Z-width map, N·s/m; empty for no map.
     dampings: &'static [(f64, &'static str)],
 }
 
@@ -151,7 +153,7 @@ impl Effort {
     };
 }
 
-/// Contact dampings of the Z-width map, and what its measures are called.
+/// Contact dampings of the Z-width map, and the names of its measures.
 const Z_WIDTH: [(f64, &str); 5] = [
     (0.0, "Z-width at 0 N·s/m"),
     (0.5, "Z-width at 0.5 N·s/m"),
@@ -176,8 +178,8 @@ fn measure_all(grounds: &[Ground], entries: &[Entry], effort: &Effort) -> anyhow
     Ok(outcomes)
 }
 
-/// Returns `work(k)` for each k below `count`, in order. All threads share the work; the terminal
-/// shows how many are done.
+/// Returns `work(k)` for each k below `count`, in order. All threads share the work. The terminal
+/// shows how many are finished.
 fn shared_out<T: Send>(count: usize, work: impl Fn(usize) -> anyhow::Result<T> + Sync) -> anyhow::Result<Vec<T>> {
     let slots: Vec<Mutex<Option<anyhow::Result<T>>>> = (0..count).map(|_| Mutex::new(None)).collect();
     let watched = output::watched();

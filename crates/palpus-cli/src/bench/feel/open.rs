@@ -1,16 +1,17 @@
-//! The open loop: every method gets the same poses, a thousand a second, and its wrench does not
+//! The open loop: every method gets the same poses, a thousand per second, and its wrench does not
 //! affect the motion.
 //!
-//! * *Steps*: how much force and torque change from one millisecond to the next, and by which angle
-//!   the force turns.
-//! * *Step over motion*: the force step over stiffness times the farthest way that a point of the
-//!   probe went in that millisecond. A single linear contact gives at most 1, a sum of n contacts
-//!   at most n, and a jump any value.
-//! * *Step while merging*, on the rails: the largest while depth stays the same and two contacts
-//!   become one, over the mean force.
-//! * *Truth*, where there is one ([`super::truth`]).
-//! * *Pop-through*: episodes in which the bodies overlap by more than a tenth of a millimetre, and
-//!   less than a tenth of the force (or of torque over reach) that belongs to it is felt.
+//! * *Steps*: the change of force and torque from one millisecond to the next, and the angle by
+//!   which the force turns.
+//! * *Step over motion*: the force step divided by the stiffness and by the largest motion of a
+//!   point of the probe in that millisecond. A single linear contact gives at most 1, a sum of n
+//!   contacts at most n, and a jump any value.
+//! * *Step while merging*, on the rails: the largest step while the depth stays the same and two
+//!   contacts become one, relative to the mean force.
+//! * *Truth*, for scenes that have one ([`super::truth`]).
+//! * *Pop-through*: an episode in which the bodies overlap by more than a tenth of a millimetre,
+//!   and the force is less than a tenth of the expected force (or the torque less than a tenth of
+//!   the expected force times the reach).
 
 use glam::DVec3;
 use palpus::algebra::Wrench;
@@ -22,33 +23,33 @@ use super::row::{Rows, largest, mean, quantile};
 use super::truth;
 use crate::bench::TICK;
 
-/// Forces below this part of the largest one are too small for their direction to count.
+/// Smaller forces, relative to the largest one, have no meaningful direction.
 pub(super) const FAINT: f64 = 0.05;
-/// Steps below this part of the largest force are not divided by the motion, since both are
+/// Smaller steps, relative to the largest force, are not divided by the motion, because both are
 /// rounding errors.
 const SMALL_STEP: f64 = 0.002;
-/// Smallest motion in a millisecond that the step is divided by, m.
+/// Smallest motion in a millisecond by which a step is divided, m.
 const LEAST_MOTION: f64 = 1e-6;
 /// Overlaps deeper than this must be felt, m.
 const MUST_BE_FELT: f64 = 1e-4;
-/// The part of stiffness times depth that must be felt.
+/// Smallest share of stiffness times depth that must be felt.
 const FELT_PART: f64 = 0.1;
 
 /// Measures of all ticks.
 #[derive(Default)]
 pub(super) struct Curve {
-    /// s.
+    /// Time, s.
     pub(super) times: Vec<f64>,
     pub(super) wrenches: Vec<Wrench>,
 }
 
-/// Answers of a method along a script.
+/// Results of a method along a script.
 #[derive(Default)]
 pub(super) struct Played {
     pub(super) wrenches: Vec<Wrench>,
     /// Wrenches of the probe at rest at every [`JUDGED`]th pose, if requested.
     pub(super) still: Vec<Wrench>,
-    /// The deepest contact by the method, m.
+    /// Separation of the deepest contact according to the method, m.
     pub(super) deepest: f64,
 }
 
@@ -62,12 +63,13 @@ pub(super) fn measure(ground: &Ground, entry: &Entry, rows: &mut Rows) -> anyhow
     Ok(Curve { times, wrenches: played.wrenches })
 }
 
-/// Friction is as in the scene, but off in scenes with a known truth, which has none.
+/// Friction is as in the scene. In scenes with a known truth it is off, because the truth has no
+/// friction.
 pub(super) fn tuning(ground: &Ground) -> Tuning {
     Tuning { friction: ground.truth.is_none(), ..Tuning::of(ground) }
 }
 
-/// Steps the method along the script; `is_held` asks for the wrenches at rest too.
+/// Steps the method along the script. `is_held` also requests the wrenches at rest.
 pub(super) fn play(ground: &Ground, method: &mut dyn Method, is_held: bool) -> Played {
     let mut played = Played::default();
     for (k, probe) in ground.script.iter().enumerate() {
@@ -130,11 +132,11 @@ fn steps(ground: &Ground, wrenches: &[Wrench], add: Add<'_>) {
     add("torque step over motion", "", torque_over_motion);
 }
 
-/// Times at which the knife on the rails has settled at its depth, and at which it leaves it, s.
+/// Times at which the knife on the rails reaches its final depth, and at which it leaves the rails,
+/// s.
 const MERGING: [f64; 2] = [0.9, 3.5];
 
-/// The largest step while the knife stays at its depth and only its two contacts approach each
-/// other.
+/// The largest step while the knife stays at its depth and its two contacts approach each other.
 fn merging(ground: &Ground, wrenches: &[Wrench], add: Add<'_>) {
     let [first, last] = MERGING.map(|time| (((time - ground.begin) / TICK).max(0.0) as usize).min(wrenches.len()));
     let within = &wrenches[first..last.max(first)];
@@ -145,7 +147,7 @@ fn merging(ground: &Ground, wrenches: &[Wrench], add: Add<'_>) {
     }
 }
 
-/// Degrees; exact for small angles, where a cosine is not.
+/// Angle in degrees. It is exact for small angles, unlike an angle from the cosine.
 pub(super) fn angle_between(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b)).to_degrees()
 }
@@ -166,7 +168,7 @@ fn pop_throughs(ground: &Ground, wrenches: &[Wrench]) -> usize {
     episodes
 }
 
-/// True if the force is much smaller than that of a contact of this stiffness and `depth`.
+/// True if the force is much smaller than the force of one contact of this stiffness at `depth`.
 pub(super) fn is_missing(ground: &Ground, depth: f64, wrench: &Wrench, stiffness: f64) -> bool {
     let felt = wrench.force.length() + wrench.torque.length() / ground.reach;
     depth > MUST_BE_FELT && felt < FELT_PART * stiffness * depth

@@ -119,7 +119,7 @@ fn introduction(measured: &Measured<'_>) -> Section<'static> {
     let mut text = String::from("Methods: ");
     let methods: Vec<String> = entries.iter().map(|entry| format!("{}: {}", entry.name, entry.summary)).collect();
     text += &methods.join("; ");
-    text += ". Open loop: all feel the same poses, 1000 a second. Closed loop: a simulated hand, one tick of delay, encoder steps of 0.03 mm, and the pace of a logged servo (978 to 1012 Hz, single ticks of up to 2.4 ms). A step over motion of 1 is what one contact of that stiffness does when it moves; a jump is more.";
+    text += ". Open loop: all methods get the same poses, 1000 per second. Closed loop: a simulated hand, one tick of delay, encoder steps of 0.03 mm, and the tick lengths of a recorded servo loop (978 to 1012 Hz, single ticks of up to 2.4 ms). A step over motion of 1 is the step of a single contact of this stiffness; a jump is larger.";
     if quick {
         text += " This is a quick run: parts of the scripts, one hand, a coarse search.";
     }
@@ -163,7 +163,7 @@ impl Pick<'_> {
         self.rows.iter().find(is_it).map(|row| row.value)
     }
 
-    /// One cell for each column; empty where nothing was measured.
+    /// Returns one cell for each column; cells without a measurement are empty.
     pub(super) fn cells(&self, method: &str, hand: &str, columns: &[Column]) -> Vec<String> {
         let cell = |column: &Column| {
             let values: Vec<f64> =
@@ -215,7 +215,7 @@ impl Pick<'_> {
     }
 }
 
-/// The table without empty rows and columns; the first `named` columns hold names.
+/// Removes empty rows and columns. The first `named` columns hold names.
 pub(super) fn without_empty(mut table: Table, named: usize) -> Table {
     table.rows.retain(|row| row[named..].iter().any(|cell| !cell.is_empty()));
     let kept: Vec<bool> = (0..table.head.len())
@@ -245,7 +245,7 @@ fn stiffness(value: f64, column: &Column) -> String {
     }
 }
 
-/// Values below this, in the unit of the table, are rounding.
+/// Smaller values, in the unit of the table, are rounding errors.
 const NOTHING: f64 = 1e-7;
 
 /// Returns the value with that many significant digits.
@@ -319,7 +319,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_said_with_the_digits_that_matter() {
+    fn numbers_have_significant_digits_only() {
         for (value, digits, expected) in [
             (0.0, 3, "0"),
             (1234.5, 3, "1234"),
@@ -334,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_not_measured_has_no_column() {
+    fn missing_measure_has_no_column() {
         let row = |hand, measure, value| Row { scene: "s", method: "m".into(), hand, measure, unit: "", value };
         let rows = [row("none", "limit cycle", 0.5), row("firm", "limit cycle", 2.0)];
         let pick = Pick { rows: &rows, scene: "s" };

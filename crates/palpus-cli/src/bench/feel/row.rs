@@ -9,7 +9,7 @@ use serde::Serialize;
 pub(super) struct Row {
     pub(super) scene: &'static str,
     pub(super) method: Cow<'static, str>,
-    /// Empty where no hand takes part.
+    /// Empty if no hand takes part.
     pub(super) hand: &'static str,
     pub(super) measure: &'static str,
     pub(super) unit: &'static str,
@@ -54,7 +54,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nothing_has_figures_of_zero() {
+    fn empty_list_has_figures_of_zero() {
         let values: Vec<f64> = (1..=100).rev().map(f64::from).collect();
         assert_eq!((quantile(&values, 0.99), quantile(&values, 1.0)), (99.0, 100.0));
         assert_eq!((quantile(&[], 0.5), largest(&[]), mean(&[])), (0.0, 0.0, 0.0));

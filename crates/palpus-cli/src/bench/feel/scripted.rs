@@ -1,14 +1,14 @@
 //! The closed loop along the scene's script, with simulated hands of different firmness. Where the
-//! script overlaps, the hand's target is so much deeper that it presses with two newtons, except in
-//! assembly scenes.
+//! script overlaps, the hand's target is so much deeper that the hand presses with two newtons. In
+//! assembly scenes, the hand does not press.
 //!
-//! * *Energy generated*: the most net work that the method has done on the hand at any time. A
-//!   positive value means that the method gave out more energy than it had received. For forces,
-//!   for torques, and for both together.
-//! * *Deepest shown*, *pop-throughs*: as in the open loop, by the judge, where the method shows the
-//!   probe; and how deep the hand itself went.
-//! * *Peg*: whether and when its tip has gone nine tenths of the way into the hole that the hand
-//!   wants, and with which force.
+//! * *Energy generated*: the largest net work that the method has done on the hand at any time, for
+//!   forces, for torques, and for both together. A positive value means that the method gave out
+//!   more energy than it had received.
+//! * *Deepest shown*, *pop-throughs*: as in the open loop, measured at the pose where the method
+//!   shows the probe. The depth of the hand itself is measured too.
+//! * *Peg*: whether and when its tip has reached nine tenths of the depth that the hand aims for,
+//!   and the force meanwhile.
 
 use palpus::algebra::{Pose, Wrench};
 use palpus_scenes::shape::PEG_TIP;
@@ -24,10 +24,10 @@ use crate::bench::TICK;
 const JUDGED: usize = 10;
 /// N.
 const PRESS: f64 = 2.0;
-/// Seconds that the run goes on after the script's end, since the hand lags.
+/// Time for which the run continues after the script's end, because the hand lags, s.
 const AFTER: f64 = 0.5;
 
-/// Follows the script with each hand of `hands`; answers what the last of them felt.
+/// Follows the script with each hand of `hands`. Returns the trace of the last one.
 pub(super) fn measure(
     ground: &Ground,
     entry: &Entry,
@@ -87,10 +87,10 @@ fn of_run(ground: &Ground, ticks: &[LoopTick], add: Add<'_>) {
     add("finite", "", f64::from(u8::from(ticks.len() > expected)));
 }
 
-/// The tip has arrived when it has gone this part of the way that the hand wants: a hand that meets
-/// friction stays behind.
+/// The tip has arrived when it has covered this share of the hand's way. A hand that meets friction
+/// stays behind its target.
 const ARRIVED: f64 = 0.9;
-/// The tip is in the hole below this, m.
+/// Height of the tip below which it is in the hole, m.
 const IN_HOLE: f64 = -0.5e-3;
 
 fn insertion(ground: &Ground, ticks: &[LoopTick], add: Add<'_>) {

@@ -1,24 +1,24 @@
 //! Compares a felt wrench with the true one, in scenes whose true contacts are known in closed
 //! form.
 //!
-//! Felt and true wrench are compared by the angle of their forces; by their size, once the one
-//! factor that fits best is allowed for; and by how far the line of action passes from the true
-//! one. For a method behind palpus's coupling, the difference is taken apart, in three:
+//! Felt and true wrench are compared by three measures: the angle between their forces, their size
+//! after scaling by the one factor that fits best, and the distance of their lines of action. For a
+//! method behind palpus's coupling, the difference is divided into three parts:
 //!
-//! * *the springs*: the true wrench through the coupling's springs against the true wrench. The
-//!   tool leans and gives way as far as the springs say; that is a felt stiffness and no error.
-//! * *the motion*: the felt wrench against that at the same pose once the hand holds still.
-//!   The damper of the coupling pushes while the tool approaches or leaves; a wrench of an earlier
-//!   pose would stand here too.
-//!   By how much, as a time: the *lag* is the shift of time by which the felt forces fit those at
-//!   rest best; negative where they lead, as a damper's do.
-//! * *the rest*: what is felt at rest against the true wrench through the springs: the engine's own
-//!   error.
+//! * *springs*: the difference between the true wrench transmitted by the coupling's springs and
+//!   the true wrench. The tool tilts and yields as far as the springs allow. This is a felt
+//!   stiffness, not an error.
+//! * *motion*: the difference between the felt wrench and the wrench felt at the same pose when the
+//!   hand holds still. The damper of the coupling pushes while the tool approaches or leaves. A
+//!   delayed wrench would also appear here. The *lag* is the time shift with which the felt forces
+//!   fit the forces at rest best. It is negative if the felt forces are early, as with a damper.
+//! * *rest*: the difference between the wrench felt at rest and the true wrench transmitted by the
+//!   springs. This is the engine's own error.
 //!
-//! The truth through the springs is a tool that the springs for translation and rotation at the
-//! grip hold to the hand, and that true contacts hold up: rigidly, from the contact offset on. Its
-//! balance is a linear complementarity problem, solved by projected Gauss-Seidel and linearised
-//! again at each pose that it comes to.
+//! The transmitted truth is computed with a tool that the translational and rotational springs hold
+//! to the hand at the grip, and that rigid true contacts support from the contact offset on. The
+//! balance is a linear complementarity problem. It is solved by projected Gauss-Seidel and
+//! linearised again at each pose of the iteration.
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Wrench};
@@ -31,7 +31,8 @@ use super::open::{Add, FAINT, angle_between};
 use super::row::{largest, quantile};
 use crate::bench::TICK;
 
-/// Poses at which the balance on springs is linearised, and sweeps over its contacts at each.
+/// Number of poses at which the balance is linearised, and of sweeps over its contacts at each of
+/// them.
 const LINEARISED: usize = 8;
 const SWEEPS: usize = 300;
 
@@ -72,8 +73,8 @@ const REST: Names = [
     ["line of action left p99", "line of action left max"],
 ];
 
-/// Adds how far `wrenches` are from the truth, if the scene has one; `still` are those at rest, at
-/// every [`JUDGED`]th pose, of a method behind palpus's coupling.
+/// Adds the differences of `wrenches` from the truth, if the scene has one. `still`: the wrenches
+/// at rest at every [`JUDGED`]th pose, for a method behind palpus's coupling.
 pub(super) fn measure(ground: &Ground, skin: Skin, wrenches: &[Wrench], still: &[Wrench], add: Add<'_>) {
     let Some(truth) = &ground.truth else { return };
     let skin = skin.width(ground);
@@ -140,8 +141,8 @@ fn compare(wanted: &[True], felt: &[Wrench], gain: Option<f64>, names: &Names, a
     Some(gain)
 }
 
-/// The time (s) by which `felt` forces are later than those at rest, of least squares; both at
-/// every [`JUDGED`]th tick. `None` where the forces at rest never change.
+/// Returns the time (s) by which the `felt` forces are later than the forces at rest, by least
+/// squares. Both are given at every [`JUDGED`]th tick. `None` if the forces at rest never change.
 fn lag(still: &[Wrench], felt: &[Wrench]) -> Option<f64> {
     let (mut product, mut square) = (0.0, 0.0);
     for (around, felt) in still.windows(3).zip(felt.iter().skip(1)) {
@@ -154,7 +155,7 @@ fn lag(still: &[Wrench], felt: &[Wrench]) -> Option<f64> {
 
 /// The springs between hand and tool.
 struct Springs {
-    /// Stiffness of the coupling and the contacts in a row, N/m.
+    /// Stiffness of the coupling and the contacts in series, N/m.
     stiffness: f64,
     /// N·m/rad.
     angular_stiffness: f64,
@@ -168,7 +169,7 @@ impl Springs {
         Some(Self { stiffness, angular_stiffness: coupling.angular_stiffness, grip_a: settings.grip_a })
     }
 
-    /// The wrench about the grip with which true contacts hold the tool up.
+    /// Returns the wrench about the grip with which true contacts support the tool.
     fn balance(&self, truth: &Truth, skin: f64, probe: &ProbeState) -> Wrench {
         let hand = probe.pose_ba;
         let grip = hand.point(self.grip_a);
@@ -192,8 +193,8 @@ impl Springs {
         wrench
     }
 
-    /// The sum of the contacts' forces. No contact pulls or overlaps, and those that push just
-    /// touch.
+    /// Returns the sum of the contacts' forces. No contact pulls or overlaps, and contacts that
+    /// push just touch.
     fn solved(&self, mut rows: Vec<Row>) -> Wrench {
         let (mut force, mut torque) = (DVec3::ZERO, DVec3::ZERO);
         for _ in 0..SWEEPS {
@@ -216,9 +217,9 @@ struct Row {
     normal: DVec3,
     /// Torque of a unit force along the normal about the grip, m.
     lever: DVec3,
-    /// How far the tool is from touching when the springs are relaxed, m.
+    /// Distance of the tool from touch when the springs are relaxed, m.
     offset: f64,
-    /// N.
+    /// Force of the contact, N.
     push: f64,
 }
 
@@ -233,16 +234,17 @@ mod tests {
         let still: Vec<Wrench> = times().map(at).collect();
         for shift in [-0.003, 0.0, 0.002] {
             let felt: Vec<Wrench> = times().map(|time| at(time - shift)).collect();
-            let lag = lag(&still, &felt).expect("forces that change");
+            let lag = lag(&still, &felt).expect("the forces change");
             assert!((lag - shift).abs() < 2e-5, "{lag} for {shift}");
         }
     }
 
-    /// A box that overhangs the table's edge by more than half tilts as far as its springs allow.
+    /// A box that overhangs the table's edge by more than half must tilt as far as its springs
+    /// allow.
     #[test]
-    fn a_tool_on_springs_leans_over_the_end() {
-        let scene = palpus_scenes::scene("box-edge").expect("a built-in scene");
-        let truth = Truth::of(&scene).expect("a scene with a truth");
+    fn tool_on_springs_tilts_over_the_edge() {
+        let scene = palpus_scenes::scene("box-edge").expect("the scene is built in");
+        let truth = Truth::of(&scene).expect("the scene has a truth");
         let springs = Springs { stiffness: 400.0, angular_stiffness: 1.0, grip_a: DVec3::ZERO };
         let probe = |x: f64| ProbeState {
             pose_ba: Pose::from_translation(DVec3::new(x, 0.0, 0.0145)),
@@ -251,7 +253,7 @@ mod tests {
         let flat = springs.balance(&truth, 0.0, &probe(0.0));
         assert!((flat.force - DVec3::Z * 0.2).length() < 1e-6, "{flat:?}");
         assert!(flat.torque.length() < 1e-6, "{flat:?}");
-        // The table's end is 15 mm from the middle, towards −x.
+        // The table's edge is 15 mm from the box's centre, towards −x.
         let leaning = springs.balance(&truth, 0.0, &probe(0.165));
         let share = 1.0 / (1.0 + 400.0 * 0.015 * 0.015);
         assert!((leaning.force.z - 0.2 * share).abs() < 0.01 * 0.2, "{leaning:?}");

@@ -1,4 +1,5 @@
-//! The cost of a step against triangles at equal contacts, and against contacts at equal triangles.
+//! Measures the cost of a step as a function of the number of triangles at equal contacts, and of
+//! the number of contacts at equal triangles.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -16,13 +17,13 @@ use crate::bodies;
 use crate::plots::{BLUE, Figure, GREEN, Panel, Series, VERMILION, write_svg};
 use palpus::algebra::Random;
 
-/// Seed of the sides from which the ball comes.
+/// Seed of the directions from which the ball comes.
 const SEED: u64 = 0x5ca1_e002;
 /// From a part drawn by hand to a CT scan.
 const TRIANGLES: [usize; 6] = [1_000, 3_000, 10_000, 30_000, 100_000, 906_000];
-/// The contacts that each size is brought to.
+/// Mean number of contacts at each size.
 const CONTACTS: f64 = 4.0;
-/// The sweep over contacts is made at this size.
+/// The sweep over contacts uses this size.
 const SIZE: usize = 100_000;
 /// Tolerances of that sweep, m.
 const TOLERANCES: [f64; 7] = [0.000_01, 0.000_02, 0.000_04, 0.000_08, 0.000_16, 0.000_32, 0.000_64];
@@ -76,12 +77,12 @@ fn ball_on_scan(triangles: usize) -> anyhow::Result<Bodies> {
     })
 }
 
-/// m.
+/// Radius of the ball, m.
 const BALL_RADIUS: f64 = 0.02;
 /// 5120 triangles.
 const BALL_SUBDIVISIONS: u32 = 4;
 
-/// Places where the ball touches, and what slides about them.
+/// Places at which the ball touches, and the body that slides there.
 struct Touches {
     orbits: Vec<Orbit>,
     ticks: usize,
@@ -95,7 +96,7 @@ impl Touches {
         Self { orbits, ticks }
     }
 
-    /// Stretches of the motion for a tolerance: the ball sinks in by a share of it.
+    /// Stretches of the motion for a tolerance. The ball sinks in by a share of the tolerance.
     fn poses(&self, tolerance: f64) -> Vec<Vec<Pose>> {
         let slide = |orbit: &Orbit, count: usize| {
             let pose = |k: usize| orbit.slide(TAU * k as f64 / PERIOD, SIDEWAYS, SINKS * tolerance);
@@ -106,7 +107,7 @@ impl Touches {
     }
 }
 
-/// The tolerance at which a tick has [`CONTACTS`] contacts on the average.
+/// Returns the tolerance at which a tick has [`CONTACTS`] contacts on average.
 fn tolerance_for(bodies: &Bodies, touches: &Touches) -> f64 {
     let settings = QuerySettings { capacity: 1 << 14, ..QuerySettings::default() };
     let mut query = ContactQuery::new(bodies.a.clone(), bodies.b.clone(), settings);
@@ -127,18 +128,18 @@ fn tolerance_for(bodies: &Bodies, touches: &Touches) -> f64 {
     (low * high).sqrt()
 }
 
-/// How far the ball slides to each side, m: at most 6 mm/s.
+/// Sliding distance of the ball to each side, m; at most 6 mm/s.
 const SIDEWAYS: f64 = 0.000_5;
 /// Depth of the ball, as a share of the tolerance.
 const SINKS: f64 = 0.2;
-/// m: near enough to count as touching is a hundredth of it.
+/// Gap that counts as touching, m: a hundredth of this is near enough.
 const GAP: f64 = 0.000_01;
-/// Every so many ticks are asked when contacts are counted.
+/// Contacts are counted at one tick out of this many.
 const SAMPLE: usize = 50;
-/// m: between a micrometre and a centimetre.
+/// Range of the search for the tolerance, m.
 const LEAST_TOLERANCE: f64 = 1e-6;
 const LARGEST_TOLERANCE: f64 = 1e-2;
-/// To less than a hundredth of the tolerance.
+/// The search ends within a hundredth of the tolerance.
 const BISECTIONS: usize = 12;
 
 fn figure(title: String, x_label: &'static str, rows: &[Row], x: &dyn Fn(&Row) -> f64) -> Figure {

@@ -1,5 +1,5 @@
-//! The error of a bounded step: the wrench in the hand with an allowance of work beside the one
-//! without, on the same motion of the device, both coupled as by default.
+//! Measures the error of a step with limited work: it compares the wrench on the hand with the
+//! wrench without a limit, on the same motion of the device, both behind the default coupling.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -12,9 +12,9 @@ use serde::Serialize;
 use super::pairs::{self, Pair};
 use crate::bench::TICK;
 
-/// Units of work that a step may do: what fits into 0.6 ms at 100 ns a unit.
+/// Work limit of a step: what fits into 0.6 ms at 100 ns for each unit.
 pub(super) const ALLOWED: u64 = 6000;
-/// Ticks of the comparison: without an allowance, a tick of a thread takes a tenth of a second.
+/// Ticks of the comparison. Without a limit, a tick of a thread takes a tenth of a second.
 const TICKS: usize = 600;
 /// Tolerance of a scene without one, as a share of the smaller body.
 const TOLERANCE: f64 = 0.01;
@@ -24,8 +24,8 @@ const TOLERANCE: f64 = 0.01;
 pub(super) struct Hurried {
     name: &'static str,
     ticks: usize,
-    /// Share of the ticks in which the allowance did not suffice, and of the contacts that were
-    /// carried then.
+    /// Share of the ticks in which the limit was reached, and share of the contacts that were
+    /// extrapolated in them.
     late: f64,
     held: f64,
     force: Difference,
@@ -35,13 +35,13 @@ pub(super) struct Hurried {
 /// Errors of force (N) or torque (N·m).
 #[derive(Debug, Serialize)]
 pub(super) struct Difference {
-    /// The largest without an allowance.
+    /// Largest value without a limit.
     most: f64,
-    /// From that of the step without an allowance.
+    /// Difference from the step without a limit.
     mean: f64,
     p99: f64,
     worst: f64,
-    /// The largest change in a tick, without an allowance and with it.
+    /// Largest change in a tick, without a limit and with it.
     step: f64,
     hurried_step: f64,
 }
@@ -56,7 +56,7 @@ pub(super) fn measure(pair: &Pair, files: &[PathBuf; 2], ticks: usize) -> anyhow
     for stretch in &stretches {
         full.clear();
         hurried.clear();
-        // The first step begins at the roots of both bodies. No force is on then, so it is left
+        // The first step begins at the roots of both bodies. There is no force yet, so it is left
         // out of the comparison.
         hurried.allow(None);
         for renderer in [&mut full, &mut hurried] {
@@ -88,7 +88,7 @@ pub(super) fn measure(pair: &Pair, files: &[PathBuf; 2], ticks: usize) -> anyhow
     })
 }
 
-/// As for a scene that names two meshes and nothing else.
+/// Settings of a scene file that names only two meshes.
 fn settings(a: &Body, b: &Body) -> Settings {
     Settings::coupled(Settings::default().limits, TICK, TOLERANCE * a.size().min(b.size()))
 }
@@ -124,13 +124,13 @@ impl Gathered {
     }
 }
 
-/// The pairs in words.
+/// The results of the pairs as text.
 pub(super) fn text(rows: &[Hurried]) -> String {
-    let mut text = format!("with {ALLOWED} units of work a step, beside as much as there is:\n");
+    let mut text = format!("with {ALLOWED} units of work in a step, compared with no limit:\n");
     for row in rows {
         let Hurried { name, ticks, late, held, force, torque } = row;
         text += &format!(
-            "{name}: {ticks} ticks, {:.0} % of them short of work, {:.0} % of the contacts carried\n",
+            "{name}: {ticks} ticks, {:.0} % of them at the work limit, {:.0} % of the contacts extrapolated\n",
             100.0 * late,
             100.0 * held
         );

@@ -1,15 +1,15 @@
-//! `palpus bench scale`: what a step costs, and what it does not depend on.
+//! `palpus bench scale`: measures the time of a step, and on what it does not depend.
 //!
-//! 1. *Against triangles*: a ball on a scanned torus of 1 k to 906 k triangles. The tolerance is
-//!    chosen so that the same number of contacts is felt at each size.
-//! 2. *Against contacts*: the ball on one size of it, the tolerance growing.
-//! 3. *Pairs*: scanned and constructed parts in contact, with the poses left beside the times, so
-//!    that others can be asked the same (`benches/peers/coal_scale.py`).
-//! 4. *Hurried*: the same pairs, coupled, with the work of a step bounded, beside the same without
-//!    a bound.
+//! 1. *Triangles*: a ball on a scanned torus of 1 k to 906 k triangles. The tolerance is chosen so
+//!    that each size has the same number of contacts.
+//! 2. *Contacts*: the ball on one size of the torus with a growing tolerance.
+//! 3. *Pairs*: scanned and constructed parts in contact. The poses are stored with the times, so
+//!    that other libraries can process the same poses (`benches/peers/coal_scale.py`).
+//! 4. *Hurried*: the same pairs, coupled, with limited work in a step, compared with steps without
+//!    a limit.
 //!
-//! Every tick of contact is computed in several passes and the least of its times kept: the engine
-//! does the same in each, and what differs is what the operating system did meanwhile.
+//! Every tick of contact is computed in several passes, and its smallest time is kept. The engine
+//! does the same work in each pass, so the differences come from the operating system.
 
 mod growth;
 mod hurried;
@@ -37,7 +37,7 @@ pub(super) fn scale(out: &Path, models: Option<&Path>, effort: Effort, only: Opt
     if let Some(only) = only
         && !known.clone().any(|name| name == only)
     {
-        bail!("--only {only} names nothing; there is {}", known.collect::<Vec<_>>().join(", "));
+        bail!("there is no --only {only}; the names are {}", known.collect::<Vec<_>>().join(", "));
     }
     let wanted = |name: &str| only.is_none_or(|only| only == name);
     if wanted("triangles") {
@@ -80,7 +80,7 @@ fn bound(out: &Path, models: Option<&Path>, effort: Effort) -> anyhow::Result<()
     Ok(())
 }
 
-/// How much is timed.
+/// Extent of the measurement.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Effort {
     /// Ticks of contact per pair.
@@ -89,7 +89,7 @@ pub(super) struct Effort {
     pub(super) passes: u32,
 }
 
-/// One line of the answer.
+/// One row of the results.
 #[derive(Debug, Serialize)]
 struct Row {
     name: String,
@@ -97,11 +97,11 @@ struct Row {
     triangles_b: usize,
     pieces_a: usize,
     pieces_b: usize,
-    /// m.
+    /// Contact tolerance, m.
     tolerance: f64,
     #[serde(flatten)]
     times: Times,
-    /// How the pair was posed, for others to repeat it.
+    /// Poses of the pair, for other libraries.
     #[serde(skip_serializing_if = "Option::is_none")]
     repeat: Option<pairs::Repeat>,
 }
@@ -121,7 +121,7 @@ impl Row {
     }
 }
 
-/// Prints the rows and leaves them as text, CSV and JSON.
+/// Prints the rows and writes them as text, CSV and JSON.
 fn report(out: &Path, name: &str, rows: &[Row]) -> anyhow::Result<()> {
     let text = text(rows);
     output::line(&text);

@@ -10,40 +10,40 @@ use palpus::detect::{ContactQuery, QuerySettings};
 
 use palpus::algebra::Random;
 
-/// How a probe moves.
+/// Motion of a probe.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Motion {
-    /// Approaches from a random side until it touches, then goes in and out between touching and an
-    /// amplitude deep, and sideways: along the approach it never backs off, so that the median tick
-    /// is one of contact as the slowest are.
+    /// Approaches from a random side until it touches. It then moves in and out between first touch
+    /// and a depth of one amplitude, and sideways. It never backs off along the approach, so that
+    /// the median tick, like the slowest one, is a tick of contact.
     Orbit,
     /// Turns to and fro about an axis of the environment's frame through `center`, advances with
-    /// the turn as a screw does, and sways.
+    /// the turn like a screw, and sways.
     Screw {
         /// Position of the probe's frame at rest, m.
         rest: DVec3,
-        /// A point of the axis (its direction is z), m.
+        /// A point of the axis, m. The axis is parallel to z.
         center: DVec3,
         /// The largest turn to each side, rad.
         swing: f64,
-        /// Advance in a whole turn, m.
+        /// Advance in a full turn, m.
         pitch: f64,
-        /// The largest way across the axis, m.
+        /// Largest displacement across the axis, m.
         sway: f64,
-        /// The largest way along the axis to each side, besides the screw's, m.
+        /// Largest displacement along the axis to each side, besides the screw's, m.
         lift: f64,
     },
 }
 
-/// Ticks in which a hand goes to and fro: two a second.
+/// Ticks in which a hand moves to and fro once: two periods per second.
 pub(in crate::bench) const PERIOD: f64 = 500.0;
-/// Ticks of a stretch, at the most.
+/// Largest number of ticks in a stretch.
 pub(super) const STRETCH: usize = 2000;
 
-/// Stretches of poses of a in b's frame: `ticks` poses in all, not counting the first pose of each
-/// stretch.
+/// Stretches of poses of a in b's frame: `ticks` poses in total, not counting the first pose of
+/// each stretch.
 ///
-/// `amplitude` (m) is how far an orbit goes in, and sideways to each side.
+/// `amplitude` (m): the depth of an orbit, and its sideways distance to each side.
 pub(super) fn stretches(
     motion: &Motion,
     a: &Arc<Body>,
@@ -70,7 +70,7 @@ pub(super) fn stretches(
                     let phase = begin + TAU * k as f64 / PERIOD;
                     let angle = swing * phase.sin();
                     let turn = DQuat::from_rotation_z(angle);
-                    // Another frequency, so that every side is touched at every turn.
+                    // Another frequency, so that every side is touched during every turn.
                     let (sin, cos) = (0.77 * phase).sin_cos();
                     let across = DVec3::new(cos, sin, 0.0) * sway;
                     let along = DVec3::Z * (pitch * angle / TAU + lift * (0.5 * phase).cos());
@@ -83,13 +83,13 @@ pub(super) fn stretches(
     answer
 }
 
-/// Returns the query that [`Orbit::touching`] asks: for the nearest points, whatever the distance.
+/// Returns the query for [`Orbit::touching`]: nearest points at any distance.
 pub(in crate::bench) fn nearest_query(a: &Arc<Body>, b: &Arc<Body>) -> ContactQuery {
     let settings = QuerySettings { tolerance: 0.0, capacity: 1 << 14, ..QuerySettings::default() };
     ContactQuery::new(a.clone(), b.clone(), settings)
 }
 
-/// About a place where the bodies touch.
+/// Motion about a place at which the bodies touch.
 pub(super) struct Orbit {
     touch: Pose,
     /// Centre of the probe, in its frame.
@@ -100,7 +100,7 @@ pub(super) struct Orbit {
     amplitude: f64,
 }
 
-/// An orbit turns the probe by this much to each side, rad.
+/// Largest rotation of the probe to each side in an orbit, rad.
 const ORBIT_TURN: f64 = 0.02;
 /// Steps of the search for first touch; the gap shrinks geometrically.
 const MOST_ADVANCES: usize = 200;
@@ -108,7 +108,7 @@ const MOST_ADVANCES: usize = 200;
 const TOUCHING: f64 = 0.01;
 
 impl Orbit {
-    /// A place to which the probe comes from a random side.
+    /// Returns a touching pose that the probe reaches from a random side.
     pub(super) fn touching(query: &mut ContactQuery, amplitude: f64, random: &mut Random) -> Self {
         let (a, b) = (query.a().clone(), query.b().clone());
         loop {
@@ -128,7 +128,7 @@ impl Orbit {
                 }
                 way -= gap;
             }
-            // Straight through a hole: another side.
+            // The approach went through a hole, so another side is tried.
             if gap <= TOUCHING * amplitude {
                 let sideways = outward.cross(random.vector()).normalize_or(outward.any_orthonormal_vector());
                 return Self { touch: at(way), middle, outward, sideways, spin: random.vector(), amplitude };
@@ -143,8 +143,8 @@ impl Orbit {
         Pose { translation: self.touch.translation + shift, ..self.touch }
     }
 
-    /// At phase 0 the bodies touch, at half a turn they are an amplitude deeper along the normal.
-    /// The sideways way and the turn may still part them on curved surfaces.
+    /// At phase 0 the bodies touch. At half a period they are deeper by one amplitude along the
+    /// normal. On curved surfaces, the sideways motion and the rotation may still separate them.
     fn pose(&self, phase: f64) -> Pose {
         let (sin, cos) = phase.sin_cos();
         let spin = DQuat::from_scaled_axis(self.spin * (ORBIT_TURN * sin));

@@ -22,28 +22,28 @@ pub(in crate::bench) struct Model {
     scale: f64,
 }
 
-/// Two models and how they meet.
+/// Two models and their motion.
 pub(in crate::bench) struct Pair {
     pub(in crate::bench) name: &'static str,
     pub(super) a: Model,
     pub(super) b: Model,
     motion: Motion,
-    /// m.
+    /// Contact tolerance, m.
     tolerance: f64,
-    /// m; of an orbit.
+    /// Amplitude of an orbit, m.
     amplitude: f64,
 }
 
-/// Seed of the sides from which bodies meet.
+/// Seed of the directions from which bodies meet.
 const SEED: u64 = 0x5ca1_e001;
 
-/// Newell's tea set at the size of a tea set.
+/// Newell's tea set, scaled to the usual size.
 const TEA: f64 = 0.08;
 
-/// The pairs. Sizes are those of hand-held things; tolerances are what a user would choose for
-/// them.
+/// The pairs. Their sizes are those of hand-held objects. The tolerances are typical choices of a
+/// user.
 pub(in crate::bench) const PAIRS: [Pair; 6] = [
-    // As the paper has it, at about 1 % of the smaller body.
+    // As in the paper, about 1 % of the smaller body.
     Pair {
         name: "spoon-cup",
         a: Model { file: "teaspoon_336.obj", scale: TEA },
@@ -60,8 +60,8 @@ pub(in crate::bench) const PAIRS: [Pair; 6] = [
         tolerance: 0.002,
         amplitude: 0.002,
     },
-    // Seated against the upper flank of the thread, turned to and fro by 3 degrees: 0.06 mm of
-    // play, used up on one side.
+    // Seated against the upper flank of the thread and turned to and fro by 3 degrees. The 0.06 mm
+    // of play is on one side.
     Pair {
         name: "nut-bolt",
         a: Model { file: "nut_m16_loose.obj", scale: 1.0 },
@@ -77,7 +77,7 @@ pub(in crate::bench) const PAIRS: [Pair; 6] = [
         tolerance: 0.000_005,
         amplitude: 0.0,
     },
-    // Meshed, 0.18 mm of play between the teeth: the turn takes it up on both sides.
+    // Meshed, with 0.18 mm of play between the teeth. The rotation uses up the play on both sides.
     Pair {
         name: "gears",
         a: Model { file: "gear_medium.obj", scale: 1.0 },
@@ -112,7 +112,7 @@ pub(in crate::bench) const PAIRS: [Pair; 6] = [
 ];
 
 impl Pair {
-    /// Both files, if both are there.
+    /// Returns both files if they exist.
     pub(in crate::bench) fn files(&self, models: &Path) -> Option<[PathBuf; 2]> {
         Some([find(models, self.a.file)?, find(models, self.b.file)?])
     }
@@ -125,7 +125,7 @@ pub(super) struct Repeat {
     b: PathBuf,
     scale_a: f64,
     scale_b: f64,
-    /// Poses of a in b's frame, m; the first of every stretch is not timed.
+    /// Poses of a in b's frame, m. The first pose of every stretch is not timed.
     poses: PathBuf,
     stretch_starts: Vec<usize>,
     seed: u64,
@@ -152,7 +152,7 @@ pub(in crate::bench) fn posed(
     Ok((bodies, stretches))
 }
 
-/// Prepares, moves and times a pair, and leaves its poses in `out`.
+/// Prepares, moves and times a pair, and writes its poses to `out`.
 pub(super) fn measure(pair: &Pair, files: &[PathBuf; 2], out: &Path, effort: Effort) -> anyhow::Result<Row> {
     let (bodies, stretches) = posed(pair, files, effort.ticks)?;
     let poses = out.join(format!("{}_poses.csv", pair.name));

@@ -11,9 +11,9 @@ use crate::clock::WallClock;
 /// Times of the steps of a motion, µs.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct Times {
-    /// Ticks that were timed.
+    /// Number of timed ticks.
     pub(super) ticks: usize,
-    /// Contacts a tick, on the average.
+    /// Mean number of contacts in a tick.
     pub(super) contacts: f64,
     pub(super) p50: f64,
     pub(super) p99: f64,
@@ -21,9 +21,9 @@ pub(super) struct Times {
     pub(super) max: f64,
 }
 
-/// Times the step along stretches of coherent motion. A renderer is at rest before each stretch:
-/// the first tick of a stretch places the probe and is not counted. Of each tick the least time of
-/// so many passes is kept.
+/// Times the step along stretches of coherent motion. The renderer is cleared before each stretch.
+/// The first tick of a stretch places the probe and is not counted. Of each tick, the smallest time
+/// of all passes is kept.
 pub(super) fn time(bodies: &Bodies, stretches: &[Vec<Pose>], tolerance: f64, passes: u32) -> anyhow::Result<Times> {
     let mut renderer = Renderer::new(bodies.a.clone(), bodies.b.clone(), settings(tolerance))?;
     let clock = WallClock::new();

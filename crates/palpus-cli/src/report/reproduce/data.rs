@@ -70,12 +70,12 @@ pub(super) fn quantile(values: &[f64], share: f64) -> f64 {
     palpus::algebra::quantile(&mut finite, share).unwrap_or(f64::NAN)
 }
 
-/// A number within a document, by its path of names.
+/// Returns a number in a document, by its path of names.
 pub(super) fn number(document: &Value, way: &[&str]) -> Option<f64> {
     way.iter().try_fold(document, |value, name| value.get(name))?.as_f64()
 }
 
-/// A text within a document.
+/// Returns a text in a document.
 pub(super) fn word<'v>(document: &'v Value, way: &[&str]) -> Option<&'v str> {
     way.iter().try_fold(document, |value, name| value.get(name))?.as_str()
 }

@@ -1,5 +1,5 @@
-//! Machine and program of a reproduction, for readers who judge the figures. Neither the machine
-//! nor its user is named.
+//! Describes the machine and the program of a reproduction, so that readers can judge the figures.
+//! The names of the machine and its user are not included.
 
 use std::fs::read_to_string;
 
@@ -23,7 +23,7 @@ pub(super) fn versions() -> Facts {
     let known = |text: &'static str| Some(text).filter(|text| !text.is_empty());
     let profile = known(env!("PALPUS_PROFILE")).map(|profile| match profile {
         "release" => "release".to_owned(),
-        other => format!("{other}: not optimised, its times mean little"),
+        other => format!("{other}: not optimised, so its times are not representative"),
     });
     [
         ("palpus", Some(env!("CARGO_PKG_VERSION").to_owned())),
@@ -58,7 +58,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_machine_is_read_from_what_its_kernel_says() {
+    fn machine_is_read_from_kernel_files() {
         assert_eq!(processor("processor\t: 0\nmodel name\t: A Fast One\n").as_deref(), Some("A Fast One"));
         assert_eq!(processor("model name\t:\n"), None);
         assert_eq!(memory("MemTotal:        4000000 kB\n").as_deref(), Some("4.1 GB"));

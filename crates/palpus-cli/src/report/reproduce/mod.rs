@@ -1,13 +1,13 @@
-//! The page of the whole reproduction: every table and figure of the paper beside what is measured
-//! here, and what goes beyond it.
+//! The page of the whole reproduction: every table and figure of the paper with the results
+//! measured here, and the further benchmarks.
 //!
-//! 1. *Plan* ([`plan`]): one command a step, as a user would type it.
-//! 2. *Run* ([`ran`]): one after another, since most of them measure times. What came of a step is
-//!    kept beside its files.
-//! 3. *Page* ([`page`], [`paper`], [`sections`]): made of these files ([`data`]), so that it can be
-//!    made again without measuring. Every section says whether its figures were measured in this
-//!    run, by which command, and how long that took; figures from the documents ([`stored`]) are
-//!    marked as such.
+//! 1. *Plan* ([`plan`]): one command for each step, as a user would type it.
+//! 2. *Run* ([`ran`]): the steps run one after another, because most of them measure times. The
+//!    outcome of a step is stored with its files.
+//! 3. *Page* ([`page`], [`paper`], [`sections`]): made from these files ([`data`]), so that it can
+//!    be made again without measuring. Every section states whether its figures were measured in
+//!    this run, by which command, and how long it took. Figures from the documentation ([`stored`])
+//!    are marked.
 
 mod data;
 mod machine;
@@ -34,7 +34,7 @@ use crate::output;
 /// Description of a reproduction.
 #[derive(Debug, Serialize, Deserialize)]
 struct Reproduction {
-    /// When it began; names it.
+    /// Start time, which identifies the reproduction.
     run: String,
     command: String,
     quick: bool,
@@ -43,7 +43,7 @@ struct Reproduction {
     versions: Vec<(String, String)>,
 }
 
-/// In the folder of a reproduction.
+/// File in the folder of a reproduction.
 const FILE: &str = "reproduction.json";
 
 /// True if the folder holds a reproduction.
@@ -51,9 +51,9 @@ pub(super) fn is_in(folder: &Path) -> bool {
     folder.join(FILE).is_file()
 }
 
-/// Runs everything and makes the page of it in `folder`.
+/// Runs all steps and makes their page in `folder`.
 pub(super) fn reproduce(arguments: &ReportArguments, folder: &Path) -> anyhow::Result<()> {
-    // Steps are run elsewhere than here (cargo's benches), and have to find it.
+    // Some steps run in another folder (cargo's benches) and need an absolute path.
     let out = std::path::absolute(folder).context("the folder of the report has no path")?;
     let models = arguments.models.as_deref().map(std::path::absolute).transpose().context("--models has no path")?;
     if let Some(models) = models.as_deref().filter(|models| !models.is_dir()) {
@@ -63,7 +63,7 @@ pub(super) fn reproduce(arguments: &ReportArguments, folder: &Path) -> anyhow::R
     let steps = plan(&wanted);
     if let Some(only) = arguments.only.iter().find(|only| steps.iter().all(|step| step.id != only.as_str())) {
         bail!(
-            "--only {only} names no step; there are {}",
+            "there is no step {only}; the steps are {}",
             steps.iter().map(|step| step.id).collect::<Vec<_>>().join(", ")
         );
     }
@@ -76,7 +76,7 @@ pub(super) fn reproduce(arguments: &ReportArguments, folder: &Path) -> anyhow::R
     let begin = Instant::now();
     let about: f64 = steps.iter().filter(|step| step.command.is_ok()).map(|step| step.about).sum();
     output::note(format!(
-        "{} steps, about {} on two quiet cores; the page is made of whatever succeeds",
+        "{} steps, about {} on two quiet cores; the page has all steps that succeed",
         steps.len(),
         duration(about)
     ));
@@ -103,12 +103,12 @@ pub(super) fn reproduce(arguments: &ReportArguments, folder: &Path) -> anyhow::R
     };
     keep(&out.join(FILE), &reproduction)?;
     if failed > 0 {
-        output::note(format!("{failed} of {} steps failed; the page says which", steps.len()));
+        output::note(format!("{failed} of {} steps failed; the page names them", steps.len()));
     }
     Ok(())
 }
 
-/// As it was typed, without places.
+/// The command as typed, without folders.
 fn command(arguments: &ReportArguments) -> String {
     let mut command = "palpus report DIR --reproduce".to_owned();
     if arguments.quick {
@@ -149,7 +149,7 @@ pub(super) fn page(folder: &Path) -> anyhow::Result<String> {
     sections::depth(&mut page, &data, run);
     sections::made(&mut page, &data, &reproduction);
     page.element("footer", "", |footer| {
-        footer.text("This page loads nothing: it can be mailed and kept. Colours follow the reader's system; it prints on paper.");
+        footer.text("This page loads no other files, so it can be mailed and stored. Its colours follow the reader's system, and it can be printed.");
     });
     Ok(page.page(title))
 }
@@ -174,8 +174,8 @@ fn head(html: &mut Html, title: &str, data: &Data<'_>, reproduction: &Reproducti
     });
     html.element("p", "lead", |lead| {
         lead.text(
-            "palpus beside Kim, Otaduy, Lin, Manocha: Six-Degree-of-Freedom Haptic Display Using Localized Contact Computations (2002): its \
-             table and figures, measured again, and what goes beyond it.",
+            "palpus beside Kim, Otaduy, Lin, Manocha: Six-Degree-of-Freedom Haptic Display Using Localized \
+            Contact Computations (2002): its table and figures, measured again, and further benchmarks.",
         );
     });
     let here = |id: &&&'static str| {
@@ -196,7 +196,8 @@ fn head(html: &mut Html, title: &str, data: &Data<'_>, reproduction: &Reproducti
     });
 }
 
-/// Under a section's title: whether its figures were measured in this run, by what, for how long.
+/// The line below a section's title: whether its figures were measured in this run, by which
+/// command, and how long it took.
 fn origin(html: &mut Html, data: &Data<'_>, id: &str, run: &str) {
     let Some(ran) = data.ran(id) else {
         html.element("p", "origin", |p| {

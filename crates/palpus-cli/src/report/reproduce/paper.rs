@@ -1,5 +1,5 @@
-//! Sections on the paper's Table 1 and Figures 4, 5 and 6. Its pictures are described, since we may
-//! not copy them.
+//! Sections on the paper's Table 1 and Figures 4, 5 and 6. The paper's pictures are described,
+//! because they may not be copied.
 
 use serde_json::Value;
 
@@ -8,12 +8,13 @@ use super::origin;
 use crate::numbers::{counted, number_of, said};
 use crate::report::html::{Html, Table, Tone};
 
-/// Pieces of the models.
+/// Number of pieces of the models.
 pub(super) fn table_1(html: &mut Html, data: &Data<'_>, run: &str) {
     html.section("table1", "Table 1: convex pieces", |section| {
         section.paragraph(
-            "Into how many convex pieces the surface of a model is cut; fewer is better, and no piece may leave the solid. The paper's \
-             meshes are not published: ours have the same numbers of triangles. Counts do not depend on the machine.",
+            "The number of convex pieces into which the surface of a model is divided. Fewer pieces are better, \
+            and no piece may extend beyond the solid. The paper's meshes are not published; the meshes here have \
+             the same numbers of triangles. The numbers of pieces do not depend on the machine.",
         );
         origin(section, data, "figures", run);
         let Some(rows) = data.json::<Vec<Value>>("figures", "table1.json") else { return };
@@ -33,7 +34,14 @@ pub(super) fn table_1(html: &mut Html, data: &Data<'_>, run: &str) {
             ]
         };
         let head = [
-            "model", "mesh", "triangles", "pieces", "per triangle", "paper: triangles", "paper: pieces", "paper: per triangle",
+            "model",
+            "mesh",
+            "triangles",
+            "pieces",
+            "per triangle",
+            "paper: triangles",
+            "paper: pieces",
+            "paper: per triangle",
             "prepared in (s)",
         ];
         section.table(&Table {
@@ -49,9 +57,10 @@ pub(super) fn table_1(html: &mut Html, data: &Data<'_>, run: &str) {
 pub(super) fn figure_4(html: &mut Html, data: &Data<'_>, run: &str) {
     html.section("figure4", "Figure 4: a contact scenario", |section| {
         section.paragraph(
-            "The paper's picture: a spoon touches a cup; the contacts are in four clusters, one penetrating (P, a red arrow) and three \
-             within the tolerance (D, green arrows); an arrow's length is the size of its force. Ours: the tick of the built-in script that is most \
-             like it, rendered directly with exact linkage, as in the paper.",
+            "The paper's picture: a spoon touches a cup; the contacts are in four clusters, one penetrating (P, a \
+             red arrow) and three within the tolerance (D, green arrows); an arrow's length is the size of its \
+            force. Here: the most similar tick of the built-in script, rendered directly with exact linkage as \
+            in the paper.",
         );
         origin(section, data, "figures", run);
         let pictures = ["figure4.png", "figure4_dark.png", "figure4_near.png", "figure4_near_dark.png"];
@@ -61,7 +70,7 @@ pub(super) fn figure_4(html: &mut Html, data: &Data<'_>, run: &str) {
         };
         section.element("div", "shots", |all| {
             all.picture_pair(&whole, &whole_dark, "A spoon in a cup");
-            all.picture_pair(&near, &near_dark, "The same from near: contacts, and the force of each cluster");
+            all.picture_pair(&near, &near_dark, "Close-up: contacts, and the force of each cluster");
         });
         section.key(&[("disjoint", "within the tolerance (D)"), ("penetrating", "penetrating (P)")]);
         let Some(described) = data.json::<Value>("figures", "figure4.json") else { return };
@@ -78,7 +87,7 @@ pub(super) fn figure_4(html: &mut Html, data: &Data<'_>, run: &str) {
         let tick = number(&described, &["tick"]).unwrap_or(f64::NAN);
         section.table(&Table {
             title: format!(
-                "Clusters at tick {}; each pushes with {} N/m times what its deepest contact is within the tolerance",
+                "Clusters at tick {}; its force is {} N/m times the engagement (tolerance minus separation) of its deepest contact",
                 said(tick, 6),
                 number(&described, &["stiffness"]).map_or(String::new(), |n| said(n, 4))
             ),
@@ -92,13 +101,13 @@ pub(super) fn figure_4(html: &mut Html, data: &Data<'_>, run: &str) {
 /// Figure 5 in numbers.
 pub(super) struct Profile {
     pub(super) most_contacts: f64,
-    /// µs, of query and force together.
+    /// Time of query and force together, µs.
     pub(super) half: f64,
     pub(super) most: f64,
     pub(super) force_half: f64,
     penetrating_share: f64,
     intervals: usize,
-    /// µs for each contact, apart and penetrating.
+    /// Time for each contact without and with overlap, µs.
     per_contact: [f64; 2],
 }
 
@@ -132,17 +141,19 @@ impl Profile {
 pub(super) fn figure_5(html: &mut Html, data: &Data<'_>, run: &str) {
     html.section("figure5", "Figure 5: computation profile", |section| {
         section.paragraph(
-            "The paper's figure: the time of the contact query and of the force computation while a cup touches a spoon, over the number of \
-             contacts, divided into intervals of disjoint (D) and interpenetrating (P) contact. It reads: up to 30 contacts, all within 2 ms \
-             (500 Hz) on one of two Pentium III at 1 GHz; time grows about with the number of contacts; penetration adds little; force computation \
-             is small beside the query; noise comes from the operating system's scheduler.",
+            "The paper's figure: the time of the contact query and of the force computation while a cup touches a \
+             spoon, over the number of contacts, divided into intervals of disjoint (D) and interpenetrating (P) \
+             contact. It shows up to 30 contacts, all within 2 ms (500 Hz) on one of two Pentium III at 1 GHz. \
+            The time grows about linearly with the number of contacts, penetration adds little, and the force \
+            computation is much shorter than the query. Noise comes from the operating system's scheduler.",
         );
         origin(section, data, "figures", run);
         if let Some(svg) = data.bytes("figures", "figure5.svg") {
             section.drawing(
                 &svg,
-                "The same here: above what a tick's contacts cost, below how many there are; shaded: penetrating. Of each tick the least of five \
-                 passes, so that what the operating system did meanwhile does not show.",
+                "The results here: above, the time of the contacts in each tick; below, their number; shaded: \
+                penetrating. Each time is the smallest of five passes, which removes interruptions by the \
+                operating system.",
             );
         }
         let Some(profile) = data.columns("figures", "figure5.csv").as_ref().and_then(Profile::of) else { return };
@@ -155,7 +166,11 @@ pub(super) fn figure_5(html: &mut Html, data: &Data<'_>, run: &str) {
                 row("query and force, half of the ticks in contact (µs)", "", said(profile.half, 3)),
                 row("query and force, slowest tick (µs)", "about 2000", said(profile.most, 3)),
                 row("so a rate of at least (Hz)", "500", said(1e6 / profile.most, 3)),
-                row("force computation, half of the ticks (µs)", "a fraction of the query", said(profile.force_half, 2)),
+                row(
+                    "force computation, half of the ticks (µs)",
+                    "a fraction of the query",
+                    said(profile.force_half, 2),
+                ),
                 row("query for each contact, bodies apart (µs)", "grows with the contacts", said(apart, 3)),
                 row("query for each contact, penetrating (µs)", "a small increase", said(inside, 3)),
                 row("penetrating (% of the ticks)", "", said(100.0 * profile.penetrating_share, 2)),
@@ -167,7 +182,7 @@ pub(super) fn figure_5(html: &mut Html, data: &Data<'_>, run: &str) {
     });
 }
 
-/// The most that a contact changed from one tick to the next.
+/// Largest change of a contact from one tick to the next.
 struct Smoothness {
     point_mm: f64,
     normal_degrees: f64,
@@ -198,13 +213,14 @@ impl Smoothness {
 pub(super) fn figure_6(html: &mut Html, data: &Data<'_>, run: &str) {
     html.section("figure6", "Figure 6: a single contact", |section| {
         section.paragraph(
-            "The paper's figure: (a) the contact point, (b) the contact normal and (c) the distance while a pen-like object is drawn over a sphere; \
-             thick where they interpenetrate, where the distance is negative. It reads: smooth curves, also through the changes between \
-             disjoint and interpenetrating and along the penetrating path. It has no numbers.",
+            "The paper's figure: (a) the contact point, (b) the contact normal and (c) the distance while a \
+            pen-like object is drawn over a sphere; thick where they interpenetrate, where the distance is \
+            negative. It shows smooth curves, also at the changes between disjoint and interpenetrating contact \
+            and along the penetrating path. It has no numbers.",
         );
         origin(section, data, "figures", run);
         if let Some(svg) = data.bytes("figures", "figure6.svg") {
-            section.drawing(&svg, "The same here; thick and shaded: penetrating. A tick is a millisecond.");
+            section.drawing(&svg, "The results here; thick and shaded: penetrating. A tick is a millisecond.");
         }
         let Some(smooth) = data.columns("figures", "figure6.csv").as_ref().and_then(Smoothness::of) else { return };
         let tile = |what: &str, value: String| (what.to_owned(), value, Tone::Plain);
@@ -217,7 +233,7 @@ pub(super) fn figure_6(html: &mut Html, data: &Data<'_>, run: &str) {
     });
 }
 
-/// Statements of the paper beside what was measured here.
+/// Statements of the paper, and the results measured here.
 pub(super) fn claims(html: &mut Html, data: &Data<'_>) {
     let pieces = |model: &str| {
         let rows = data.json::<Vec<Value>>("figures", "table1.json")?;
@@ -232,7 +248,7 @@ pub(super) fn claims(html: &mut Html, data: &Data<'_>) {
     let not = || "not measured".to_owned();
     let row = |what: &str, paper: &str, here: String| vec![what.to_owned(), paper.to_owned(), here];
     html.table(&Table {
-        title: "The paper's figures and ours".to_owned(),
+        title: "The paper's figures and those measured here".to_owned(),
         head: ["", "the paper, 2002: Pentium III, 1 GHz", "here"].map(str::to_owned).to_vec(),
         rows: vec![
             row("torus of 2000 triangles (Table 1)", "67 pieces", pieces("torus")),

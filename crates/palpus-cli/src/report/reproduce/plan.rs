@@ -7,23 +7,23 @@ use std::process::{Command, Stdio};
 
 /// The parts of a reproduction to measure, and the folder for the results.
 pub(super) struct Wanted<'a> {
-    /// Absolute.
+    /// Absolute path.
     pub(super) out: &'a Path,
-    /// Folder of meshes that we may not distribute.
+    /// Folder of meshes that may not be distributed.
     pub(super) models: Option<&'a Path>,
     pub(super) quick: bool,
 }
 
 /// A command and its purpose.
 pub(super) struct Step {
-    /// Also the name of its folder in `data`.
+    /// Name of the step and of its folder in `data`.
     pub(super) id: &'static str,
     pub(super) what: &'static str,
     /// Approximate duration on two idle cores, s.
     pub(super) about: f64,
     /// The command, or the reason to skip the step.
     pub(super) command: Result<Invocation, String>,
-    /// Less than the whole is measured.
+    /// True if only a part of the step is measured.
     pub(super) is_quick: bool,
     /// True if a nonzero exit status does not mean that the step failed.
     pub(super) may_fail: bool,
@@ -52,7 +52,7 @@ impl Invocation {
         arguments.iter().fold(self, |invocation, argument| invocation.arg(argument))
     }
 
-    /// Adds a path that is shown under another name, since pages must not tell where files lie.
+    /// Adds a path that is shown under another name, because pages must not reveal folders.
     fn path(mut self, path: impl Into<OsString>, shown: &str) -> Self {
         self.arguments.push(path.into());
         self.shown += " ";
@@ -61,8 +61,8 @@ impl Invocation {
     }
 }
 
-/// Pairs that are timed beside Coal, with ticks of palpus and of Coal, and about how long that
-/// takes, s. Coal needs up to a second a tick.
+/// Pairs that are timed with Coal too, with the ticks for palpus and for Coal, and the approximate
+/// duration, s. Coal needs up to a second for a tick.
 pub(super) const PAIRS: [(&str, &str, [u32; 2], f64); 6] = [
     ("coal-spoon-cup", "spoon-cup", [20_000, 2000], 6.0),
     ("coal-armadillo-intestine", "armadillo-intestine", [20_000, 1000], 25.0),
@@ -72,7 +72,7 @@ pub(super) const PAIRS: [(&str, &str, [u32; 2], f64); 6] = [
     ("coal-lucy-embryo", "lucy-embryo", [2000, 200], 90.0),
 ];
 
-/// The first of [`PAIRS`] is quick.
+/// The first of [`PAIRS`] takes little time.
 const QUICK_PAIR: [u32; 2] = [4000, 500];
 
 /// The steps of [`plan`], in their order.
@@ -99,7 +99,7 @@ pub(super) fn plan(wanted: &Wanted<'_>) -> Vec<Step> {
     let mut steps = vec![doctor(wanted), figures(wanted), run(wanted)];
     steps.push(Step {
         id: "depth",
-        what: "penetration depth: the walk against the proof",
+        what: "penetration depth: the walk compared with the proof",
         about: 1.0,
         command: Ok(wanted.palpus(&["bench", "depth", "--out"]).path(wanted.folder("depth"), "DIR/data/depth")),
         is_quick: false,
@@ -132,8 +132,8 @@ impl Wanted<'_> {
     }
 }
 
-/// This program. One that has been replaced since it was started, or that Python runs, is found by
-/// its name, as a user would.
+/// The path of this program. If the file has been replaced since the start, or Python runs the
+/// program, it is found by its name.
 fn program() -> PathBuf {
     let running = std::env::current_exe().ok().filter(|path| path.file_stem().is_some_and(|name| name == "palpus"));
     running.unwrap_or_else(|| "palpus".into())
@@ -143,7 +143,7 @@ fn doctor(wanted: &Wanted<'_>) -> Step {
     let seconds = if wanted.quick { "1.5" } else { "5" };
     Step {
         id: "doctor",
-        what: "is this machine fit for 1 kHz",
+        what: "whether this machine holds 1 kHz",
         about: if wanted.quick { 8.0 } else { 20.0 },
         command: Ok(wanted.palpus(&["doctor", "--json", "--duration", seconds])),
         is_quick: wanted.quick,
@@ -206,7 +206,7 @@ fn scale(wanted: &Wanted<'_>) -> Vec<Step> {
 
 fn pairs(wanted: &Wanted<'_>) -> Vec<Step> {
     let missing = if wanted.models.is_none() {
-        Some("it needs --models FOLDER with the real meshes, which are not ours to give away".to_owned())
+        Some("it needs --models FOLDER with the real meshes, which may not be distributed".to_owned())
     } else {
         script_missing("coal_scale.py", "numpy, coal")
     };
@@ -227,7 +227,7 @@ fn pairs(wanted: &Wanted<'_>) -> Vec<Step> {
         };
         Step {
             id,
-            what: "the engine step beside Coal's query on the same poses",
+            what: "the engine step compared with Coal's query on the same poses",
             about,
             command,
             is_quick: wanted.quick,
@@ -244,7 +244,7 @@ fn convex(wanted: &Wanted<'_>) -> Step {
     let command = if wanted.quick {
         Err("left out of a quick reproduction: the bench has to be built first".to_owned())
     } else if !has_cargo || !here {
-        Err("it needs cargo, and this to be run in a clone of palpus".to_owned())
+        Err("it needs cargo and a clone of palpus".to_owned())
     } else if with_peers.is_none() {
         Ok(Invocation::new("python3", "python3")
             .args(&["benches/peers/convex_peers.py", "--markdown"])
@@ -256,7 +256,7 @@ fn convex(wanted: &Wanted<'_>) -> Step {
     };
     Step {
         id: "convex",
-        what: "convex pairs beside parry, Coal and MuJoCo",
+        what: "convex pairs compared with parry, Coal and MuJoCo",
         about: 240.0,
         command,
         is_quick: wanted.quick,
@@ -267,10 +267,10 @@ fn convex(wanted: &Wanted<'_>) -> Step {
 /// Returns why a script of the source tree cannot run; `None` if it can.
 fn script_missing(script: &str, modules: &str) -> Option<String> {
     if !Path::new("benches/peers").join(script).is_file() {
-        return Some(format!("benches/peers/{script} is not here; run this in a clone of palpus"));
+        return Some(format!("benches/peers/{script} is missing; run this in a clone of palpus"));
     }
     let can = runs("python3", &["-c", &format!("import {modules}")]);
-    (!can).then(|| format!("python3 with {modules} is not here (pip install {})", modules.replace(',', "")))
+    (!can).then(|| format!("python3 with {modules} is missing (pip install {})", modules.replace(',', "")))
 }
 
 fn runs(program: &str, arguments: &[&str]) -> bool {
@@ -284,7 +284,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_shown_tells_no_places() {
+    fn shown_commands_contain_no_paths() {
         for quick in [false, true] {
             let wanted = Wanted { out: Path::new("/secret/out"), models: Some(Path::new("/secret/models")), quick };
             let steps = plan(&wanted);
@@ -303,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn a_reproduction_takes_less_than_twenty_minutes() {
+    fn planned_reproduction_takes_under_twenty_minutes() {
         let of = |quick| plan(&Wanted { out: Path::new("o"), models: Some(Path::new("m")), quick });
         let about = |quick| of(quick).iter().filter(|step| step.command.is_ok()).map(|step| step.about).sum::<f64>();
         assert!(about(false) < 1100.0 && about(true) < 110.0, "{} {}", about(false), about(true));

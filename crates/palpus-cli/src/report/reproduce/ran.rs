@@ -1,5 +1,5 @@
-//! Runs a step and stores its outcome beside its files, so that the page can be made from them at
-//! any time.
+//! Runs a step and stores its outcome with its files, so that the page can be made from them at any
+//! time.
 
 use std::fs;
 use std::path::Path;
@@ -26,7 +26,7 @@ pub(super) enum Outcome {
 /// The outcome of a step, or the reason why it was skipped.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Ran {
-    /// Begin of the reproduction. Steps with the same value were measured in the same run.
+    /// Start of the reproduction. Steps with the same value were measured in the same run.
     pub(super) run: String,
     pub(super) command: String,
     pub(super) outcome: Outcome,
@@ -34,7 +34,7 @@ pub(super) struct Ran {
     pub(super) why: String,
     pub(super) seconds: f64,
     pub(super) finished: String,
-    /// Load average when it began: what else the machine had to do.
+    /// Load average at the start, which shows the other load of the machine.
     pub(super) load: Option<f64>,
     pub(super) quick: bool,
 }
@@ -47,7 +47,7 @@ pub(super) const SAID: &str = "said.txt";
 /// Runs the step. If it fails, the page says so and the other steps still run.
 pub(super) fn run(step: &Step, wanted: &Wanted<'_>, run: &str) -> anyhow::Result<Ran> {
     let folder = wanted.folder(step.id);
-    // Removes files of an earlier run, so that they are not taken for new ones.
+    // Removes the files of an earlier run, so that they are not taken for new ones.
     if folder.exists() {
         fs::remove_dir_all(&folder).with_context(|| format!("{} could not be emptied", folder.display()))?;
     }
@@ -57,10 +57,10 @@ pub(super) fn run(step: &Step, wanted: &Wanted<'_>, run: &str) -> anyhow::Result
     let (command, outcome, why) = match &step.command {
         Err(why) => (String::new(), Outcome::Skipped, why.clone()),
         Ok(invocation) => {
-            let said = fs::File::create(folder.join(SAID)).context("what a step prints could not be kept")?;
+            let said = fs::File::create(folder.join(SAID)).context("the output of a step could not be stored")?;
             let mut command = Command::new(&invocation.program);
             command.args(&invocation.arguments).stdin(Stdio::null()).stdout(said);
-            // Prevents a window, which would wait to be closed.
+            // Prevents a window, which would wait for the user to close it.
             command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
             let (outcome, why) = match command.status() {
                 Ok(status) if status.success() || step.may_fail => (Outcome::Done, String::new()),
@@ -89,7 +89,7 @@ pub(super) fn keep(path: &Path, value: &impl Serialize) -> anyhow::Result<()> {
     files::write(path, serde_json::to_string_pretty(value)?)
 }
 
-/// Tells the user how far it is.
+/// Shows the progress to the user.
 pub(super) fn tell(k: usize, count: usize, step: &Step) {
     match &step.command {
         Ok(invocation) => {

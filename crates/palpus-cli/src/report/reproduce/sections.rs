@@ -1,5 +1,5 @@
-//! The sections beyond the paper: a run in real time, feel, scale, peers, penetration depth; and
-//! the machine.
+//! The sections beyond the paper: a run in real time, feel, scale, other libraries, penetration
+//! depth, and the machine.
 
 use palpus_io::scene::FilePolicy;
 use serde_json::Value;
@@ -24,8 +24,8 @@ pub(super) fn run(html: &mut Html, data: &Data<'_>, run: &str) -> anyhow::Result
     }
     html.section("run", "A spoon in a cup at 1 kHz, in real time", |section| {
         section.paragraph(
-            "The closed loop as a user meets it: a simulated device in a simulated hand, an ordinary thread of this machine, palpus's default \
-             rendering. `palpus report` makes a page of its own of any recording.",
+            "The closed loop in its default form: a simulated device in a simulated hand, and palpus's default \
+            rendering. `palpus report` makes a separate page of any recording.",
         );
         origin(section, data, "run", run);
         if let Some(read) = &read {
@@ -42,19 +42,24 @@ pub(super) fn run(html: &mut Html, data: &Data<'_>, run: &str) -> anyhow::Result
 pub(super) fn feel(html: &mut Html, data: &Data<'_>, run: &str) {
     html.section("feel", "What contact feels like", |section| {
         section.paragraph(
-            "Every method on every scene in every simulated hand: one tick of delay, encoder steps of 0.03 mm, the pace of a logged servo. Nothing \
-             here reads a clock, so that these figures are the same on any machine, bit for bit but for its floating point. `paper`: exact linkage, \
-             direct rendering; `coupled-smooth`: palpus's default; `predicted` and `voxel`: the two earlier methods that the paper compares itself with, built \
-             from their papers; `epa`: one contact of EPA for each pair of pieces.",
+            "Every method on every scene in every simulated hand: one tick of delay, encoder steps of 0.03 mm, \
+            the tick lengths of a recorded servo loop. The benchmark reads no clock, so these figures are the \
+            same on every machine except for rounding. `paper`: exact linkage, direct rendering; \
+            `coupled-smooth`: palpus's default; `predicted` and `voxel`: the two earlier methods with which the \
+            paper compares its own, implemented from their papers; `epa`: one contact of EPA for each pair of \
+            pieces.",
         );
         origin(section, data, "feel", run);
         if let Some(glance) = data.text("feel", "glance.md") {
             for table in tables(&glance, "") {
-                section.table(&Table { title: "The figures that say the most".to_owned(), naming: 1, ..table });
+                section.table(&Table { title: "The most important figures".to_owned(), naming: 1, ..table });
             }
         }
         for (file, caption) in [
-            ("rails_open.svg", "Two contacts become one: a knife slides over two ridges that draw together, depth stays the same"),
+            (
+                "rails_open.svg",
+                "Two contacts become one: a knife slides over two ridges that converge, and the depth stays the same",
+            ),
             ("torus-torus_open.svg", "Ring in ring, the same poses for all methods"),
         ] {
             if let Some(svg) = data.bytes("feel", file) {
@@ -74,7 +79,7 @@ pub(super) fn feel(html: &mut Html, data: &Data<'_>, run: &str) {
             });
         }
         for (begin, title) in [
-            ("Against the truth", "Scenes whose true answer is known: how far from it"),
+            ("Against the truth", "Scenes with a known true wrench: the difference from it"),
             ("Insertion", "A peg into its hole, in every hand"),
         ] {
             if let Some(table) = of_all_scenes(&all, begin) {
@@ -86,7 +91,7 @@ pub(super) fn feel(html: &mut Html, data: &Data<'_>, run: &str) {
     });
 }
 
-/// Joins the tables of all scenes whose title begins with this text.
+/// Joins the tables of all scenes whose titles begin with this text.
 fn of_all_scenes(text: &str, begin: &str) -> Option<Table> {
     let scenes = text.lines().filter_map(|line| line.strip_prefix("## "));
     let mut whole: Option<Table> = None;
@@ -106,12 +111,13 @@ fn of_all_scenes(text: &str, begin: &str) -> Option<Table> {
     whole
 }
 
-/// The step against triangles and contacts.
+/// The time of a step as a function of triangles and contacts.
 pub(super) fn scale(html: &mut Html, data: &Data<'_>, run: &str) {
     html.section("scale", "What a step depends on", |section| {
         section.paragraph(
-            "A ball of 4 cm slides on a torus as a scanner would leave it. Against triangles: of 1 k to 906 k triangles, with the tolerance at which \
-             4 contacts are felt on each. Against contacts: at 100 k triangles, the tolerance growing. A step is query, depth and force.",
+            "A ball of 4 cm slides on a torus with the irregular triangles of a scan. First plot: 1 k to 906 k \
+            triangles, each with the tolerance that gives 4 contacts. Second plot: 100 k triangles with a \
+            growing tolerance. A step is query, depth and force.",
         );
         for (id, caption) in [("triangles", "The step against triangles"), ("contacts", "The step against contacts")] {
             section.heading(caption);
@@ -121,9 +127,18 @@ pub(super) fn scale(html: &mut Html, data: &Data<'_>, run: &str) {
             }
             let Some(rows) = data.json::<Vec<Value>>(id, &format!("{id}.json")) else { continue };
             section.table(&Table {
-                head: ["", "triangles", "tolerance (mm)", "contacts a tick", "half of all (µs)", "99 %", "99.9 %", "largest"]
-                    .map(str::to_owned)
-                    .to_vec(),
+                head: [
+                    "",
+                    "triangles",
+                    "tolerance (mm)",
+                    "contacts a tick",
+                    "half of all (µs)",
+                    "99 %",
+                    "99.9 %",
+                    "largest",
+                ]
+                .map(str::to_owned)
+                .to_vec(),
                 rows: rows.iter().map(scale_row).collect(),
                 naming: 1,
                 ..Table::default()
@@ -147,13 +162,14 @@ fn scale_row(row: &Value) -> Vec<String> {
     ]
 }
 
-/// Real pairs beside Coal.
+/// Real pairs, compared with Coal.
 pub(super) fn pairs(html: &mut Html, data: &Data<'_>, run: &str) {
     html.section("pairs", "Real pairs, beside Coal", |section| {
         section.paragraph(
-            "The engine's step (query, depth and force) in sustained contact beside Coal's OBB-tree tolerance query on the same poses in the same \
-             process of measuring; microseconds. Coal counts pairs of triangles, palpus pairs of convex pieces. Of each tick the least of three passes; the cost \
-             of an empty call through Python is subtracted from Coal's.",
+            "The engine's step (query, depth and force) in sustained contact, compared with Coal's OBB-tree \
+            tolerance query on the same poses in the same run, in microseconds. Coal counts pairs of triangles, \
+            palpus counts pairs of convex pieces. Each time is the smallest of three passes. The cost of an \
+            empty Python call is subtracted from Coal's times.",
         );
         let measured: Vec<Table> = PAIRS
             .iter()
@@ -164,7 +180,12 @@ pub(super) fn pairs(html: &mut Html, data: &Data<'_>, run: &str) {
             let done = PAIRS.iter().find(|(id, ..)| data.is_done(id)).map_or("", |(id, ..)| *id);
             origin(section, data, done, run);
             let rows = measured.iter().flat_map(|table| table.rows.clone()).collect();
-            section.table(&Table { title: "Measured by this reproduction (µs)".to_owned(), rows, naming: 1, ..first.clone() });
+            section.table(&Table {
+                title: "Measured by this reproduction (µs)".to_owned(),
+                rows,
+                naming: 1,
+                ..first.clone()
+            });
         }
         if measured.len() < PAIRS.len() {
             for table in tables(PAIRS_MEASURED, "One step on real pairs") {
@@ -193,13 +214,14 @@ fn is_stored(html: &mut Html, file: &str) {
     });
 }
 
-/// Penetration depth and distance of convex pairs, beside others.
+/// Penetration depth and distance of convex pairs, compared with other libraries.
 pub(super) fn convex(html: &mut Html, data: &Data<'_>, run: &str) {
-    html.section("convex", "Convex pairs, beside parry, Coal and MuJoCo", |section| {
+    html.section("convex", "Convex pairs, compared with parry, Coal and MuJoCo", |section| {
         section.paragraph(
-            "Penetration depth and distance of two convex hulls, microseconds, half of all poses / 99 %. Along coherent motion, which is what a hand \
-             does, palpus's walk starts where it ended; `proven` adds the certificate that no direction is shorter. The paper says about 100 µs for a depth on its \
-             machine, regardless of the hulls' size.",
+            "Penetration depth and distance of two convex hulls, microseconds, half of all poses / 99 %. In \
+            coherent motion, such as the motion of a hand, palpus's walk starts at its last result; `proven` \
+            adds the certificate that no direction is shorter. The paper states about 100 µs for a depth on its \
+            machine, for hulls of any size.",
         );
         origin(section, data, "convex", run);
         let measured = data.text("convex", "convex.md").filter(|_| data.is_done("convex"));
@@ -214,7 +236,8 @@ pub(super) fn convex(html: &mut Html, data: &Data<'_>, run: &str) {
             is_stored(section, "docs/benchmarks.md");
         }
         for table in &all {
-            let rolling = only(table.clone(), |row| matches!(row.get(1).map(String::as_str), Some("rolling" | "apart")));
+            let rolling =
+                only(table.clone(), |row| matches!(row.get(1).map(String::as_str), Some("rolling" | "apart")));
             section.table(&Table { naming: 2, ..rolling });
         }
         section.folded("All motions: sliding, rolling, deep, and without history (cold)", |inner| {
@@ -225,7 +248,7 @@ pub(super) fn convex(html: &mut Html, data: &Data<'_>, run: &str) {
     });
 }
 
-/// Table of the bench alone, without Python's peers.
+/// Table of the bench alone, without the libraries that need Python.
 fn parry_alone(data: &Data<'_>) -> Option<Table> {
     let text = data.text("convex", "convex.csv")?;
     let row = |line: &str| {
@@ -245,13 +268,14 @@ fn parry_alone(data: &Data<'_>) -> Option<Table> {
 
 /// How the centre of a contact patch moves.
 pub(super) fn depth(html: &mut Html, data: &Data<'_>, run: &str) {
-    html.section("depth", "Penetration depth: how smooth", |section| {
+    html.section("depth", "Penetration depth: smoothness", |section| {
         section.paragraph(
-            "What the middle of a contact patch does that an exact contact point cannot: move continuously while a box tilts through flat on a table.",
+            "The plot shows that the middle of a contact patch moves continuously while a box tilts through flat contact \
+             on a table; an exact contact point cannot.",
         );
         origin(section, data, "depth", run);
         if let Some(svg) = data.bytes("depth", "depth_witness.svg") {
-            section.drawing(&svg, "Where a tilting box touches a table: the exact witness, and the middle of the contact patch");
+            section.drawing(&svg, "Contact point of a box that tilts on a table: the exact witness point, and the middle of the contact patch");
         }
     });
 }
@@ -285,9 +309,9 @@ pub(super) fn made(html: &mut Html, data: &Data<'_>, reproduction: &Reproduction
 /// All random seeds.
 const SEEDS: [(&str, &str); 5] = [
     ("scripted hands' tremor", "5 and others, in palpus-scenes"),
-    ("the servo's pace in the feel suite", "0xfee1_0001"),
-    ("scale: the sides from which the ball comes", "0x5ca1_e002"),
-    ("pairs: the sides from which bodies meet", "0x5ca1_e001"),
+    ("tick lengths of the servo loop in the feel suite", "0xfee1_0001"),
+    ("scale: directions from which the ball comes", "0x5ca1_e002"),
+    ("pairs: directions from which bodies meet", "0x5ca1_e001"),
     ("convex pairs: shapes and poses", "0x5eed_c03e"),
 ];
 
@@ -303,7 +327,7 @@ fn command_row(id: &str, ran: &Ran, run: &str) -> Vec<String> {
     vec![id.to_owned(), command, what, took, ran.load.map_or(String::new(), |load| said(load, 2))]
 }
 
-/// Facts that the doctor measured.
+/// Facts measured by the doctor.
 fn from_doctor(data: &Data<'_>) -> Vec<(String, String)> {
     let Some(found) = data.json::<Value>("doctor", SAID) else { return Vec::new() };
     let mut facts = Vec::new();
@@ -353,8 +377,8 @@ pub(super) fn fitness(data: &Data<'_>) -> Option<(Tone, &'static str)> {
     let found = data.json::<Value>("doctor", SAID)?;
     match word(&found, &["verdict", "fitness"])? {
         "fit" => Some((Tone::Good, "machine fit for 1 kHz")),
-        "fit_with_notes" => Some((Tone::Plain, "machine fit for 1 kHz, with notes")),
-        _ => Some((Tone::Warning, "machine not fit for 1 kHz as it was")),
+        "fit_with_notes" => Some((Tone::Plain, "machine holds 1 kHz, with notes")),
+        _ => Some((Tone::Warning, "machine did not hold 1 kHz")),
     }
 }
 
@@ -363,7 +387,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tables_of_scenes_become_one() {
+    fn tables_of_scenes_are_merged() {
         let text = "# All\n\n## a\n\n**Against the truth (x)**\n\n| method | m |\n|---|---|\n| p | 1 |\n\n## b\n\n**Other**\n\n| method |\n|---|\n\n\
                     **Against the truth (x)**\n\n| method | m |\n|---|---|\n| q | 2 |\n";
         let table = of_all_scenes(text, "Against").unwrap();

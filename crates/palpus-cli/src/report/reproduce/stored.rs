@@ -1,15 +1,15 @@
-//! Figures of an earlier run, read from the documentation. The page shows them, marked as such,
-//! where this machine cannot measure them.
+//! Figures of an earlier run, read from the documentation. If this machine cannot measure a figure,
+//! the page shows the stored one and marks it.
 
 use super::super::html::Table;
 
-/// The step on real pairs, beside Coal.
+/// The step on real pairs, compared with Coal.
 pub(super) const PAIRS_MEASURED: &str = include_str!("benchmarks.md");
-/// Depth and distance of convex pairs beside parry, Coal and MuJoCo.
+/// Depth and distance of convex pairs, compared with parry, Coal and MuJoCo.
 pub(super) const CONVEX: &str = include_str!("convex_peers.md");
 
-/// The tables of a Markdown text that stand under the heading `section`, or all if it is empty. A
-/// table's title is the line before it.
+/// Returns the tables of a Markdown text below the heading `section`, or all tables if it is empty.
+/// A table's title is the line before it.
 pub(super) fn tables(text: &str, section: &str) -> Vec<Table> {
     let mut tables: Vec<Table> = Vec::new();
     let (mut within, mut before, mut open) = (section.is_empty(), "", false);
@@ -49,7 +49,7 @@ fn naming(table: &Table) -> usize {
     (0..table.head.len()).take_while(|column| names(*column)).count()
 }
 
-/// The table with only the rows for which `keep` holds.
+/// Returns the table with only the rows for which `keep` is true.
 pub(super) fn only(mut table: Table, keep: impl Fn(&[String]) -> bool) -> Table {
     table.rows.retain(|row| keep(row));
     table
@@ -60,8 +60,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_documents_have_the_tables_that_are_shown() {
-        let [pairs] = &tables(PAIRS_MEASURED, "One step on real pairs")[..] else { panic!("one table of real pairs") };
+    fn documents_have_the_tables_that_are_shown() {
+        let [pairs] = &tables(PAIRS_MEASURED, "One step on real pairs")[..] else {
+            panic!("the document must have one table of real pairs")
+        };
         assert_eq!((pairs.head[0].as_str(), pairs.naming), ("pair", 1));
         assert!(
             pairs.rows.iter().any(|row| row[0] == "spoon-cup")
@@ -74,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn a_table_ends_where_its_lines_end() {
+    fn table_ends_with_its_lines() {
         let text =
             "# A\n\n**one**\n\n| a | b |\n|---|---:|\n| x | 1 |\n\ntwo\n| a |\n|---|\n| 1 |\n## B\n| c |\n|---|\n";
         let all = tables(text, "");

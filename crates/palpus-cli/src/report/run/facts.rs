@@ -13,7 +13,7 @@ fn fact(name: &str, value: impl Into<String>) -> (String, String) {
     (name.to_owned(), value.into())
 }
 
-/// Which scene, which device, which version.
+/// Scene, device and version.
 pub(super) fn of_header(header: &RecordingHeader) -> Facts {
     let scene = &header.scene;
     let source = match &scene.source {
@@ -95,7 +95,7 @@ pub(super) fn of_settings(settings: &Settings) -> Facts {
             || "none: direct rendering (the paper's)".to_owned(),
             |coupling| {
                 format!(
-                    "{} N/m, {} N·s/m, {} N·m/rad, {} N·m·s/rad, skin {}, tool of {} g",
+                    "{} N/m, {} N·s/m, {} N·m/rad, {} N·m·s/rad, contact offset {}, tool of {} g",
                     said(coupling.stiffness, 4),
                     said(coupling.damping, 3),
                     said(coupling.angular_stiffness, 3),
@@ -114,9 +114,9 @@ pub(super) fn of_settings(settings: &Settings) -> Facts {
         fact(
             "kept by",
             match settings.saturation {
-                Saturation::Separate => "cutting force and torque apart",
+                Saturation::Separate => "separate factors for force and torque",
                 Saturation::Joint => "one factor for force and torque",
-                Saturation::UnderActuated => "leaving the torque out: the device drives three axes",
+                Saturation::UnderActuated => "without torque, because the device drives three axes",
             },
         ),
         fact(
@@ -134,7 +134,7 @@ pub(super) fn of_settings(settings: &Settings) -> Facts {
     facts
 }
 
-/// Lists settings that differ between two, by name: old and new value.
+/// Lists the settings that differ, by name: old and new value.
 pub(super) fn changed(before: &Settings, after: &Settings) -> String {
     let pairs = of_settings(before).into_iter().zip(of_settings(after));
     let each = pairs.filter(|(then, now)| then != now).map(|(then, now)| format!("{}: {} → {}", then.0, then.1, now.1));
@@ -165,7 +165,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_changed_is_said_and_nothing_else() {
+    fn only_changed_settings_are_listed() {
         let before = Settings::default();
         let after = Settings { stiffness: 1200.0, ..before };
         assert_eq!(changed(&before, &after), "contact stiffness: 800 N/m → 1200 N/m");

@@ -29,17 +29,17 @@ impl Micros {
 pub(super) struct CutTime {
     pub(super) cut: Cut,
     pub(super) ticks: u64,
-    /// s since the run began.
+    /// Time since the run began, s.
     pub(super) first: f64,
     pub(super) last: f64,
 }
 
-/// A run in numbers.
+/// Figures of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Measures {
     pub(super) ticks: u64,
     pub(super) duration_s: f64,
-    /// Rate by the ticks' own lengths, Hz.
+    /// Rate computed from the ticks' own lengths, Hz.
     pub(super) rate_hz: f64,
     pub(super) step: Micros,
     pub(super) query: Micros,
@@ -51,9 +51,9 @@ pub(super) struct Measures {
     /// Ticks with a contact, and ticks in which the bodies overlap.
     pub(super) touching: u64,
     pub(super) penetrating: u64,
-    /// m; negative: that deep.
+    /// Smallest separation, m; negative if the bodies overlap.
     pub(super) least_separation: f64,
-    /// N, N·m.
+    /// Largest force (N) and torque (N·m).
     pub(super) force_max: f64,
     pub(super) torque_max: f64,
     pub(super) force_step_max: f64,
@@ -92,7 +92,7 @@ impl Measures {
         }
     }
 
-    /// Ticks in which a fault took the force away.
+    /// Ticks in which a fault removed the force.
     pub(super) fn fault_ticks(&self) -> u64 {
         self.cuts.iter().filter(|cut| cut.cut.is_fault()).map(|cut| cut.ticks).sum()
     }
@@ -111,14 +111,15 @@ fn cuts(rows: &[RecordRow]) -> Vec<CutTime> {
     Cut::ALL.into_iter().filter_map(of).collect()
 }
 
-/// A tick that is worth a picture.
+/// A tick that is shown as a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Choice {
     pub(super) tick: u64,
     pub(super) what: &'static str,
 }
 
-/// Deepest contact (or the nearest), most contacts, largest force: one picture each, none twice.
+/// Deepest contact (or the nearest), most contacts, and largest force: one picture for each,
+/// without duplicates.
 pub(super) fn choices(rows: &[RecordRow]) -> Vec<Choice> {
     let mut choices: Vec<Choice> = Vec::new();
     let mut choose = |what: &'static str, value: &dyn Fn(&RecordRow) -> f64| {
@@ -177,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_is_measured_from_its_rows() {
+    fn run_is_measured_from_its_rows() {
         let measures = Measures::of(&rows());
         assert_eq!((measures.ticks, measures.touching, measures.penetrating), (1000, 3, 1));
         assert!((measures.duration_s - 1.0).abs() < 1e-9 && (measures.rate_hz - 1000.0).abs() < 1e-6);

@@ -1,13 +1,13 @@
 //! The page of one recorded run.
 //!
-//! 1. The recording is read, and measured from its rows ([`measures`]).
-//! 2. The engine runs again from it: every wrench is compared bit for bit, and moments worth a
-//!    picture are kept.
-//! 3. Pictures are painted without a display; plots, tables and facts ([`facts`]) stand around
-//!    them.
+//! 1. The recording is read and measured from its rows ([`measures`]).
+//! 2. The engine replays it: every wrench is compared bit for bit, and moments for pictures are
+//!    kept.
+//! 3. Pictures are painted without a display. Plots, tables and facts ([`facts`]) complete the
+//!    page.
 //!
-//! The page is made in any case, and lists parts that could not be made: a recording whose meshes
-//! are gone still has its rows.
+//! The page is always made, and lists parts that could not be made: if the meshes of a recording
+//! are missing, its rows are still available.
 
 mod facts;
 mod measures;
@@ -38,7 +38,7 @@ pub(super) struct Run {
     again: Result<Again, String>,
 }
 
-/// Results of running it again.
+/// Results of the replay.
 struct Again {
     stage: Stage,
     moments: Vec<Moment>,
@@ -47,7 +47,7 @@ struct Again {
 }
 
 impl Run {
-    /// Reads a recording and runs it again.
+    /// Reads a recording and replays it.
     pub(super) fn of(path: &Path, policy: FilePolicy) -> anyhow::Result<Self> {
         let recording = read_recording(path)?;
         let choices = choices(&recording.rows);
@@ -76,7 +76,7 @@ impl Run {
         self.tell(&mut page)?;
         page.element("footer", "", |footer| {
             footer.prose(&format!(
-                "Made by palpus {} from the recording `{}`. This page loads nothing: it can be mailed and kept.",
+                "Made by palpus {} from the recording `{}`. This page loads no other files, so it can be mailed and stored.",
                 env!("CARGO_PKG_VERSION"),
                 self.file.replace('`', "'")
             ));
@@ -95,7 +95,7 @@ impl Run {
         )
     }
 
-    /// Writes the most important results, in a word or two each.
+    /// Writes the most important results in one or two words each.
     pub(super) fn badges(&self, html: &mut Html) {
         html.element("p", "", |badges| {
             match &self.again {
@@ -119,7 +119,7 @@ impl Run {
         });
     }
 
-    /// Everything below the title.
+    /// All content below the title.
     fn tell(&self, html: &mut Html) -> anyhow::Result<()> {
         self.tiles(html);
         let parts = [
@@ -141,8 +141,9 @@ impl Run {
         }
         html.section("felt", "What the hand felt", |section| {
             section.paragraph(
-                "Shaded: the bodies penetrate; elsewhere they are apart. With the virtual coupling the tool is held outside and only the hand \
-                 goes in. The numbered lines are the moments above; `s`: settings changed.",
+                "Shaded: the bodies overlap; elsewhere they are apart. With the virtual coupling, the tool stays \
+                outside and only the hand moves inside. The numbered lines are the moments above; `s`: settings \
+                changed.",
             );
             self.plots(section);
         });
@@ -152,7 +153,7 @@ impl Run {
         Ok(())
     }
 
-    /// The numbers that are seen first.
+    /// The key figures at the top.
     pub(super) fn tiles(&self, html: &mut Html) {
         let m = &self.measures;
         let depth = match m.least_separation {
@@ -203,7 +204,7 @@ impl Run {
         });
     }
 
-    /// Pictures of moments, and what their colours mean; nothing where there was no contact.
+    /// Pictures of moments, and the meanings of their colours; empty if there was no contact.
     pub(super) fn moments(&self, html: &mut Html) -> anyhow::Result<()> {
         let Ok(again) = &self.again else { return Ok(()) };
         let mut shots = Vec::new();
@@ -233,7 +234,7 @@ impl Run {
         Ok(())
     }
 
-    /// Force, torque, contacts, separation, times; and the histograms.
+    /// Plots of force, torque, contacts, separation and times, and the histograms.
     pub(super) fn plots(&self, html: &mut Html) {
         let rows = &self.recording.rows;
         if rows.len() < 2 {
@@ -267,8 +268,8 @@ impl Run {
             ]
         };
         html.paragraph(
-            "A fault takes the force away within its tick, and it comes back only through engagement. All else shapes the wrench and \
-             goes on; engagement at the beginning is every run's.",
+            "A fault removes the force, which returns only through the engagement. All other cuts change the \
+            wrench without removing it. Every run begins with an engagement.",
         );
         html.table(&Table {
             head: ["what was cut", "kind", "ticks", "first at (s)", "last at (s)"].map(str::to_owned).to_vec(),
@@ -281,17 +282,18 @@ impl Run {
     fn replayed(&self, html: &mut Html) {
         match &self.again {
             Ok(Again { identical, first_difference: None, .. }) => html.paragraph(&format!(
-                "The engine ran again from the recorded device states while this page was made: all {} wrenches came out the same, bit for bit.",
+                "While this page was made, the engine computed the run again from the recorded device states: all {} wrenches are the same, bit for bit.",
                 counted(*identical as u64)
             )),
             Ok(Again { identical, first_difference: Some(tick), .. }) => html.paragraph(&format!(
-                "The engine ran again from the recorded device states while this page was made: {} of {} wrenches came out the same; \
-                 the first that differs is that of tick {tick}. Another version, another build or another processor may round otherwise.",
+                "While this page was made, the engine computed the run again from the recorded device states: {} \
+                of {} wrenches are the same; the first difference is at tick {tick}. Another version, build or \
+                processor may round differently.",
                 counted(*identical as u64),
                 counted(self.measures.ticks)
             )),
             Err(why) => html.element("p", "", |p| {
-                p.text("It could not be run again, and there are no pictures: ").text(why);
+                p.text("It could not be replayed, so there are no pictures: ").text(why);
             }),
         };
         if let Some(notice) = &self.recording.notice {
@@ -323,7 +325,7 @@ impl Run {
         }
         let more = facts::of_more(&header.scene.more);
         if !more.is_empty() {
-            html.folded("Whatever else decided the run: safety chain, device", |inner| {
+            html.folded("Other parameters of the run: safety chain, device", |inner| {
                 inner.facts(&more);
             });
         }

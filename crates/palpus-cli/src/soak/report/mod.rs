@@ -1,7 +1,7 @@
-//! The report of a soak run, updated while the run goes on.
+//! The report of a soak run, updated during the run.
 //!
-//! * Here it is gathered, judged, and said as JSON.
-//! * [`words`] — the same for people.
+//! * This file collects the data, decides whether the loop held, and writes the JSON.
+//! * [`words`] — the report for people.
 //! * [`pages`] — the files: Markdown, and a page with plots.
 
 mod pages;
@@ -23,14 +23,14 @@ use super::tally::Interval;
 use crate::args::SoakArguments;
 use crate::doctor::load::{self, Snapshot};
 
-/// At most this share of ticks may be late by over half a millisecond.
+/// Largest share of ticks that may be late by over half a millisecond.
 const MOST_LATE: f64 = 1e-3;
 /// Lateness from which a tick counts as late, ns; the same as in the loop.
 const LATE_NANOS: u64 = 500_000;
-/// Points of the distribution that are kept.
+/// Number of stored points of the distribution.
 const POINTS: u32 = 56;
 
-/// How long something took or how late it was, µs.
+/// Distribution of a duration or a lateness, µs.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub(super) struct Micros {
     pub(super) p50: f64,
@@ -47,14 +47,14 @@ impl Micros {
     }
 }
 
-/// How late turns were, of the loop or of a bare timer.
+/// Lateness of the wake-ups of the loop or of a bare timer.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Stretch {
     turns: u64,
     pub(super) late_us: Micros,
-    /// Share of the turns that were late by more than half a millisecond.
+    /// Share of the wake-ups that were late by more than half a millisecond.
     pub(super) late_share: f64,
-    /// µs, and the share of turns that were later.
+    /// Lateness (µs), and the share of wake-ups that were later.
     pub(super) beyond: Vec<(f64, f64)>,
 }
 
@@ -62,7 +62,7 @@ impl Stretch {
     pub(super) fn of(buckets: &Buckets) -> Self {
         let all = buckets.total().max(1) as f64;
         let share = |nanos: u64| buckets.beyond(nanos) as f64 / all;
-        // Four points an octave, from half a microsecond on.
+        // Four points in each octave, from half a microsecond on.
         let micros = |k: u32| 0.5 * 2f64.powf(f64::from(k) / 3.0);
         let beyond = (0..POINTS).map(|k| (micros(k), share((micros(k) * 1e3) as u64))).collect();
         Self { turns: buckets.total(), late_us: Micros::of(buckets), late_share: share(LATE_NANOS), beyond }
@@ -87,12 +87,12 @@ pub(super) struct Row {
     pub(super) faults: u64,
     pub(super) allocations: u64,
     pub(super) machine: Sample,
-    /// Cores' worth of work by others.
+    /// Load by other programs, in cores.
     pub(super) others_cores: Option<f64>,
     pub(super) stolen_share: Option<f64>,
 }
 
-/// All that is known so far.
+/// All data so far.
 pub(super) struct Report {
     folder: PathBuf,
     pub(super) scene: String,
@@ -152,7 +152,7 @@ impl Report {
         })
     }
 
-    /// Looks at the machine if it is time to.
+    /// Samples the machine if it is time to.
     pub(super) fn see(&mut self, watch: &mut Watch, elapsed: Duration) {
         watch.look(elapsed, &mut self.samples);
     }
@@ -225,13 +225,13 @@ impl Report {
         self.failed = failed.is_some();
         let end = failed.or(devices.first()).map_or(&RunEnd::Stopped, |device| &device.end);
         self.end = Some(match end {
-            RunEnd::Stopped if early => "it was stopped before its time".to_owned(),
+            RunEnd::Stopped if early => "it was stopped early".to_owned(),
             RunEnd::Stopped | RunEnd::Duration => "its time was over".to_owned(),
             other => format!("the loop ended: {other:?}"),
         });
     }
 
-    /// Reasons why the loop did not hold; empty if it held.
+    /// Returns the reasons why the loop did not hold its rate; empty if it held.
     pub(super) fn failures(&self) -> Vec<String> {
         let mut failures = Vec::new();
         if self.failed {
@@ -263,7 +263,7 @@ impl Report {
         self.whole.late as f64 / self.whole.ticks.max(1) as f64
     }
 
-    /// How late the loop was.
+    /// Lateness of the loop.
     pub(super) fn lateness(&self) -> Stretch {
         Stretch::of(&self.lateness)
     }

@@ -12,7 +12,7 @@ use crate::markup::escaped;
 use crate::soak::figures;
 
 impl Report {
-    /// Rewrites all files; a reader sees either the old or the new one.
+    /// Rewrites all files. A reader sees either the old or the new file.
     pub(in crate::soak) fn write(&self) -> anyhow::Result<()> {
         let [time, late] = figures::of(self);
         replace(&self.folder.join("soak.json"), &serde_json::to_string_pretty(&self.document())?)?;
@@ -52,7 +52,7 @@ impl Report {
 const STYLE: &str = "body{font-family:sans-serif;max-width:1020px;margin:2em auto;color:#222}\
     th{text-align:right;padding:.2em 1em .2em 0;vertical-align:top;white-space:nowrap}td{padding:.2em 0}svg{max-width:100%;height:auto}";
 
-/// Puts a whole file in the place of an older one.
+/// Replaces an older file by a complete new one.
 fn replace(file: &Path, text: &str) -> anyhow::Result<()> {
     let problem = || format!("{} could not be written", file.display());
     let new = file.with_extension("new");

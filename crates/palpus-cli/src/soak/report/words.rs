@@ -1,4 +1,4 @@
-//! The report in words.
+//! The report as text.
 
 use super::{Micros, Report, Row, Stretch};
 use crate::durations::spoken;
@@ -23,7 +23,7 @@ impl Report {
     /// Announcement of the run.
     pub(in crate::soak) fn announced(&self) -> String {
         format!(
-            "{}: {} in real time at {:.0} Hz, a {} hand that wanders (seed {}), no window; Ctrl-C ends it with the report, which is kept in {}",
+            "{}: {} in real time at {:.0} Hz, a {} hand that moves at random (seed {}), no window; Ctrl-C ends the run with its report in {}",
             self.scene,
             spoken(self.planned.as_secs_f64()),
             self.rate_hz,
@@ -54,7 +54,7 @@ impl Report {
         )
     }
 
-    /// Name and value, for people.
+    /// Names and values, for people.
     pub(super) fn lines(&self) -> Vec<(&'static str, String)> {
         let whole = &self.whole;
         let all = whole.ticks.max(1) as f64;
@@ -110,14 +110,14 @@ impl Report {
         lines.push(("faults", self.faults.to_string()));
         lines.push(("cuts", cuts_in_words(&self.cuts)));
         lines.push(("allocations", format!("{} in the loop", whole.allocations)));
-        lines.push(("trouble", format!("{} numerical stops, none of which ends a run", whole.trouble)));
+        lines.push(("trouble", format!("{} numerical stops, which do not end a run", whole.trouble)));
         lines.push(("memory", self.memory_in_words()));
         lines.push(("machine", self.machine_in_words()));
         lines.extend(self.claims.iter().map(|(name, what)| (*name, what.clone())));
         lines
     }
 
-    /// Values at the first sample after a tenth of the run, when all memory has been touched, and
+    /// Values at the first sample after a tenth of the run, when all memory has been used once, and
     /// at the last sample.
     fn memory_in_words(&self) -> String {
         let Some((last, sample)) = self.samples.last() else { return "not known here".to_owned() };
@@ -140,9 +140,9 @@ impl Report {
         let mean =
             |of: &dyn Fn(&Row) -> Option<f64>| machine::mean(&self.rows.iter().filter_map(of).collect::<Vec<_>>());
         let mut parts = Vec::new();
-        parts.extend(mean(&|row| row.others_cores).map(|cores| format!("others kept {cores:.1} cores busy")));
+        parts.extend(mean(&|row| row.others_cores).map(|cores| format!("other programs kept {cores:.1} cores busy")));
         let stolen = mean(&|row| row.stolen_share).filter(|share| *share > 0.0005);
-        parts.extend(stolen.map(|share| format!("{:.1} % of the time stolen by the host", share * 100.0)));
+        parts.extend(stolen.map(|share| format!("the host took {:.1} % of the time", share * 100.0)));
         parts.extend(mean(&|row| row.machine.mhz).map(|mhz| format!("{mhz:.0} MHz")));
         parts.extend(mean(&|row| row.machine.load_average).map(|load| format!("load average {load:.1}")));
         if parts.is_empty() { "not known here".to_owned() } else { parts.join("; ") }

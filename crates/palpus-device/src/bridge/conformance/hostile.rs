@@ -1,4 +1,4 @@
-//! Frames that no driver may act on: damaged, old, of another session, or not frames at all.
+//! Frames on which no driver may act: damaged, old, of another session, or random bytes.
 
 use palpus::algebra::{Random, Wrench};
 
@@ -10,7 +10,7 @@ const SEED: u64 = 0xb41d_6e00;
 /// Offset of the CRC-32.
 const CHECK: std::ops::Range<usize> = 12..16;
 
-/// A source of such frames, each with a wrench in it that would be seen.
+/// Generates hostile frames. Each contains a wrench, so that a wrong reaction shows as a force.
 pub(super) struct Hostile {
     session: u64,
     wrench: Wrench,
@@ -24,7 +24,8 @@ impl Hostile {
         Self { session, wrench, random: Random::new(SEED), kind: 0, bytes: Vec::new() }
     }
 
-    /// Returns the next frame, when the driver has sent `newest` and has received `sent` commands.
+    /// Returns the next frame. `newest` is the driver's newest state; `sent` is the number of sent
+    /// commands.
     pub(super) fn next(&mut self, newest: &Numbered, sent: u64) -> &[u8] {
         self.kind = (self.kind + 1) % 11;
         let command = Command {
@@ -38,7 +39,7 @@ impl Hostile {
             0 => self.set(&Frame { nonce: nonce_but(self.session), ..good }),
             1 => self.set(&Frame { sequence: sent, ..good }),
             2 => {
-                // A bit of it is wrong.
+                // One bit is wrong.
                 self.set(&good);
                 let bit = self.random.below(8 * self.bytes.len());
                 self.bytes[bit / 8] ^= 1 << (bit % 8);
@@ -75,20 +76,20 @@ impl Hostile {
         &self.bytes
     }
 
-    /// Description of the last frame.
+    /// Returns a description of the last frame.
     pub(super) fn last(&self) -> &'static str {
         match self.kind {
             0 => "a command with another nonce",
             1 => "a command whose sequence is not larger than the last one's",
-            2 => "a command with a wrong bit: check the CRC-32",
+            2 => "a command with one flipped bit: check the CRC-32",
             3 => "a command that is cut off: check the size",
             4 => "a command that is too long: check the size",
-            5 => "a command with a force that is not a number",
+            5 => "a command with a force that is NaN",
             6 => "a command that is valid for more than 100 000 µs",
             7 => "a command of another version",
-            8 => "a state, which only a driver sends",
+            8 => "a state, which only a driver may send",
             9 => "a hello in the middle of a session",
-            _ => "bytes at random",
+            _ => "random bytes",
         }
     }
 
@@ -97,7 +98,7 @@ impl Hostile {
         self.bytes.extend_from_slice(frame::encode(frame, &mut [0; LONGEST]));
     }
 
-    /// With other bytes in a field, and the right CRC-32 for them.
+    /// Replaces the bytes of one field, and corrects the CRC-32.
     fn with_field(&mut self, frame: &Frame, at: usize, field: &[u8]) {
         self.set(frame);
         self.bytes[at..at + field.len()].copy_from_slice(field);

@@ -1,4 +1,4 @@
-//! palpus' side of a session, frame by frame, for the tester.
+//! The part of palpus in a session, frame by frame, for the tester.
 
 use std::time::{Duration, Instant};
 
@@ -10,15 +10,15 @@ use crate::bridge::session::{BUFFER, Session};
 use crate::bridge::socket::Heard;
 use crate::bridge::{BridgeAddress, BridgeError, USUAL_RATE};
 
-/// Without a state for this long, the driver is taken to have ended.
+/// If no state arrives for this time, the driver counts as ended.
 const SILENCE: Duration = Duration::from_millis(500);
-/// For states that were on their way.
+/// Time in which states that were in transit arrive.
 const SOON: Duration = Duration::from_millis(150);
-/// s and states in which something asked for has to be seen.
+/// Time (s) and number of states within which an expected reaction must occur.
 const MOST_TIME: f64 = 0.2;
 const MOST_STATES: u64 = 200;
 
-/// A state and its number.
+/// A state and its sequence number.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Numbered {
     pub(super) sequence: u64,
@@ -29,7 +29,7 @@ pub(super) struct Peer {
     session: Session,
     address: BridgeAddress,
     pub(super) welcome: Welcome,
-    /// The driver does not answer any more.
+    /// True if the driver no longer answers.
     gone: bool,
 }
 
@@ -52,7 +52,7 @@ impl Peer {
         self.gone
     }
 
-    /// Begins the session; returns the first state.
+    /// Begins the session and returns the first state.
     pub(super) fn begin(&mut self) -> Result<Numbered, String> {
         let (sequence, state) = self.session.begin(&self.address).map_err(|error| {
             self.gone = true;
@@ -61,7 +61,8 @@ impl Peer {
         Ok(Numbered { sequence, state })
     }
 
-    /// The next state, if one comes in `patience`; an error for frames that are not as specified.
+    /// Waits at most `patience` for the next state; `None` if none arrives. Fails if a frame does
+    /// not follow the specification.
     pub(super) fn state_within(&mut self, patience: Duration) -> Result<Option<Numbered>, String> {
         let (begun, mut buffer) = (Instant::now(), BUFFER);
         while begun.elapsed() < patience {
@@ -71,13 +72,15 @@ impl Peer {
                 Ok(Frame { nonce, sequence, body: Body::State(state) }) if nonce == self.session.nonce => {
                     return Ok(Some(Numbered { sequence, state }));
                 }
-                // The answer to a hello that was said twice.
+                // A driver answers each hello, so a second welcome may arrive.
                 Ok(Frame { body: Body::Welcome(_), .. }) => {}
                 Ok(Frame { body: Body::Close(reason), .. }) => {
                     return Err(self.lost(format!("the driver ends the session: {reason}")));
                 }
-                Ok(_) => return Err("it sends a frame with another nonce, or one that only palpus sends".to_owned()),
-                Err(refusal) => return Err(format!("it sends a frame that is wrong: {refusal}")),
+                Ok(_) => {
+                    return Err("it sends a frame with another nonce, or a frame that only palpus may send".to_owned());
+                }
+                Err(refusal) => return Err(format!("it sends an invalid frame: {refusal}")),
             }
         }
         Ok(None)
@@ -88,10 +91,10 @@ impl Peer {
         state.ok_or_else(|| self.lost(format!("no state in {} ms", SILENCE.as_millis())))
     }
 
-    /// The newest state that there is.
+    /// Reads the waiting states and returns the newest one.
     pub(super) fn newest(&mut self) -> Result<Numbered, String> {
         let mut newest = self.next_state()?;
-        // Takes the waiting states only; the driver goes on sending, so this must end.
+        // The number of reads is bounded, since the driver keeps sending.
         for _ in 0..self.most_states() {
             let begun = Instant::now();
             newest = self.next_state()?;
@@ -102,7 +105,7 @@ impl Peer {
         Ok(newest)
     }
 
-    /// The first of the next states of which `what` is true; `None` if none of many is.
+    /// Returns the first of the next states for which `what` is true; `None` if no state matches.
     pub(super) fn state_where(&mut self, what: impl Fn(&State) -> bool) -> Result<Option<Numbered>, String> {
         for _ in 0..self.most_states() {
             let next = self.next_state()?;
@@ -117,18 +120,18 @@ impl Peer {
         MOST_STATES.max((MOST_TIME * self.welcome.rate_hz) as u64)
     }
 
-    /// Sends a command; returns its sequence.
+    /// Sends a command and returns its sequence.
     pub(super) fn tell(&mut self, command: Command) -> Result<u64, String> {
         self.send_body(Body::Command(command))
     }
 
-    /// Sends a command that knows `state`; returns its sequence.
+    /// Sends a command that is based on `state`, and returns its sequence.
     pub(super) fn answer(&mut self, state: &Numbered, wrench: Wrench, valid_for_us: u32) -> Result<u64, String> {
         self.tell(Command { echo: state.sequence, time_ns: state.state.time_ns, wrench, valid_for_us })
     }
 
-    /// Sends a command with the nonce of another session, and then one of this session without a
-    /// wrench; returns that one's sequence.
+    /// Sends a command with the nonce of another session, then a command of this session without a
+    /// wrench. Returns the sequence of the second command.
     pub(super) fn foreign_command(&mut self, nonce: u64, knows: &Numbered, wrench: Wrench) -> Result<u64, String> {
         let command =
             Command { echo: knows.sequence, time_ns: knows.state.time_ns, wrench, valid_for_us: super::VALID_FOR_US };
@@ -143,13 +146,13 @@ impl Peer {
         Ok(sequence)
     }
 
-    /// Sends anything at all.
+    /// Sends arbitrary bytes.
     pub(super) fn send_bytes(&mut self, bytes: &[u8]) -> Result<(), String> {
-        // No room, and a datagram that is too large for the system, are not the driver's fault.
+        // A full queue, or a datagram that is too large for the system, is not the driver's fault.
         self.session.socket.send(bytes).map(|_| ()).map_err(|error| self.lost(gone(&error)))
     }
 
-    /// True if states end soon, by the device's clock: those that were on their way come first. A
+    /// Returns true if the states end soon, by the device's clock; states in transit are ignored. A
     /// driver that missed the close ends the session a quarter of a second after the last command.
     pub(super) fn falls_silent(&mut self) -> bool {
         let mut first = None;

@@ -1,4 +1,4 @@
-//! Random damage: bent messages, and a service that misbehaves all the time.
+//! Random damage: mutated messages, and a service that fails often.
 
 use std::time::Duration;
 
@@ -14,7 +14,7 @@ use super::{assert_no_force_twice, wrench};
 const MUTATION_SEED: u64 = 0x4a91_7e55;
 
 #[test]
-fn no_message_makes_it_panic_or_believe_in_no_number() {
+fn mutated_message_gives_no_panic_and_no_invalid_number() {
     let mut random = Random::new(MUTATION_SEED);
     let texts = [inventory().to_string(), frame(7).to_string()];
     let pieces =
@@ -38,22 +38,22 @@ fn no_message_makes_it_panic_or_believe_in_no_number() {
             understood += 1;
         }
     }
-    assert!(understood > 1000, "seed {MUTATION_SEED:#x}: only {understood} were understood at all");
+    assert!(understood > 1000, "seed {MUTATION_SEED:#x}: only {understood} messages were valid");
 }
 
 const MISCHIEF_SEED: u64 = 0x11ae_57a1;
-/// Messages of a service that is up to mischief.
+/// Number of messages that the failing service answers.
 const MISCHIEFS: usize = 700;
 
-/// Answer to a message: mostly a correct one.
+/// Returns a random number for each message; most stand for a correct answer.
 fn mischief() -> Vec<u8> {
     let mut random = Random::new(MISCHIEF_SEED);
-    // Opening goes well.
+    // The opening must succeed.
     (0..MISCHIEFS).map(|k| if k < 5 { 255 } else { random.below(64) as u8 }).collect()
 }
 
 #[test]
-fn whatever_the_service_does_no_force_is_stale() {
+fn no_force_is_stale_with_a_failing_service() {
     let acts = mischief();
     let script = acts.clone();
     let service = Service::usual(move |count| match script.get(count) {
@@ -67,47 +67,46 @@ fn whatever_the_service_does_no_force_is_stale() {
         _ => Act::Answer,
     });
     let mut device = service.open();
-    while service.told.lock().unwrap().len() < MISCHIEFS {
-        // The force says which state it knows.
+    while service.received.lock().unwrap().len() < MISCHIEFS {
+        // The force encodes the state on which it is based.
         let state = device.read().unwrap();
         device.write(&wrench(DVec3::new(1.0, state.pose.translation.z, 1e-3 * device.serial as f64))).unwrap();
         std::thread::sleep(Duration::from_millis(1));
     }
     let counts = device.counts();
-    let all = service.told();
+    let all = service.received();
     assert_no_force_twice(&all);
     let mut pushed = 0;
-    for (k, told) in all.iter().enumerate().take(MISCHIEFS).filter(|(_, told)| told.force != DVec3::ZERO) {
-        let knows = (told.force.y * 1e3).round() as usize;
-        // One more for each answer that came when it had been given up, and stood in for the next
-        // one's.
+    for (k, received) in all.iter().enumerate().take(MISCHIEFS).filter(|(_, received)| received.force != DVec3::ZERO) {
+        let knows = (received.force.y * 1e3).round() as usize;
+        // Each answer that arrived too late may be taken for the answer to the next message, so the
+        // force may be based on an older state.
         let given_up = (knows + 1..=k).filter(|at| all[*at].at - all[at - 1].at >= ANSWER_TIME).count();
         assert!(
             knows < k && k - knows <= 3 + given_up,
-            "seed {MISCHIEF_SEED:#x}: message {k} knows only state {knows}"
+            "seed {MISCHIEF_SEED:#x}: message {k} is based on state {knows}"
         );
-        // If the earlier answer came twice, its second frame replaces the lost one in the client's
-        // view. If an answer came after the client had given it up, as on a busy machine, it is
-        // taken for the next one's, and so on until there is time to drop one.
+        // If the earlier answer came twice, its second frame takes the place of the lost answer. On
+        // a busy machine an answer may arrive too late. The device then takes it for the answer to
+        // the next message, until there is time to discard a message.
         let in_time =
             |lost: &usize| (lost.saturating_sub(4).max(1)..=*lost).all(|at| all[at].at - all[at - 1].at < ANSWER_TIME);
         let is_seen = |lost: &usize| !matches!(acts[lost - 1], 4..8) && in_time(lost);
         let lost = (5..k).rev().filter(|&k| matches!(acts[k], 0 | 2 | 3 | 8)).find(is_seen);
         assert!(
             lost.is_none_or(|lost| knows > lost),
-            "seed {MISCHIEF_SEED:#x}: message {k} knows state {knows}, answer {lost:?} was lost"
+            "seed {MISCHIEF_SEED:#x}: message {k} is based on state {knows}, but answer {lost:?} was lost"
         );
         pushed += 1;
     }
     assert!(pushed > MISCHIEFS / 4 && counts.late + counts.bad > 5, "{pushed} forces, {counts:?}");
 }
 
-/// Found by fuzzing: an id went into lines of text with the control characters that the service had
-/// put into it.
+/// Found by fuzzing: an id with control characters got into lines of text.
 #[test]
-fn an_id_of_control_characters_is_none() {
+fn id_with_control_characters_is_ignored() {
     let inventory = json!({ "inverse3": [{ "device_id": "048\u{8}\n" }, { "device_id": "049D" }] });
-    let arms = message::inventory(&inventory.to_string()).expect("an inventory").arms;
+    let arms = message::inventory(&inventory.to_string()).expect("the inventory is valid").arms;
     assert_eq!(arms.iter().map(|arm| arm.id.as_str()).collect::<Vec<_>>(), ["049D"]);
     assert_eq!(message::sample(&inventory.to_string(), "048\u{8}\n", None).unwrap_err().lines().count(), 1);
 }

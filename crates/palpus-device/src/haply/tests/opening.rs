@@ -1,4 +1,5 @@
-//! Notes about a service, its arm and its grip when it is opened or searched for.
+//! Tests of opening and of searching: which service, arm and grip are accepted,
+//! and which notes the device gets.
 
 use std::net::TcpListener;
 use std::time::{Duration, Instant};
@@ -12,25 +13,25 @@ use super::service::{Act, Service, frame, inventory, released, with};
 use crate::found::FindingState;
 
 #[test]
-fn an_old_service_gets_the_old_spelling() {
+fn old_service_gets_the_old_force_key() {
     let inventory = with(inventory(), "/inverse3/0/config/device_info/device_type", json!("inverse3")).to_string();
     let service = Service::start(Some("3.4.2"), inventory, |_| Act::Answer);
     let mut device = service.open();
     drive(&mut device, 5).unwrap();
     drop(device);
     service.over.recv_timeout(Duration::from_secs(5)).unwrap();
-    assert!(service.told().iter().all(|told| told.spelled == "values"));
+    assert!(service.received().iter().all(|received| received.spelled == "values"));
 }
 
 #[test]
-fn a_service_that_does_not_say_its_version_is_taken_for_a_new_one() {
+fn service_without_version_counts_as_new() {
     let service = Service::start(None, inventory().to_string(), |_| Act::Answer);
     let device = service.open();
     assert!(device.notes()[0].contains("unknown version") && device.notes()[0].contains("`vector`"));
 }
 
 #[test]
-fn what_cannot_be_opened_says_why() {
+fn failed_opening_gives_a_reason() {
     let open = |inventory: Value| {
         let service = Service::start(Some("3.5.1"), inventory.to_string(), |_| Act::Answer);
         HaplyDevice::open(&service.options()).err().unwrap().to_string()
@@ -46,7 +47,7 @@ fn what_cannot_be_opened_says_why() {
     let mut session = inventory();
     session["session"] = json!({ "config": { "basis": { "permutation": "XZY" } } });
     assert!(open(session).contains("turned by"));
-    assert!(open(json!({ "hello": 1 })).contains("not as the Inverse Service does"));
+    assert!(open(json!({ "hello": 1 })).contains("does not answer as the Inverse Service does"));
     assert!(open(json!([1, 2])).contains("no list `inverse3`"));
     assert!(open(with(inventory(), "/inverse3/0/status/calibrated", json!(false))).contains("not calibrated"));
     assert!(open(with(inventory(), "/inverse3/0/status/power_supply", json!(false))).contains("without power"));
@@ -58,34 +59,35 @@ fn what_cannot_be_opened_says_why() {
 }
 
 #[test]
-fn a_service_that_is_another_or_scales_forces_is_refused() {
+fn other_program_or_scaled_forces_are_refused() {
     let open = |path, answer: Value| {
         let answers = vec![(path, answer)];
         let service = Service::answering(answers, inventory().to_string(), |_| Act::Answer);
         HaplyDevice::open(&service.options()).map(|device| device.notes().join("; ")).map_err(|error| error.to_string())
     };
     assert!(open("/version", json!({ "project_name": "toaster" })).unwrap_err().contains("calls itself `toaster`"));
-    assert!(open("/version", json!({ "project_version": "2.1.0" })).unwrap_err().contains("update it"));
+    assert!(open("/version", json!({ "project_version": "2.1.0" })).unwrap_err().contains("update the service"));
     let scale = "/settings/devices/force_scale";
     let refused = open(scale, json!({ "ok": true, "data": { "value": 0.5 } })).unwrap_err();
     assert!(refused.contains("0.5 times the commanded forces"), "{refused}");
-    assert!(!open(scale, json!({ "value": 1.0 })).unwrap().contains("scales forces"));
-    assert!(open("/nothing", json!({})).unwrap().contains("does not say whether it scales forces"));
+    assert!(!open(scale, json!({ "value": 1.0 })).unwrap().contains("force scale"));
+    assert!(open("/nothing", json!({})).unwrap().contains("does not report its force scale"));
 }
 
 #[test]
-fn the_session_is_named_in_the_first_message_only() {
+fn only_first_message_names_the_session() {
     let service = Service::usual(|_| Act::Answer);
     let mut device = service.open();
     drive(&mut device, 5).unwrap();
-    let told = service.told();
-    assert_eq!(told[0].session.as_deref(), Some("palpus"));
-    assert!(told[1..].iter().all(|told| told.session.is_none()) && told.len() > 2);
+    let received = service.received();
+    assert_eq!(received[0].session.as_deref(), Some("palpus"));
+    assert!(received[1..].iter().all(|received| received.session.is_none()) && received.len() > 2);
 }
 
 #[test]
-fn the_settings_of_the_named_session_count() {
-    // The inventory is that of another profile; and now the arm is in use, by this session.
+fn settings_of_the_named_session_count() {
+    // The inventory has the settings of another profile. In the answer, the arm is in use by this
+    // session.
     let scaled = json!({ "position": {}, "scale": { "x": 0.5, "y": 0.5, "z": 0.5 } });
     let scaled = with(inventory(), "/inverse3/0/config/mount", scaled);
     let used = with(inventory(), "/inverse3/0/status/in_use", json!(true));
@@ -97,7 +99,7 @@ fn the_settings_of_the_named_session_count() {
     assert_eq!(open(used), Ok(()));
 }
 
-/// An inventory with two arms, and two grips in the other order.
+/// Returns an inventory with two arms, and with two grips in the opposite order.
 fn two_arms() -> Value {
     let mut inventory = inventory();
     let mut second = inventory["inverse3"][0].clone();
@@ -111,7 +113,7 @@ fn two_arms() -> Value {
 }
 
 #[test]
-fn an_arm_gets_the_grip_that_is_paired_with_it() {
+fn arm_gets_its_paired_grip() {
     let notes = |answers, inventory: Value| {
         let mut both = frame(0);
         both["wireless_verse_grip"] = inventory["wireless_verse_grip"].clone();
@@ -120,7 +122,7 @@ fn an_arm_gets_the_grip_that_is_paired_with_it() {
         let device = HaplyDevice::open(&HaplyOptions { arm: Some("04C3".to_owned()), ..service.options() }).unwrap();
         (device.notes().join("; "), device.spec().sensed.rotation)
     };
-    // The second arm, and so by order the second grip.
+    // Without a pairing, the second arm gets the second grip.
     let (ordered, _) = notes(vec![], two_arms());
     assert!(ordered.contains("grip 2203") && ordered.contains("no pairing is stated"), "{ordered}");
     let asked = |grip| {
@@ -129,7 +131,7 @@ fn an_arm_gets_the_grip_that_is_paired_with_it() {
     };
     let (paired, _) = notes(asked("1102"), two_arms());
     assert!(paired.contains("grip 1102") && paired.contains("paired with it"), "{paired}");
-    // Another arm's grip does not replace a missing one.
+    // The grip of another arm must not replace a missing one.
     let (missing, rotation) = notes(asked("9999"), two_arms());
     assert!(missing.contains("no grip") && rotation == 0, "{missing}");
     let mut said = two_arms();
@@ -140,7 +142,7 @@ fn an_arm_gets_the_grip_that_is_paired_with_it() {
 }
 
 #[test]
-fn a_grip_is_waited_for_until_it_says_how_it_is_held() {
+fn opening_waits_for_the_orientation_of_the_grip() {
     let silent = |count| {
         let mut frame = frame(count);
         for grips in ["wireless_verse_grip", "custom_verse_grip"] {
@@ -172,7 +174,7 @@ fn buttons_do_not_depend_on_the_first_message() {
     let mut late = inventory();
     late["wireless_verse_grip"] = without(0)["wireless_verse_grip"].clone();
     late["custom_verse_grip"] = without(0)["custom_verse_grip"].clone();
-    // Held from the start, then released, then pressed.
+    // The buttons are held from the start, then released, then pressed.
     let script = move |count| match count {
         0..10 => Act::Say(vec![without(count).to_string()]),
         10..20 => Act::Answer,
@@ -181,22 +183,22 @@ fn buttons_do_not_depend_on_the_first_message() {
     };
     let service = Service::start(Some("3.5.1"), late.to_string(), script);
     let mut device = service.open();
-    assert_eq!(device.spec().buttons, 3, "forces are asked for by a button");
+    assert_eq!(device.spec().buttons, 3, "forces must be enabled by a button");
     let mut seen = Vec::new();
     while seen.last() != Some(&0b101) {
         seen.push(device.read().unwrap().buttons);
         device.write(&Wrench::ZERO).unwrap();
         std::thread::sleep(Duration::from_millis(1));
     }
-    assert!(service.told().len() > 30, "held buttons are not pressed: {seen:?}");
+    assert!(service.received().len() > 30, "buttons held from the start must not count: {seen:?}");
 }
 
 #[test]
-fn a_port_where_something_else_listens_is_no_service() {
+fn another_program_at_the_port_is_refused() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let options =
         HaplyOptions { address: format!("ws://{}", listener.local_addr().unwrap()), ..HaplyOptions::default() };
-    // It accepts, by the system's queue, and says nothing.
+    // The system's queue accepts the connection, but nothing answers.
     let begun = Instant::now();
     assert!(matches!(HaplyDevice::open(&options), Err(HaplyError::NotUnderstood { .. })));
     assert!(begun.elapsed() < Duration::from_secs(5));
@@ -205,7 +207,7 @@ fn a_port_where_something_else_listens_is_no_service() {
 }
 
 #[test]
-fn an_arm_without_a_grip_senses_no_rotation() {
+fn arm_without_grip_senses_no_rotation() {
     let without = |count| {
         let mut frame = frame(count);
         frame["wireless_verse_grip"] = json!([]);
@@ -220,7 +222,7 @@ fn an_arm_without_a_grip_senses_no_rotation() {
 }
 
 #[test]
-fn it_is_found_or_said_what_is_missing() {
+fn look_finds_the_arm_or_names_what_is_missing() {
     let service = Service::usual(|_| Act::Answer);
     let found = look_at(&service.options());
     let FindingState::Found { spec, device, note, .. } = found.state else { panic!("{found:?}") };

@@ -1,4 +1,4 @@
-//! A scripted service, which may misbehave.
+//! A scripted service, which can misbehave.
 
 use std::net::{TcpListener, TcpStream};
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -11,47 +11,47 @@ use tungstenite::{Message, WebSocket};
 
 use super::super::{HaplyDevice, HaplyOptions};
 
-/// A message as the service got it.
+/// A message that the service received.
 #[derive(Clone, Debug)]
-pub(super) struct Told {
+pub(super) struct Received {
     pub(super) at: Instant,
     pub(super) force: DVec3,
     pub(super) spelled: String,
-    /// The name of the session, if the message says it.
+    /// Name of the session, if the message contains it.
     pub(super) session: Option<String>,
 }
 
-/// Action of a scripted service at message `k` (0 is the one of opening).
+/// Action of a scripted service at a message.
 pub(super) enum Act {
-    /// Answers as it should.
+    /// Answers correctly.
     Answer,
     /// Answers with these texts.
     Say(Vec<String>),
-    /// Answers so much later.
+    /// Answers correctly after this time.
     After(Duration),
     /// Answers correctly, and reports this function of the commanded force.
     Echo(fn(DVec3) -> DVec3),
     Silence,
-    /// Answers with bytes.
+    /// Answers with a binary message.
     Binary,
-    /// Answers with nothing but pings.
+    /// Answers with pings only.
     Pings,
-    /// Breaks the connection off.
+    /// Drops the connection.
     Drop,
-    /// Closes it politely.
+    /// Closes the connection with a handshake.
     Close,
 }
 
 pub(super) struct Service {
     pub(super) address: String,
-    pub(super) told: Arc<Mutex<Vec<Told>>>,
-    /// Said once the connection is over.
+    pub(super) received: Arc<Mutex<Vec<Received>>>,
+    /// Gets a message when the connection is over.
     pub(super) over: Receiver<()>,
 }
 
 impl Service {
-    /// A service that says `inventory`, has this version, and acts by `script` with the number of
-    /// the message.
+    /// Starts a service with this `version` and `inventory`. `script` gives its action for each
+    /// message, counted from 0.
     pub(super) fn start(
         version: Option<&'static str>,
         inventory: String,
@@ -61,7 +61,7 @@ impl Service {
         Self::answering(version.into_iter().collect(), inventory, script)
     }
 
-    /// One that answers to these paths over HTTP.
+    /// Starts a service that answers requests of these paths over HTTP.
     pub(super) fn answering(
         answers: Vec<(&'static str, Value)>,
         inventory: String,
@@ -69,14 +69,14 @@ impl Service {
     ) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = format!("ws://{}", listener.local_addr().unwrap());
-        let told = Arc::new(Mutex::new(Vec::new()));
+        let received = Arc::new(Mutex::new(Vec::new()));
         let (done, over) = channel();
-        let log = Arc::clone(&told);
+        let log = Arc::clone(&received);
         std::thread::spawn(move || serve(&listener, answers, &inventory, &script, &log, &done));
-        Self { address, told, over }
+        Self { address, received, over }
     }
 
-    /// One that behaves but for `script`.
+    /// Starts a service that follows `script` and is correct otherwise.
     pub(super) fn usual(script: impl Fn(usize) -> Act + Send + 'static) -> Self {
         Self::start(Some("3.5.1"), inventory().to_string(), script)
     }
@@ -89,8 +89,8 @@ impl Service {
         HaplyDevice::open(&self.options()).unwrap()
     }
 
-    pub(super) fn told(&self) -> Vec<Told> {
-        self.told.lock().unwrap().clone()
+    pub(super) fn received(&self) -> Vec<Received> {
+        self.received.lock().unwrap().clone()
     }
 }
 
@@ -99,14 +99,14 @@ fn serve(
     answers: Vec<(&'static str, Value)>,
     inventory: &str,
     script: &dyn Fn(usize) -> Act,
-    told: &Mutex<Vec<Told>>,
+    received: &Mutex<Vec<Received>>,
     done: &Sender<()>,
 ) {
     let (stream, _) = listener.accept().unwrap();
     stream.set_nodelay(true).unwrap();
     let Ok(mut socket) = tungstenite::accept(stream) else { return };
     let _ = socket.send(Message::text(inventory));
-    // In a thread of its own, as long as the test lasts.
+    // HTTP requests are answered in a separate thread, as long as the test lasts.
     let questions = listener.try_clone().unwrap();
     std::thread::spawn(move || answer_questions(&questions, &answers));
     let mut count = 0;
@@ -115,7 +115,7 @@ fn serve(
             Ok(Message::Text(text)) => {
                 let heard = understood(text.as_str());
                 let force = heard.force;
-                told.lock().unwrap().push(heard);
+                received.lock().unwrap().push(heard);
                 if !act(&mut socket, script(count), count, force) {
                     break;
                 }
@@ -141,7 +141,7 @@ fn answer_questions(listener: &TcpListener, answers: &[(&str, Value)]) {
     }
 }
 
-/// False when the connection is over.
+/// Performs an action. Returns false if the connection is over.
 fn act(socket: &mut WebSocket<TcpStream>, act: Act, count: usize, force: DVec3) -> bool {
     let texts = match act {
         Act::Answer => vec![frame(count).to_string()],
@@ -169,8 +169,8 @@ fn act(socket: &mut WebSocket<TcpStream>, act: Act, count: usize, force: DVec3) 
     texts.into_iter().all(|text| socket.send(Message::text(text)).is_ok())
 }
 
-/// The force of a message, which must be the message that it should be.
-fn understood(text: &str) -> Told {
+/// Parses a message of the client, and checks its form.
+fn understood(text: &str) -> Received {
     let value: Value = serde_json::from_str(text).unwrap();
     assert_eq!(value["inverse3"][0]["device_id"], "04C3");
     let command = value["inverse3"][0]["commands"]["set_cursor_force"].as_object().unwrap();
@@ -178,10 +178,15 @@ fn understood(text: &str) -> Told {
     let (spelled, vector) = command.iter().next().unwrap();
     let part = |key: &str| vector[key].as_f64().unwrap();
     let session = value["session"]["configure"]["profile"]["name"].as_str().map(str::to_owned);
-    Told { at: Instant::now(), force: DVec3::new(part("x"), part("y"), part("z")), spelled: spelled.clone(), session }
+    Received {
+        at: Instant::now(),
+        force: DVec3::new(part("x"), part("y"), part("z")),
+        spelled: spelled.clone(),
+        session,
+    }
 }
 
-/// The first message: a state with the configurations.
+/// Returns the first message of the service: a state with the configurations.
 pub(super) fn inventory() -> Value {
     let mut inventory = frame(0);
     inventory["inverse3"][0]["config"] = json!({
@@ -205,7 +210,7 @@ pub(super) fn inventory() -> Value {
     inventory
 }
 
-/// A state; the arm's height counts messages in millimetres.
+/// Returns a state. The arm's z is the number of messages in millimetres.
 pub(super) fn frame(count: usize) -> Value {
     json!({
         "session_id": 3,
@@ -244,13 +249,13 @@ pub(super) fn frame(count: usize) -> Value {
     })
 }
 
-/// The same with no button pressed.
+/// Returns a state with no button pressed.
 pub(super) fn released(count: usize) -> Value {
     let frame = with(frame(count), "/wireless_verse_grip/0/state/buttons/a", json!(false));
     with(frame, "/custom_verse_grip/0/state/buttons/c", json!(false))
 }
 
-/// A message with one place changed.
+/// Returns `message` with one value replaced.
 pub(super) fn with(mut message: Value, pointer: &str, value: Value) -> Value {
     *message.pointer_mut(pointer).unwrap() = value;
     message

@@ -1,4 +1,4 @@
-//! Reports to the loop when the arm gives no force, whatever the command.
+//! Tests that states are withheld while the arm gives no force.
 
 use std::time::{Duration, Instant};
 
@@ -9,7 +9,7 @@ use super::super::*;
 use super::service::{Act, Service, frame, with};
 use super::{drive, drive_until_lost, wrench};
 
-/// Reads and writes until a state is withheld, or is not, for at most five seconds.
+/// Reads and writes until a state has this value of `withheld`, for at most five seconds.
 fn drive_until_withheld(device: &mut HaplyDevice, withheld: bool) -> DeviceState {
     let begun = Instant::now();
     while begun.elapsed() < Duration::from_secs(5) {
@@ -20,17 +20,17 @@ fn drive_until_withheld(device: &mut HaplyDevice, withheld: bool) -> DeviceState
         device.write(&wrench(DVec3::X)).unwrap();
         std::thread::sleep(Duration::from_millis(1));
     }
-    panic!("it was never {withheld}: {:?}", device.counts());
+    panic!("no state with withheld = {withheld}: {:?}", device.counts());
 }
 
-/// A service that says this from message 20 to 60.
+/// Returns a service that sends `says` from message 20 to 59.
 fn interrupted(says: impl Fn(usize) -> Value + Send + 'static) -> Service {
     let script = move |k| if (20..60).contains(&k) { Act::Say(vec![says(k).to_string()]) } else { Act::Answer };
     Service::usual(script)
 }
 
 #[test]
-fn an_arm_that_is_not_ready_or_without_power_withholds_its_force() {
+fn unready_or_unpowered_arm_withholds_its_force() {
     for status in ["ready", "power_supply", "calibrated"] {
         let place = format!("/inverse3/0/status/{status}");
         let service = interrupted(move |k| with(frame(k), &place, json!(false)));
@@ -42,7 +42,7 @@ fn an_arm_that_is_not_ready_or_without_power_withholds_its_force() {
 }
 
 #[test]
-fn a_workspace_that_is_scaled_in_mid_run_withholds_the_force() {
+fn scaling_during_a_run_withholds_the_force() {
     let scaled = json!({ "scale": { "x": 3, "y": 3, "z": 3 } });
     let service = interrupted(move |k| with(frame(k), "/inverse3/0/state/transform", scaled.clone()));
     let mut device = service.open();
@@ -51,7 +51,7 @@ fn a_workspace_that_is_scaled_in_mid_run_withholds_the_force() {
 }
 
 #[test]
-fn a_grip_that_sleeps_withholds_the_force_and_lets_go_of_its_buttons() {
+fn sleeping_grip_withholds_force_and_releases_buttons() {
     for status in ["awake", "connected", "ready"] {
         let place = format!("/wireless_verse_grip/0/status/{status}");
         let service = interrupted(move |k| with(frame(k), &place, json!(false)));
@@ -59,12 +59,12 @@ fn a_grip_that_sleeps_withholds_the_force_and_lets_go_of_its_buttons() {
         let state = drive_until_withheld(&mut device, true);
         assert_eq!(state.buttons, 0, "{status}");
         let state = drive_until_withheld(&mut device, false);
-        assert_eq!(state.buttons, 0, "{status}: buttons that are held when it wakes are not pressed");
+        assert_eq!(state.buttons, 0, "{status}: buttons held at waking must not count as pressed");
     }
 }
 
 #[test]
-fn a_lost_answer_is_told_and_forces_from_before_it_are_not_sent() {
+fn lost_answer_withholds_the_force() {
     let wrongs: [fn() -> Act; 3] =
         [|| Act::Silence, || Act::After(Duration::from_millis(20)), || Act::Say(vec!["{".to_owned()])];
     for wrong in wrongs {
@@ -76,43 +76,43 @@ fn a_lost_answer_is_told_and_forces_from_before_it_are_not_sent() {
 }
 
 #[test]
-fn a_force_is_not_sent_before_the_loop_knows_of_the_gap() {
+fn force_is_not_sent_before_the_loop_saw_the_gap() {
     let service = Service::usual(|_| Act::Answer);
     let mut device = service.open();
     drive(&mut device, 5).unwrap();
-    // A loop that stands still: zeros go out.
+    // While the loop stands still, zeros are sent.
     std::thread::sleep(Duration::from_millis(60));
-    let before = service.told().len();
+    let before = service.received().len();
     for _ in 0..5 {
-        // It does not look, and so does not know.
+        // The loop does not read, so it has not seen the gap.
         device.write(&wrench(DVec3::X * 5.0)).unwrap();
         std::thread::sleep(Duration::from_millis(1));
     }
-    assert!(service.told()[before..].iter().all(|told| told.force == DVec3::ZERO));
-    assert!(device.read().unwrap().withheld, "it must be told");
+    assert!(service.received()[before..].iter().all(|received| received.force == DVec3::ZERO));
+    assert!(device.read().unwrap().withheld, "the gap must withhold the state");
     device.write(&Wrench::ZERO).unwrap();
     assert!(!drive_until_withheld(&mut device, false).withheld);
 }
 
-/// A service that reports `given` of the last commanded force.
+/// Returns a service that reports `given` of the last commanded force.
 fn echoing(given: fn(DVec3) -> DVec3) -> Service {
     let script = move |_| Act::Echo(given);
     Service::usual(script)
 }
 
 #[test]
-fn a_force_that_is_given_as_told_is_not_counted() {
-    let service = echoing(|told| told);
+fn correct_force_report_is_not_counted() {
+    let service = echoing(|commanded| commanded);
     let mut device = service.open();
     drive(&mut device, 60).unwrap();
     assert_eq!(device.counts().otherwise, 0);
-    // A busy machine may have held the loop up meanwhile.
+    // On a busy machine the loop may have been delayed, which withholds the force for a while.
     drive_until_withheld(&mut device, false);
 }
 
 #[test]
-fn a_force_that_is_not_given_or_another_is_counted_and_withheld() {
-    let wrongs: [fn(DVec3) -> DVec3; 3] = [|_| DVec3::ZERO, |told| told * 2.0, |told| -told];
+fn wrong_force_report_is_counted_and_withholds() {
+    let wrongs: [fn(DVec3) -> DVec3; 3] = [|_| DVec3::ZERO, |commanded| commanded * 2.0, |commanded| -commanded];
     for wrong in wrongs {
         let service = echoing(wrong);
         let mut device = service.open();
@@ -122,10 +122,10 @@ fn a_force_that_is_not_given_or_another_is_counted_and_withheld() {
 }
 
 #[test]
-fn a_force_that_nobody_told_loses_the_device() {
+fn uncommanded_force_loses_the_device() {
     let service = echoing(|_| DVec3::Z * 2.0);
     let mut device = service.open();
     let lost = drive_until_lost(&mut device);
     assert!(lost.contains("although zero is commanded"), "{lost}");
-    assert_eq!(service.told().last().unwrap().force, DVec3::ZERO);
+    assert_eq!(service.received().last().unwrap().force, DVec3::ZERO);
 }

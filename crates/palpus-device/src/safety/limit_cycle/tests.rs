@@ -1,5 +1,5 @@
-//! Cycles of every period are seen and attenuated; what a moving hand feels is left alone to the
-//! bit.
+//! Tests that cycles of every period are attenuated, and that forces caused by the hand's motion
+//! stay unchanged, bit for bit.
 
 use std::f64::consts::TAU;
 
@@ -9,16 +9,16 @@ use super::*;
 use crate::simulated::SimulationSettings;
 
 const PERIOD: f64 = 1e-3;
-/// Amplitude relative to the peak: 0.85 N, 19 mN·m from end to end.
+/// Amplitude relative to the peak. Peak to peak it is 0.85 N or 19 mN·m.
 const AMPLITUDE: f64 = 0.05;
-/// m: an encoder's step.
+/// Step of an encoder, m.
 const STEP: f64 = 3e-5;
 
 fn limits() -> SafetyLimits {
     SafetyLimits::of(&SimulationSettings::default().spec, 1.0 / PERIOD)
 }
 
-/// A pose as encoders read it.
+/// Returns a pose at `x` as encoders report it.
 fn at(x: f64) -> Pose {
     Pose::from_translation(DVec3::X * ((x / STEP).round() * STEP))
 }
@@ -27,7 +27,8 @@ fn force(newtons: f64) -> Wrench {
     Wrench { torque: DVec3::ZERO, force: DVec3::X * newtons }
 }
 
-/// `seconds` of what `tick` answers to a time, and how many ticks were changed.
+/// Runs the detector for `seconds` on the wrench and pose of `tick`. Returns the number of changed
+/// wrenches.
 fn changed(seconds: f64, mut tick: impl FnMut(f64) -> (Wrench, Pose)) -> usize {
     let mut stage = LimitCycle::new(&limits(), PERIOD);
     let ticks = 0..(seconds / PERIOD) as u32;
@@ -58,7 +59,7 @@ fn cycles_of_any_period_are_attenuated() {
                 } else {
                     computed.force += DVec3::Y * (value * peaks.force_peak);
                 }
-                // The encoder is at the edge of a step.
+                // The encoder is at the border of a step.
                 let pose = at(STEP * (0.5 + 0.2 * f64::from(k % 2) - 0.1));
                 let (answer, cut) = stage.attenuate(&computed, &pose, PERIOD);
                 stage.commanded(&answer);
@@ -67,13 +68,13 @@ fn cycles_of_any_period_are_attenuated() {
                 let gain = answer.force.length() / computed.force.length();
                 let of_torque = answer.torque.length() / computed.torque.length();
                 let (touched, other) = if turns { (of_torque, gain) } else { (gain, of_torque) };
-                assert!((other - 1.0).abs() < 1e-12, "period {period}: the other kind is left alone");
+                assert!((other - 1.0).abs() < 1e-12, "period {period}: the other kind must stay unchanged");
                 assert!((0.1 - 1e-12..=1.0 + 1e-12).contains(&touched) && (k == 0 || touched <= last + 1e-12));
                 last = touched;
             }
-            let seen = seen.expect("a cycle of any period is seen");
+            let seen = seen.expect("a cycle of any period is detected");
             assert!(seen < 50 + 5 * period.max(10) && last < 0.11, "period {period}: at tick {seen}, gain {last}");
-            // The cycle ends under load, so the gain stays; without load it is whole again.
+            // The cycle ends under load, so the gain stays low. Without load it rises to 1.
             let pose = at(0.0);
             for _ in 0..300 {
                 stage.attenuate(&load, &pose, PERIOD);
@@ -88,8 +89,8 @@ fn cycles_of_any_period_are_attenuated() {
 }
 
 #[test]
-fn cycle_that_shakes_the_hand_is_seen() {
-    // A force of 2 N drives 0.3 kg at 11, 20 and 60 Hz against a hand that damps.
+fn cycle_that_shakes_the_hand_is_attenuated() {
+    // A force of 2 N drives 0.3 kg at 11, 20 and 60 Hz, damped by the hand.
     for rate in [11.0, 20.0, 60.0] {
         let pulse = TAU * rate;
         let cut = changed(2.0, |time| {
@@ -102,9 +103,9 @@ fn cycle_that_shakes_the_hand_is_seen() {
 }
 
 #[test]
-fn shaking_against_a_wall_is_left_alone() {
-    // Springs of 1 kN/m (with the damper that goes with it) and 4 kN/m, a tremor of 6 to 12 Hz,
-    // taps among it.
+fn tremor_against_a_wall_is_not_attenuated() {
+    // Springs of 1 kN/m (with its damper) and 4 kN/m, pressed with a tremor of 3 to 12 Hz. Some of
+    // these motions tap on the wall.
     for (stiffness, damping) in [(1000.0, 3.0), (4000.0, 0.0)] {
         for rate in [3.0, 6.0, 9.0, 12.0] {
             for size in [2e-4, 1e-3, 4e-3] {
@@ -124,11 +125,11 @@ fn shaking_against_a_wall_is_left_alone() {
 }
 
 #[test]
-fn stick_slip_and_textures_are_left_alone() {
+fn stick_slip_and_textures_are_not_attenuated() {
     for speed in [2e-3, 0.02, 0.2] {
-        // A saw tooth of 1 N, by a spring of 1 kN/m that lets go.
+        // A saw tooth of 1 N, from a spring of 1 kN/m in stick-slip.
         let slip = changed(4.0, |time| (force(-2.0 - (speed * time * 1e3).fract()), at(speed * time)));
-        // Waves of 0.1 mm every 0.5 mm.
+        // A texture with waves of 0.1 mm every 0.5 mm.
         let wave = changed(4.0, |time| {
             let height = 1e-4 * (TAU * speed * time / 5e-4).sin();
             let wrench = Wrench { torque: DVec3::Y * (0.03 * height * 1e3), force: DVec3::Z * (1.0 + 1e3 * height) };
@@ -139,13 +140,13 @@ fn stick_slip_and_textures_are_left_alone() {
 }
 
 #[test]
-fn impacts_and_encoder_steps_are_left_alone() {
-    // A tap a tenth of a second, each of which rings for a few milliseconds.
+fn impacts_and_encoder_steps_are_not_attenuated() {
+    // Taps every 0.1 s, each of which rings for a few milliseconds.
     let taps = changed(4.0, |time| {
         let since = time % 0.1;
         (force(2.0 + 2.0 * (-since / 4e-3).exp() * (TAU * 150.0 * since).cos()), at(0.0))
     });
-    // An encoder that flips at rest, through 1 kN/m and its damper.
+    // An encoder that alternates at rest, felt through 1 kN/m and its damper.
     let steps = changed(4.0, |time| {
         let flip = f64::from((time * 1e3).round() as u32 % 2);
         (force(2.0 + 0.1 * flip), at(STEP * flip))

@@ -1,5 +1,5 @@
-//! Panics, invalid numbers, devices that fail: the force is taken away, and the run goes on or
-//! ends.
+//! Panics, invalid numbers and failing devices: the loop removes the force, and continues or ends
+//! the run.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
@@ -14,23 +14,22 @@ use crate::safety::{AfterFault, AfterPanic, Cut, SafetyLimits};
 use crate::{HandImpedance, ReplayDevice, SimulatedDevice, SimulationSettings};
 
 #[test]
-fn a_panic_in_the_step_ends_the_run_with_zero() {
+fn panic_in_step_ends_the_run_with_zero() {
     let mut device = Scribe::new();
     let step = |state: &DeviceState, _| {
-        assert!(state.time < 0.0095, "the tenth tick is not to be had");
+        assert!(state.time < 0.0095, "test panic in the tenth tick");
         StepOutcome::of(pull(2.0))
     };
     let run = fast(1.0).run(&mut device, step, &mut (), &go_on());
-    let said = |text: &str| text.starts_with("the tenth tick is not to be had (at ") && text.contains("faults.rs:");
+    let said = |text: &str| text.starts_with("test panic in the tenth tick (at ") && text.contains("faults.rs:");
     assert!(matches!(&run.end, RunEnd::Panicked(text) if said(text)), "{:?}", run.end);
     assert_eq!((run.ticks, run.safety.ticks(Cut::Panic), run.safety.faults()), (11, 1, 1));
-    // Ten ticks, the one that panicked, a tenth of a second in which it would damp, and the last
-    // word.
+    // The writes are: ten ticks, the tick that panicked, damping for 0.1 s, and the final zero.
     assert_eq!(device.written.len(), 10 + 1 + 100 + 1);
     assert!(device.written[10..].iter().all(|wrench| *wrench == Wrench::ZERO));
 }
 
-/// Keeps every tick, and whether the step answered it.
+/// Keeps every tick, and whether the step returned a result in it.
 struct Watcher(Vec<(ServoTick, bool)>);
 
 impl TickObserver for Watcher {
@@ -47,13 +46,13 @@ impl TickObserver for Watcher {
 fn panicking_tick_and_coast_are_observed() {
     let mut device = Scribe::new();
     let step = |state: &DeviceState, _| {
-        assert!(state.time < 0.0095, "the tenth tick is not to be had");
+        assert!(state.time < 0.0095, "test panic in the tenth tick");
         StepOutcome::of(pull(2.0))
     };
     let mut watcher = Watcher(Vec::new());
     fast(1.0).run(&mut device, step, &mut watcher, &go_on());
     let seen = watcher.0;
-    // Ten that were answered, the one that panicked, and a tenth of a second of damping.
+    // Ten ticks with a result, the tick that panicked, and damping for 0.1 s.
     assert_eq!(seen.len(), 10 + 1 + 100);
     for (k, (tick, answered)) in seen.iter().enumerate() {
         assert_eq!((tick.index, *answered, tick.cuts.has(Cut::Panic)), (k as u64, k < 10, k == 10), "tick {k}");
@@ -63,7 +62,7 @@ fn panicking_tick_and_coast_are_observed() {
 }
 
 #[test]
-fn a_refused_state_is_observed_as_it_was_read() {
+fn observer_gets_refused_state_as_read() {
     let mut device = Scribe::new();
     device.read = |tick| {
         let mut state = state_at(tick);
@@ -79,9 +78,9 @@ fn a_refused_state_is_observed_as_it_was_read() {
 }
 
 #[test]
-fn a_panic_outside_the_step_writes_zero_too() {
+fn panic_in_observer_writes_zero() {
     let mut device = Scribe::new();
-    let mut observer = |tick: &ServoTick, _: &()| assert!(tick.index < 3, "seen enough");
+    let mut observer = |tick: &ServoTick, _: &()| assert!(tick.index < 3, "test panic in the observer");
     let outcome = catch_unwind(AssertUnwindSafe(|| {
         fast(1.0).run(&mut device, |_, _| StepOutcome::of(pull(2.0)), &mut observer, &go_on())
     }));
@@ -91,7 +90,7 @@ fn a_panic_outside_the_step_writes_zero_too() {
 }
 
 #[test]
-fn a_panic_may_be_a_fault_like_any_other() {
+fn panic_can_count_as_ordinary_fault() {
     let mut device = Scribe::new();
     let mut tick = 0;
     let step = |_: &DeviceState, _| {
@@ -111,7 +110,7 @@ fn a_panic_may_be_a_fault_like_any_other() {
 }
 
 #[test]
-fn a_wrench_that_is_not_finite_becomes_zero_and_is_counted() {
+fn non_finite_wrench_becomes_zero_and_is_counted() {
     let mut device = Scribe::new();
     let step = |state: &DeviceState, _| {
         let bad = (state.time * 1000.0).round() as u64 % 2 == 1;
@@ -124,7 +123,7 @@ fn a_wrench_that_is_not_finite_becomes_zero_and_is_counted() {
 }
 
 #[test]
-fn a_state_that_is_not_finite_is_not_stepped_on() {
+fn step_never_gets_a_non_finite_state() {
     let mut device = Scribe::new();
     device.read = |tick| {
         let mut state = state_at(tick);
@@ -144,7 +143,7 @@ fn a_state_that_is_not_finite_is_not_stepped_on() {
 }
 
 #[test]
-fn a_device_that_fails_is_a_fault_and_a_recording_that_ends_is_not() {
+fn failed_device_is_a_fault_but_end_of_recording_is_not() {
     let mut lost = Scribe::new();
     lost.read = |tick| if tick < 5 { Ok(state_at(tick)) } else { Err(DeviceError::Lost("unplugged".into())) };
     let run = fast(1.0).run(&mut lost, |_, _| StepOutcome::of(pull(1.0)), &mut (), &go_on());
@@ -166,7 +165,7 @@ fn a_device_that_fails_is_a_fault_and_a_recording_that_ends_is_not() {
 }
 
 #[test]
-fn a_device_that_fails_gets_its_brake() {
+fn failed_device_gets_its_brake() {
     let mut device = Scribe::new();
     device.read = |tick| if tick < 5 { Ok(state_at(tick)) } else { Err(DeviceError::Lost("unplugged".into())) };
     fast(1.0).run(&mut device, |_, _| StepOutcome::of(pull(1.0)), &mut (), &go_on());
@@ -174,7 +173,7 @@ fn a_device_that_fails_gets_its_brake() {
 }
 
 #[test]
-fn a_run_may_end_at_its_first_fault() {
+fn run_can_end_at_first_fault() {
     let mut device = Scribe::new();
     device.read = |tick| {
         let mut state = state_at(tick);
@@ -187,15 +186,15 @@ fn a_run_may_end_at_its_first_fault() {
     let run = guarded(1.0, safety).run_in(&VirtualTime::default(), &mut device, step, &mut (), &go_on());
     assert!(matches!(run.end, RunEnd::Faulted(cuts) if cuts.has(Cut::PoseJump)), "{:?}", run.end);
     assert_eq!((run.ticks, device.written.len()), (301, 300 + 1 + 100 + 1));
-    // After the jump, whose velocity may be no velocity, the grip is damped once its poses say that
-    // it moves; then nothing is left.
+    // The reported velocity at the jump is not trusted. So the grip is damped only once its poses
+    // show motion; then zero is written.
     assert!(device.written[300..302].iter().all(|wrench| *wrench == Wrench::ZERO));
     let damped = &device.written[302..401];
     assert!(damped.iter().all(|wrench| wrench.force.x < -0.1 && wrench.force.length() <= 0.85));
     assert_eq!(device.written[401], Wrench::ZERO);
 }
 
-/// After a fault, without a hand, the device comes to rest by the chain's damping.
+/// A device that no operator holds comes to rest by the chain's damping.
 #[test]
 fn damping_after_a_fault_only_takes_energy() {
     for (speed, spin) in [(0.1, 1.0), (0.5, 5.0), (2.0, 20.0)] {
@@ -211,7 +210,7 @@ fn damping_after_a_fault_only_takes_energy() {
         };
         let mut last = f64::INFINITY;
         let mut observer = |tick: &ServoTick, _: &()| {
-            // Each tenth of a second is slower than the one before it, until the encoders see no
+            // Every 100 ticks the grip must be slower than before, until the encoders sense no
             // motion.
             if tick.index % 100 == 99 {
                 let now = tick.state.twist.linear.length() + 0.1 * tick.state.twist.angular.length();
@@ -227,7 +226,7 @@ fn damping_after_a_fault_only_takes_energy() {
 }
 
 #[test]
-fn a_panic_is_told_of_when_the_wrench_is_zero() {
+fn panic_is_printed_after_the_wrench_is_zero() {
     use std::sync::Mutex;
     /// Events in the loop's thread, in order.
     static SEEN: Mutex<Vec<&str>> = Mutex::new(Vec::new());
@@ -235,17 +234,17 @@ fn a_panic_is_told_of_when_the_wrench_is_zero() {
         let (this, usual) = (std::thread::current().id(), std::panic::take_hook());
         std::panic::set_hook(Box::new(move |panic| {
             if std::thread::current().id() == this {
-                SEEN.lock().expect("nobody panics here").push("hook");
+                SEEN.lock().expect("no thread panics with this lock").push("hook");
             } else {
                 usual(panic);
             }
         }));
-        // As a program does that has a hook of its own: the loop's is put before it.
+        // A program may install its own hook later; the loop's hook is then placed before it.
         quiet::prepare_anew();
         let mut device = Scribe::new();
         device.write = |wrench| {
             if *wrench == Wrench::ZERO {
-                SEEN.lock().expect("nobody panics here").push("zero");
+                SEEN.lock().expect("no thread panics with this lock").push("zero");
             }
             Ok(())
         };
@@ -254,17 +253,17 @@ fn a_panic_is_told_of_when_the_wrench_is_zero() {
             StepOutcome::of(pull(2.0))
         };
         fast(1.0).run(&mut device, step, &mut (), &go_on());
-        let _ = catch_unwind(|| panic!("outside of a step it is printed"));
+        let _ = catch_unwind(|| panic!("a panic outside a step is printed"));
     })
     .join()
-    .expect("what panics is caught");
-    let seen = SEEN.lock().expect("nobody panics here");
+    .expect("all panics are caught");
+    let seen = SEEN.lock().expect("no thread panics with this lock");
     assert_eq!(seen.iter().position(|what| *what == "hook"), Some(seen.len() - 1), "{seen:?}");
     assert!(seen.iter().filter(|what| **what == "zero").count() > 2);
 }
 
 #[test]
-fn a_machine_that_was_suspended_is_a_fault() {
+fn suspended_machine_is_a_fault() {
     let mut device = Scribe::new();
     let time = VirtualTime::default();
     time.suspend(Duration::from_secs(60));
@@ -282,7 +281,7 @@ fn a_machine_that_was_suspended_is_a_fault() {
 }
 
 #[test]
-fn a_run_ends_within_the_slew_limit() {
+fn run_ends_within_slew_limit() {
     let limits = SafetyLimits::of(&Scribe::new().spec, 1000.0);
     let mut device = Scribe::new();
     let mut tick = 0;

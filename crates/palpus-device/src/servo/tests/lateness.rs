@@ -1,4 +1,4 @@
-//! Loops that are late, stall, or whose clock jumps.
+//! Tests of loops that are late or stall, and of clocks that jump.
 
 use std::cell::RefCell;
 use std::time::Duration;
@@ -10,14 +10,14 @@ use crate::safety::{Cut, SafetyLimits};
 use crate::{ReplayDevice, known_devices};
 
 #[test]
-fn in_real_time_every_tick_is_paced_and_accounted_for() {
+fn real_time_ticks_are_paced_and_counted() {
     let options = ServoOptions { duration: Some(0.04), ..Default::default() };
     let mut device = Scribe::new();
     let mut late = 0.0f64;
     let mut observer = |tick: &ServoTick, _: &()| late = late.max(tick.lateness_s);
     let run = Servo::new(options).unwrap().run(&mut device, |_, _| StepOutcome::of(pull(1.0)), &mut observer, &go_on());
     assert_eq!(run.ticks, 40);
-    // The first tick begins at once: 39 periods at least have gone by.
+    // The first tick begins at once, so at least 39 periods have passed.
     assert!(run.wall_s >= 0.039 - 1e-9 && run.duration_s == run.wall_s);
     let (period, lateness) = (run.period_us.unwrap(), run.lateness_us.unwrap());
     assert!(period.max >= period.p50 && period.p50 > 0.0);
@@ -25,7 +25,7 @@ fn in_real_time_every_tick_is_paced_and_accounted_for() {
 }
 
 #[test]
-fn a_step_that_takes_several_periods_is_an_overrun_and_skips_them() {
+fn slow_step_is_an_overrun_and_skips_periods() {
     let options = ServoOptions { duration: Some(0.01), ..Default::default() };
     let mut device = Scribe::new();
     let step = |state: &DeviceState, _| {
@@ -37,14 +37,14 @@ fn a_step_that_takes_several_periods_is_an_overrun_and_skips_them() {
     let late = RefCell::new(Vec::new());
     let mut observer = |tick: &ServoTick, _: &()| late.borrow_mut().extend(tick.overrun.then_some(tick.index));
     let run = Servo::new(options).unwrap().run(&mut device, step, &mut observer, &go_on());
-    // The tick that slept is late, and so is the next one, which was due while it slept.
+    // The tick that slept is late. The next one is late too, since it was due while this one slept.
     assert!(late.borrow().contains(&4) && late.borrow().contains(&5));
     assert_eq!((run.ticks, run.overruns), (10, late.borrow().len() as u64));
     assert!(run.skipped >= 2);
 }
 
 #[test]
-fn a_loop_that_stalls_loses_its_force_to_the_watchdog_and_gets_it_back_by_engaging() {
+fn watchdog_brakes_a_stalled_loop_until_engaged_again() {
     let mut device = Scribe::new();
     let (time, brake) = (VirtualTime::default(), Arc::clone(&device.brake));
     let mut tick = 0;
@@ -55,10 +55,10 @@ fn a_loop_that_stalls_loses_its_force_to_the_watchdog_and_gets_it_back_by_engagi
             time.pass(Duration::from_secs_f64(0.9 * stall));
             assert!(!brake.is_applied());
             time.pass(Duration::from_secs_f64(0.1 * stall + 2e-3));
-            assert!(brake.is_applied(), "while the loop is still in its step");
+            assert!(brake.is_applied(), "the brake must be applied during the step");
             time.pass(Duration::from_millis(300));
         }
-        // Once more than is small, so that it is not engaged at once.
+        // A force above the engage limit keeps the device from being engaged at once.
         StepOutcome::of(pull(if (400..800).contains(&tick) { 4.0 } else { 0.5 }))
     };
     let mut phases = Vec::new();
@@ -72,12 +72,12 @@ fn a_loop_that_stalls_loses_its_force_to_the_watchdog_and_gets_it_back_by_engagi
     phases.dedup();
     use Phase::{Engaged, Faulted, Ramping, Waiting};
     assert_eq!(phases, [Ramping, Engaged, Faulted, Waiting, Ramping, Engaged]);
-    // The grip is at 1 mm a tick and its twist says at rest: nothing to damp.
+    // The grip moves by 1 mm per tick, but its twist is zero: there is nothing to damp.
     assert!(device.written[399..799].iter().all(|wrench| *wrench == Wrench::ZERO));
 }
 
 #[test]
-fn the_watchdog_has_a_thread_of_its_own() {
+fn watchdog_runs_in_its_own_thread() {
     let mut device = Scribe::new();
     let brake = Arc::clone(&device.brake);
     let mut tick = 0;
@@ -97,7 +97,7 @@ fn the_watchdog_has_a_thread_of_its_own() {
 }
 
 #[test]
-fn without_a_brake_the_loop_itself_sees_that_it_stalled() {
+fn loop_without_brake_detects_its_own_stall() {
     let states = (0..1000).map(state_at).collect();
     let mut device = ReplayDevice::new(Scribe::new().spec, states);
     let time = VirtualTime::default();
@@ -115,7 +115,7 @@ fn without_a_brake_the_loop_itself_sees_that_it_stalled() {
 }
 
 #[test]
-fn a_loop_that_holds_nothing_may_be_late() {
+fn late_loop_without_force_is_no_fault() {
     let mut device = Scribe::new();
     let time = VirtualTime::default();
     let step = |_: &DeviceState, _| {
@@ -127,10 +127,10 @@ fn a_loop_that_holds_nothing_may_be_late() {
     assert!(!device.brake.is_applied());
 }
 
-/// Two seconds at 0.5 N of a loop of 1 kHz in which every `every`-th step takes `long`.
-fn late_again_and_again(every: u64, long: Duration) -> (RunStatistics, Vec<ServoTick>) {
+/// Runs a loop of 1 kHz at 0.5 N for two seconds, in which every `every`-th step takes `long`.
+fn run_with_late_ticks(every: u64, long: Duration) -> (RunStatistics, Vec<ServoTick>) {
     let mut device = Scribe::new();
-    // The grip is at rest, so that a pose that is read late is no jump.
+    // The grip is at rest, so a pose that is read late is no jump.
     device.read = |tick| Ok(DeviceState { pose: palpus::algebra::Pose::IDENTITY, ..state_at(tick) });
     let time = VirtualTime::default();
     let mut count = 0;
@@ -147,26 +147,26 @@ fn late_again_and_again(every: u64, long: Duration) -> (RunStatistics, Vec<Servo
 }
 
 #[test]
-fn persistent_overrun_takes_the_force_away() {
-    // Each tick takes three periods, which no watchdog bites on.
-    let (run, ticks) = late_again_and_again(1, Duration::from_millis(3));
+fn persistent_overrun_removes_the_force() {
+    // Each tick takes three periods, which is too short for the watchdog.
+    let (run, ticks) = run_with_late_ticks(1, Duration::from_millis(3));
     assert!(run.safety.ticks(Cut::Overrun) > 0 && run.safety.ticks(Cut::Watchdog) == 0, "{:?}", run.safety);
-    let first = ticks.iter().position(|tick| tick.cuts.has(Cut::Overrun)).expect("it stays late");
-    assert!((80..=90).contains(&first), "a quarter of a second after the start, not at tick {first}");
-    assert!(ticks[first..].iter().all(|tick| tick.wrench == Wrench::ZERO), "in its tick, and from then on");
+    let first = ticks.iter().position(|tick| tick.cuts.has(Cut::Overrun)).expect("a loop that stays late must overrun");
+    assert!((80..=90).contains(&first), "the overrun must be found after a quarter of a second, not at tick {first}");
+    assert!(ticks[first..].iter().all(|tick| tick.wrench == Wrench::ZERO), "the force must be zero from this tick on");
 }
 
 #[test]
-fn one_late_tick_in_ten_is_borne_and_one_in_eight_is_not() {
+fn one_late_tick_in_twelve_is_allowed_but_not_in_eight() {
     let long = Duration::from_micros(1100);
-    let (run, ticks) = late_again_and_again(12, long);
+    let (run, ticks) = run_with_late_ticks(12, long);
     assert_eq!((run.safety.faults(), ticks.last().map(|tick| tick.phase)), (0, Some(Phase::Engaged)));
-    let (run, _) = late_again_and_again(8, long);
+    let (run, _) = run_with_late_ticks(8, long);
     assert!(run.safety.ticks(Cut::Overrun) > 0, "{:?}", run.safety);
 }
 
 #[test]
-fn a_clock_that_jumps_neither_hangs_the_loop_nor_holds_a_force() {
+fn clock_jump_neither_hangs_loop_nor_holds_force() {
     for nanos in [-3_600_000_000_000i64, 3_600_000_000_000, -2_000_000, 2_000_000] {
         let mut device = Scribe::new();
         let time = VirtualTime::default();

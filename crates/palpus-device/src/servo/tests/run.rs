@@ -1,4 +1,4 @@
-//! Behaviour and statistics of an undisturbed run.
+//! Tests of undisturbed runs and their statistics.
 
 use std::cell::RefCell;
 
@@ -12,7 +12,7 @@ use crate::{
 };
 
 #[test]
-fn a_run_lasts_its_ticks_and_ends_with_zero() {
+fn run_lasts_its_duration_and_ends_with_zero() {
     let mut device = Scribe::new();
     let run = fast(0.05).run(&mut device, |_, dt| StepOutcome::of(pull(1000.0 * dt)), &mut (), &go_on());
     assert_eq!((run.ticks, run.end, run.safety.faults()), (50, RunEnd::Duration, 0));
@@ -23,9 +23,9 @@ fn a_run_lasts_its_ticks_and_ends_with_zero() {
 }
 
 #[test]
-fn the_account_of_a_run_adds_up() {
+fn statistics_of_a_run_are_correct() {
     let mut device = Scribe::new();
-    // 1, 2, 3, 1, 2, 3, … N along a motion of 1 mm a tick.
+    // The force is 1, 2, 3, 1, 2, 3, … N along a motion of 1 mm per tick.
     let mut tick = 0;
     let step = |_: &DeviceState, _| {
         tick += 1;
@@ -42,13 +42,14 @@ fn the_account_of_a_run_adds_up() {
     let run = fast(0.03).run(&mut device, step, &mut (), &go_on());
     assert_eq!((run.force_max, run.force_step_max, run.torque_max), (3.0, 2.0, 0.0));
     assert_eq!(run.saturated_ticks, 10);
-    // 29 steps of 1 mm: ten rounds of 6 N less the last wrench, which was not held to a next tick.
+    // The motion has 29 steps of 1 mm: ten rounds of 6 N, without the last wrench, which acts over
+    // no step.
     assert!((run.energy.translation - (60.0 - 3.0) * 1e-3).abs() < 1e-12);
     assert_eq!(run.energy.highest, run.energy.translation);
 }
 
 #[test]
-fn a_force_that_the_device_withholds_is_told_counted_and_replayed() {
+fn withheld_force_is_counted_and_replayed() {
     let mut device = Scribe::new();
     device.read = |tick| Ok(DeviceState { withheld: (400..403).contains(&tick), ..state_at(tick / 10) });
     let options = ServoOptions { timing: Timing::Simulated, duration: Some(0.5), ..Default::default() };
@@ -64,9 +65,9 @@ fn a_force_that_the_device_withholds_is_told_counted_and_replayed() {
     let limits = SafetyOptions::default().limits(device.spec(), 1000.0);
     let mut chain = SafetyChain::new(&limits, Engagement::Automatic, &SafetyOptions::default(), 1e-3);
     for tick in &ticks {
-        let told = Cuts::from_bits(tick.cuts.bits()).and(Cuts::INPUTS);
+        let reported = Cuts::from_bits(tick.cuts.bits()).and(Cuts::INPUTS);
         assert_eq!(
-            chain.shape(&tick.state, &tick.computed, told, tick.elapsed_s).wrench,
+            chain.shape(&tick.state, &tick.computed, reported, tick.elapsed_s).wrench,
             tick.wrench,
             "tick {}",
             tick.index
@@ -75,7 +76,7 @@ fn a_force_that_the_device_withholds_is_told_counted_and_replayed() {
 }
 
 #[test]
-fn the_stop_flag_ends_a_run() {
+fn stop_flag_ends_a_run() {
     let stop = go_on();
     let mut device = Scribe::new();
     let mut observer = |tick: &ServoTick, _: &()| stop.store(tick.index == 20, Ordering::Relaxed);
@@ -84,7 +85,7 @@ fn the_stop_flag_ends_a_run() {
     assert_eq!((run.ticks, run.end), (21, RunEnd::Stopped));
 }
 
-/// A wall at x = 0, felt by a simulated hand that means to go into it.
+/// A wall at x = 0, into which the simulated operator moves.
 fn wall(state: &DeviceState, _: f64) -> StepOutcome {
     let depth = (-state.pose.translation.x).max(0.0);
     StepOutcome::of(Wrench { force: DVec3::X * (400.0 * depth - 0.5 * state.twist.linear.x), torque: DVec3::ZERO })
@@ -98,7 +99,7 @@ fn hand() -> SimulatedDevice<impl crate::Intent> {
 }
 
 #[test]
-fn a_run_and_its_replay_are_the_same_bit_for_bit_and_so_is_a_run_in_real_time() {
+fn run_replay_and_real_time_run_are_identical() {
     let trace = |servo: &mut Servo, device: &mut dyn HapticDevice| {
         let rows = RefCell::new(Vec::new());
         let mut observer = |tick: &ServoTick, _: &()| rows.borrow_mut().push((tick.state, tick.wrench));
@@ -108,8 +109,8 @@ fn a_run_and_its_replay_are_the_same_bit_for_bit_and_so_is_a_run_in_real_time() 
     let (first, run) = trace(&mut fast(2.0), &mut hand());
     let (again, _) = trace(&mut fast(2.0), &mut hand());
     assert!(first == again && first.len() == 2000);
-    assert!(run.force_max > 0.5, "the hand met the wall");
-    assert!(run.energy.translation < 0.0, "a damped wall takes energy");
+    assert!(run.force_max > 0.5, "the operator must touch the wall");
+    assert!(run.energy.translation < 0.0, "a damped wall must take energy");
 
     let states: Vec<_> = first.iter().map(|(state, _)| *state).collect();
     let (replayed, replay) = trace(&mut fast(9.0), &mut ReplayDevice::new(hand().spec().clone(), states));
@@ -122,7 +123,7 @@ fn a_run_and_its_replay_are_the_same_bit_for_bit_and_so_is_a_run_in_real_time() 
 }
 
 #[test]
-fn every_rate_of_a_servo_is_kept() {
+fn loop_keeps_every_rate() {
     for rate_hz in [500.0, 1000.0, 4000.0, 10_000.0] {
         let options = ServoOptions { rate_hz, duration: Some(0.2), ..Default::default() };
         let mut device = Scribe::new();
@@ -137,7 +138,7 @@ fn every_rate_of_a_servo_is_kept() {
 }
 
 #[test]
-fn options_out_of_range_are_refused() {
+fn out_of_range_options_are_refused() {
     let refuse = |options| Servo::new(options).err();
     assert_eq!(refuse(ServoOptions { rate_hz: 0.0, ..Default::default() }), Some(ServoError::Rate(0.0)));
     assert!(matches!(refuse(ServoOptions { rate_hz: f64::NAN, ..Default::default() }), Some(ServoError::Rate(_))));

@@ -1,4 +1,4 @@
-//! The part of a glTF document that describes triangles, and the GLB container.
+//! The parts of a glTF document that describe triangles, and the GLB container.
 
 use serde::Deserialize;
 
@@ -36,8 +36,8 @@ pub(super) struct Scene {
     pub(super) nodes: Vec<usize>,
 }
 
-/// The placements are boxed so that a list of empty nodes does not take a hundred times the text's
-/// memory.
+/// The transforms are boxed, so that a list of empty nodes does not need a hundred times the memory
+/// of its text.
 #[derive(Deserialize)]
 pub(super) struct Node {
     pub(super) mesh: Option<usize>,
@@ -97,7 +97,7 @@ pub(super) struct Buffer {
     pub(super) byte_length: u64,
 }
 
-/// The JSON chunk and the binary chunk, if there is one.
+/// Returns the JSON chunk and, if present, the binary chunk.
 pub(super) fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Fault> {
     let word = |at: usize| {
         let bytes = bytes.get(at..at + 4)?;
@@ -109,7 +109,7 @@ pub(super) fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Fault> {
     if version != 2 {
         return Err(Fault::unsupported(
             Place::File,
-            format!("GLB version {version} is not read, only 2; export it again"),
+            format!("GLB version {version} is not supported, only version 2; export it again"),
         ));
     }
     if (length as usize) > bytes.len() {
@@ -139,7 +139,7 @@ pub(super) fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Fault> {
 /// Rejects documents with unsupported features.
 pub(super) fn check_version_and_extensions(root: &Root) -> Result<(), Fault> {
     if !root.asset.version.starts_with("2.") {
-        let what = format!("glTF version {:?} is not read, only 2.x; export the mesh again", root.asset.version);
+        let what = format!("glTF version {:?} is not supported, only 2.x; export the mesh again", root.asset.version);
         return Err(Fault::unsupported(Place::File, what));
     }
     let looks_only = |name: &str| {
@@ -151,7 +151,7 @@ pub(super) fn check_version_and_extensions(root: &Root) -> Result<(), Fault> {
         None => Ok(()),
         Some(name) => {
             let what = format!(
-                "it needs the extension {name:?}, which is not read; export the mesh without it (no compression)"
+                "it needs the extension {name:?}, which is not supported; export the mesh without it (no compression)"
             );
             Err(Fault::unsupported(Place::File, what))
         }

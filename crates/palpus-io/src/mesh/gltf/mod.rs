@@ -1,24 +1,26 @@
-//! glTF 2.0 and GLB: the triangles of the default scene, placed by their nodes.
+//! Reads glTF 2.0 and GLB: the triangles of the default scene, transformed by its nodes.
 //!
-//! 1. A GLB file is split into its JSON and its binary chunk.
-//! 2. Required extensions that could change the surface (Draco, meshopt, quantisation, …) are
-//!    refused by name; those that only change its looks pass.
-//! 3. The nodes of the default scene (else of the first, else all) are walked from their roots; a
-//!    node that is reached twice is an error, so the walk ends.
-//! 4. Each primitive of a node's mesh gives its triangles (lists, strips, fans; indexed by u8, u16,
-//!    u32 or not at all); points and lines are passed over. A node that mirrors turns its triangles
-//!    around.
-//! 5. Buffers are the binary chunk, base64 in the JSON, or a file beside the glTF; every accessor
-//!    is checked against its view, its buffer and its component type before it is read.
+//! 1. A GLB file is split into its JSON chunk and its binary chunk.
+//! 2. Required extensions that could change the surface (Draco, meshopt, quantisation, …) give an
+//!    error that names the extension. Extensions that only change the appearance are ignored.
+//! 3. The nodes of the default scene are visited from their roots. Without a default scene, the
+//!    first scene is used; without scenes, all nodes. A node that is reached twice is an error, so
+//!    the traversal ends.
+//! 4. Each primitive of a node's mesh gives its triangles (lists, strips or fans; indexed by u8,
+//!    u16, u32 or without indices). Points and lines are ignored. If a node's transform is a
+//!    reflection, its triangles are reversed.
+//! 5. The data of a buffer is the binary chunk, base64 in the JSON, or a file beside the glTF file.
+//!    Each accessor is checked against its view, its buffer and its component type before it is
+//!    read.
 //!
-//! Skins and morph targets are ignored: the rest pose is read. Sparse accessors are refused.
-//! Lengths come in the file's unit, which glTF says is the metre; the scene file decides here as
-//! for all other formats.
+//! Skins and morph targets are ignored: the rest pose is read. Sparse accessors give an error.
+//! Lengths stay in the unit of the file. The glTF standard prescribes metres, but the scene file
+//! states the unit, as for all other formats.
 //!
-//! We use `serde_json` and not the crate `gltf`. That crate subtracts 12 unchecked from the stated
-//! length of a GLB file, which panics in debug builds. It unwraps throughout, although its
-//! validation does not check the bytes of accessors. It places nodes in f32. We need only a small
-//! part of the format.
+//! We use `serde_json` and not the crate `gltf`. That crate subtracts 12 from the stated length of
+//! a GLB file without a check, which panics in debug builds. It calls `unwrap` in many places,
+//! although its validation does not check the bytes of accessors. It computes the transforms of
+//! nodes in f32. We need only a small part of the format.
 
 mod accessor;
 mod document;
@@ -39,21 +41,21 @@ use accessor::{F32, U8, U16, U32, items};
 use document::{Primitive, Root, check_version_and_extensions, split_glb};
 use nodes::visit_nodes;
 
-/// Corners (and vertices) that a file may grow to by placing its meshes many times, if it is not
-/// itself larger: about 100 MB, a thousand copies of a part of a thousand triangles.
+/// Largest number of corners (and of vertices) that repeated meshes may produce, unless the file
+/// has more bytes than this: about 100 MB, or a thousand copies of a mesh of a thousand triangles.
 const MAX_INSTANCED: u64 = 1 << 22;
 
-/// Gives the first bytes of a file beside the glTF: its URI, and how many (fewer if there are not
-/// so many).
+/// Reads the first bytes of a file beside the glTF file. The arguments are its URI and the number
+/// of bytes; a shorter file gives fewer bytes.
 pub type Fetch<'f> = dyn FnMut(&str, u64) -> io::Result<Vec<u8>> + 'f;
 
-/// Reads the bytes of a glTF or GLB file that needs no other file; `name` is how errors call the
-/// file.
+/// Reads a glTF or GLB file that needs no other file. `name` is the name of the file in error
+/// messages.
 pub fn parse(bytes: &[u8], name: &str) -> Result<PolygonSoup, MeshFileError> {
-    parse_with(bytes, name, &mut |_, _| Err(io::Error::other("no file beside this one may be read")))
+    parse_with(bytes, name, &mut |_, _| Err(io::Error::other("other files may not be read")))
 }
 
-/// Reads the bytes of a glTF or GLB file; `fetch` reads the files beside it.
+/// Reads a glTF or GLB file; `fetch` reads the files beside it.
 pub fn parse_with(bytes: &[u8], name: &str, fetch: &mut Fetch<'_>) -> Result<PolygonSoup, MeshFileError> {
     read(bytes, fetch).map_err(|fault| fault.of(name))
 }
@@ -65,7 +67,7 @@ fn read<'a>(bytes: &'a [u8], fetch: &'a mut Fetch<'a>) -> Result<PolygonSoup, Fa
         let problem = one_line(&error.to_string());
         Fault::malformed(
             Place::Line(error.line() as u64),
-            format!("the JSON is wrong: {problem}; export the mesh again"),
+            format!("the JSON is invalid: {problem}; export the mesh again"),
         )
     })?;
     check_version_and_extensions(&root)?;
@@ -90,11 +92,11 @@ fn read<'a>(bytes: &'a [u8], fetch: &'a mut Fetch<'a>) -> Result<PolygonSoup, Fa
     reading.soup.finish()
 }
 
-/// A file being read.
+/// The state of a reader.
 struct Reading<'a> {
     root: &'a Root,
     chunk: Option<&'a [u8]>,
-    /// Loaded when first used.
+    /// Each buffer is loaded when it is first used.
     buffers: Vec<Option<Cow<'a, [u8]>>>,
     fetch: &'a mut Fetch<'a>,
     soup: SoupBuilder,
@@ -102,12 +104,12 @@ struct Reading<'a> {
 }
 
 impl Reading<'_> {
-    /// Appends a mesh, placed.
+    /// Appends a mesh, transformed by `matrix`.
     fn mesh(&mut self, index: usize, matrix: &DMat4) -> Result<(), Fault> {
         let root = self.root;
         let place = Place::Element("mesh", index as u64);
         let Some(mesh) = root.meshes.get(index) else {
-            return Err(Fault::malformed(place, "the mesh is named but does not exist; export the mesh again"));
+            return Err(Fault::malformed(place, "the mesh does not exist; export the mesh again"));
         };
         // Primitives of one mesh often share their vertices.
         let mut bases = HashMap::new();
@@ -120,7 +122,7 @@ impl Reading<'_> {
                 _ => {
                     return Err(Fault::malformed(
                         place,
-                        format!("a primitive has mode {mode}, which glTF does not know; export the mesh again"),
+                        format!("a primitive has mode {mode}, which does not exist in glTF; export the mesh again"),
                     ));
                 }
             }
@@ -137,7 +139,8 @@ impl Reading<'_> {
         Ok(())
     }
 
-    /// Appends the positions of an accessor, placed; returns the number of the first.
+    /// Appends the positions of an accessor, transformed by `matrix`, and returns the index of the
+    /// first new vertex.
     fn vertices(&mut self, index: usize, matrix: &DMat4) -> Result<u64, Fault> {
         let base = self.soup.vertex_count();
         let root = self.root;
@@ -159,7 +162,7 @@ impl Reading<'_> {
         Ok(base)
     }
 
-    /// Appends the triangles of a primitive whose vertex 0 is the soup's vertex `base`.
+    /// Appends the triangles of a primitive. Its vertex 0 is vertex `base` of the soup.
     fn primitive(
         &mut self,
         primitive: &Primitive,
@@ -195,7 +198,7 @@ impl Reading<'_> {
         Ok(())
     }
 
-    /// The indices in an accessor, each below `count`.
+    /// Returns the indices in an accessor; fails if an index is not less than `count`.
     fn indices(&mut self, index: usize, count: u64) -> Result<Vec<u32>, Fault> {
         let root = self.root;
         self.load(index)?;
@@ -215,8 +218,8 @@ impl Reading<'_> {
         }
     }
 
-    /// Makes sure that the buffer behind an accessor is loaded. (Accessors that name nothing are
-    /// found out later.)
+    /// Loads the buffer of an accessor. If the accessor, its view or its buffer does not exist,
+    /// this does nothing, because `items` reports the error.
     fn load(&mut self, accessor: usize) -> Result<(), Fault> {
         let root = self.root;
         let view = root.accessors.get(accessor).and_then(|accessor| root.buffer_views.get(accessor.buffer_view?));
@@ -238,8 +241,9 @@ impl Reading<'_> {
                 }
                 let fetched = (self.fetch)(uri, buffer.byte_length);
                 Cow::Owned(fetched.map_err(|error| {
-                    let what =
-                        format!("the file {uri:?} beside it cannot be read ({error}); put it there or export as GLB");
+                    let what = format!(
+                        "the file {uri:?} beside it cannot be read ({error}); add the file or export the mesh as GLB"
+                    );
                     Fault::malformed(place, what)
                 })?)
             }
@@ -257,11 +261,12 @@ fn check_limit(count: u64, limit: u64) -> Result<(), Fault> {
     if count <= limit {
         return Ok(());
     }
-    let what = format!("its nodes place its meshes so often that they make more than {limit} vertices or corners");
+    let what = format!("its nodes repeat the meshes so often that there are more than {limit} vertices or corners");
     Err(Fault::new(Place::File, MeshProblem::TooLarge(what)))
 }
 
-/// The bytes of the base64 in a `data:` URI, whose padding some programs leave out.
+/// Decodes the base64 data of a `data:` URI. The padding is optional, because some programs omit
+/// it.
 fn data_uri(uri: &str, place: Place) -> Result<Vec<u8>, Fault> {
     let data = uri.split_once(";base64,").and_then(|(_, text)| {
         let unpadded = text.strip_suffix("==").or_else(|| text.strip_suffix('=')).unwrap_or(text);
@@ -275,14 +280,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn json_that_is_one_long_text_gives_a_short_error() {
+    fn long_json_text_gives_a_short_error() {
         let error = parse(format!("{:?}", "\u{7f}".repeat(1000)).as_bytes(), "x");
         let text = error.unwrap_err().to_string();
-        assert!(text.contains("line 1: the JSON is wrong") && text.len() < 700, "{text}");
+        assert!(text.contains("line 1: the JSON is invalid") && text.len() < 700, "{text}");
     }
 
     #[test]
-    fn embedded_data_may_lack_its_padding() {
+    fn padding_of_embedded_data_is_optional() {
         let read = |text: &str| data_uri(&format!("data:;base64,{text}"), Place::File).ok();
         for (text, bytes) in [("", ""), ("Zg==", "f"), ("Zm8=", "fo"), ("Zm9v", "foo"), ("Zm9vYg", "foob")] {
             assert_eq!(read(text).as_deref(), Some(bytes.as_bytes()), "{text}");

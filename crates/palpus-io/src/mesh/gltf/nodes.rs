@@ -1,11 +1,12 @@
-//! Transforms of the nodes of a glTF scene.
+//! Computes the transforms of the nodes of a glTF scene.
 
 use glam::{DMat4, DQuat, DVec3};
 
 use super::document::Root;
 use crate::mesh::fault::{Fault, Place};
 
-/// Visits the nodes of the scene, parents first, each with its placement in the scene.
+/// Visits the nodes of the scene, parents first. `visit` receives each node and its transform from
+/// the node's frame to the scene.
 pub(super) fn visit_nodes(root: &Root, mut visit: impl FnMut(usize, &DMat4) -> Result<(), Fault>) -> Result<(), Fault> {
     let mut seen = vec![false; root.nodes.len()];
     let mut due = Vec::new();
@@ -23,11 +24,11 @@ pub(super) fn visit_nodes(root: &Root, mut visit: impl FnMut(usize, &DMat4) -> R
     Ok(())
 }
 
-/// Notes that a node was reached, which may happen once.
+/// Marks a node as reached; fails if the node was reached before or does not exist.
 fn reach(node: usize, parent: Option<usize>, seen: &mut [bool]) -> Result<(), Fault> {
     let place = parent.map_or(Place::File, |parent| Place::Element("node", parent as u64));
     match seen.get_mut(node) {
-        None => Err(Fault::malformed(place, format!("node {node} is named but does not exist; export the mesh again"))),
+        None => Err(Fault::malformed(place, format!("node {node} does not exist; export the mesh again"))),
         Some(true) => {
             let what = format!("node {node} is reached twice, but nodes must form trees; export the mesh again");
             Err(Fault::malformed(place, what))
@@ -39,7 +40,8 @@ fn reach(node: usize, parent: Option<usize>, seen: &mut [bool]) -> Result<(), Fa
     }
 }
 
-/// The root nodes of the default scene; without scenes, the nodes without a parent.
+/// Returns the root nodes of the default scene, or the nodes without a parent if the file has no
+/// scenes.
 fn roots(root: &Root) -> Result<Vec<usize>, Fault> {
     if root.scenes.is_empty() && root.scene.is_none() {
         let mut is_child = vec![false; root.nodes.len()];
@@ -53,14 +55,11 @@ fn roots(root: &Root) -> Result<Vec<usize>, Fault> {
     let scene = root.scene.unwrap_or(0);
     match root.scenes.get(scene) {
         Some(scene) => Ok(scene.nodes.clone()),
-        None => Err(Fault::malformed(
-            Place::File,
-            format!("scene {scene} is named but does not exist; export the mesh again"),
-        )),
+        None => Err(Fault::malformed(Place::File, format!("scene {scene} does not exist; export the mesh again"))),
     }
 }
 
-/// A node's placement in its parent.
+/// Returns the transform from a node's frame to its parent's frame.
 fn own_matrix(root: &Root, index: usize) -> Result<DMat4, Fault> {
     let Some(node) = root.nodes.get(index) else { return Ok(DMat4::IDENTITY) };
     if let Some(matrix) = &node.matrix {

@@ -1,10 +1,10 @@
-//! The header of a PLY file.
+//! Reads the header of a PLY file.
 
 use super::Body;
 use crate::mesh::fault::{Fault, Place};
 use crate::mesh::lines::{Lines, shown};
 
-/// A number type of the format.
+/// A number type of the PLY format.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Scalar {
     I8,
@@ -45,7 +45,7 @@ impl Scalar {
         matches!(self, Self::F32 | Self::F64)
     }
 
-    /// The value of exactly [`Scalar::size`] bytes.
+    /// Decodes a value from exactly [`Scalar::size`] bytes.
     pub(super) fn value(self, bytes: &[u8], big_endian: bool) -> f64 {
         let mut little = [0; 8];
         little[..bytes.len()].copy_from_slice(bytes);
@@ -79,7 +79,7 @@ pub(super) struct Element {
     pub(super) properties: Vec<Property>,
 }
 
-/// The elements of a file, and what follows its header.
+/// Reads the header; returns the elements that it declares, and the rest of the file.
 pub(super) fn read_header(bytes: &[u8]) -> Result<(Vec<Element>, Body<'_>), Fault> {
     let mut lines = Lines::new(bytes);
     if lines.next().map(|(_, line)| line.trim_ascii()) != Some(b"ply") {
@@ -125,21 +125,24 @@ fn header_line(text: &[u8]) -> String {
     format!("\"{}\" is not a line of a PLY header; repair it or export the mesh again", shown(text))
 }
 
-/// `Some(big_endian)` for a binary format, `None` for ASCII.
+/// Returns `Some(big_endian)` for a binary format and `None` for ASCII.
 fn read_format(kind: &[u8], version: &[u8], place: Place) -> Result<Option<bool>, Fault> {
     if version != b"1.0" {
-        let what = format!("PLY version {} is not read, only 1.0; export the mesh again", shown(version));
+        let what = format!("PLY version {} is not supported, only 1.0; export the mesh again", shown(version));
         return Err(Fault::unsupported(place, what));
     }
     match kind {
         b"ascii" => Ok(None),
         b"binary_little_endian" => Ok(Some(false)),
         b"binary_big_endian" => Ok(Some(true)),
-        _ => Err(Fault::unsupported(place, format!("PLY format {} is not read; export the mesh again", shown(kind)))),
+        _ => Err(Fault::unsupported(
+            place,
+            format!("PLY format {} is not supported; export the mesh again", shown(kind)),
+        )),
     }
 }
 
-/// The property that the words behind `property` declare.
+/// Parses a property from the words after `property`; `None` if they are invalid.
 fn read_property(words: &[&[u8]]) -> Option<Property> {
     match words {
         [b"list", length, item, name, ..] => {
@@ -151,8 +154,8 @@ fn read_property(words: &[&[u8]]) -> Option<Property> {
     }
 }
 
-/// Returns the bytes after the header. If lines end in a lone `\r`, a first byte that happens to be
-/// `\n` is data.
+/// Returns the bytes after the header. If lines end in a lone `\r`, a `\n` at the start of these
+/// bytes is data.
 fn body_bytes<'a>(bytes: &'a [u8], lines: &Lines<'_>) -> &'a [u8] {
     let mut start = bytes.len() - lines.remaining() as usize;
     let lone_return = bytes.get(3) == Some(&b'\r') && bytes.get(4) != Some(&b'\n');

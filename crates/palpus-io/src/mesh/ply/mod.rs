@@ -1,15 +1,15 @@
-//! PLY: ASCII and binary of either byte order.
+//! Reads PLY: ASCII, and binary in either byte order.
 //!
 //! 1. The header lists elements, each with a count and its properties.
-//! 2. Before an element is read, its count is compared with the remaining bytes, so an impossible
-//!    count allocates nothing.
-//! 3. `vertex` gives `x`, `y`, `z`; `face` gives the list `vertex_indices` (or `vertex_index`);
-//!    `tristrips` gives triangle strips with −1 between them. Other properties and elements are
-//!    skipped.
-//! 4. In ASCII every element must be on its own line, as the format requires, so a missing value is
-//!    reported with its line.
+//! 2. Before an element is read, its count is compared with the number of remaining bytes, so that
+//!    an impossible count allocates no memory.
+//! 3. `vertex` contains `x`, `y`, `z`; `face` contains the list `vertex_indices` (or
+//!    `vertex_index`); `tristrips` contains triangle strips separated by −1. Other properties and
+//!    elements are skipped.
+//! 4. In ASCII files, each element must be on a separate line, as the format requires. A missing
+//!    value can therefore be reported with its line.
 //!
-//! Every scalar of PLY fits a double exactly, so values pass as `f64`.
+//! Every number type of PLY fits a double exactly, so all values are passed as `f64`.
 //!
 //! We do not use the crate `ply-rs-bw` because its errors do not say which element of a binary file
 //! is wrong.
@@ -23,7 +23,7 @@ use super::fault::{Fault, MeshFileError, MeshProblem, Place};
 use super::lines::{Lines, number, shown, words};
 use header::{Element, Scalar, read_header};
 
-/// Reads a PLY file's bytes; `name` is how errors call the file.
+/// Reads a PLY file. `name` is the name of the file in error messages.
 pub fn parse(bytes: &[u8], name: &str) -> Result<PolygonSoup, MeshFileError> {
     read(bytes).map_err(|fault| fault.of(name))
 }
@@ -39,7 +39,7 @@ fn read(bytes: &[u8]) -> Result<PolygonSoup, Fault> {
     soup.finish()
 }
 
-/// Meaning of an element's properties; the numbers are indices of properties.
+/// How an element is used; the numbers are indices of properties.
 #[derive(Clone, Copy, PartialEq)]
 enum Role {
     Vertices { axes: [usize; 3] },
@@ -48,7 +48,7 @@ enum Role {
     Other,
 }
 
-/// Layout of an element.
+/// Returns how an element is used; fails if it lacks required properties.
 fn role(element: &Element) -> Result<Role, Fault> {
     let list = || {
         let index = element.properties.iter().position(|property| {
@@ -84,7 +84,7 @@ fn role(element: &Element) -> Result<Role, Fault> {
     }
 }
 
-/// Reads (or steps over) all of an element.
+/// Reads or skips all items of an element.
 fn read_element(element: &Element, role: Role, body: &mut Body<'_>, soup: &mut SoupBuilder) -> Result<(), Fault> {
     if element.properties.is_empty() {
         return Ok(());
@@ -127,10 +127,10 @@ fn read_element(element: &Element, role: Role, body: &mut Body<'_>, soup: &mut S
     Ok(())
 }
 
-/// Compares an element's count with the remaining bytes.
+/// Checks an element's count against the number of remaining bytes.
 fn check_count(element: &Element, body: &Body<'_>) -> Result<(), Fault> {
     let (bytes, least) = match body {
-        // A digit and a separator for each value; the last separator may be missing.
+        // Each value needs a digit and a separator; the last separator may be missing.
         Body::Ascii(lines) => (lines.remaining(), 2 * element.properties.len() as u64),
         Body::Binary { rest, .. } => {
             let least =
@@ -145,7 +145,7 @@ fn check_count(element: &Element, body: &Body<'_>) -> Result<(), Fault> {
     Ok(())
 }
 
-/// The vertex that a corner's value names.
+/// Returns the vertex index that a corner's value states; fails if it is invalid.
 fn vertex_index(value: f64, place: Place, soup: &SoupBuilder) -> Result<u64, Fault> {
     if value < 0.0 {
         let problem = MeshProblem::IndexOutOfRange { index: value as i128, count: soup.vertex_count(), first: 0 };
@@ -157,7 +157,8 @@ fn vertex_index(value: f64, place: Place, soup: &SoupBuilder) -> Result<u64, Fau
     Ok(value as u64)
 }
 
-/// Appends the triangles of the strips of one element; every second one is turned.
+/// Appends the triangles of the strips of one element. Every second triangle of a strip is
+/// reversed.
 fn end_strips(strip: &[f64], place: Place, soup: &mut SoupBuilder) -> Result<(), Fault> {
     for run in strip.split(|&value| value < 0.0) {
         for (k, corners) in run.windows(3).enumerate() {
@@ -172,13 +173,13 @@ fn end_strips(strip: &[f64], place: Place, soup: &mut SoupBuilder) -> Result<(),
     Ok(())
 }
 
-/// The bytes behind the header.
+/// The bytes after the header.
 enum Body<'a> {
     Ascii(Lines<'a>),
     Binary { rest: &'a [u8], big_endian: bool },
 }
 
-/// One element's values.
+/// The values of one item of an element.
 struct Row<'r, 'a> {
     place: Place,
     values: Values<'r, 'a>,
@@ -190,7 +191,7 @@ enum Values<'r, 'a> {
 }
 
 impl<'a> Body<'a> {
-    /// Goes to the next element.
+    /// Starts to read the next item.
     fn row(&mut self, element: &Element, index: u64) -> Result<Row<'_, 'a>, Fault> {
         match self {
             Self::Ascii(lines) => {
@@ -216,7 +217,7 @@ impl<'a> Body<'a> {
 }
 
 impl Row<'_, '_> {
-    /// The next value.
+    /// Returns the next value.
     fn value(&mut self, kind: Scalar) -> Result<f64, Fault> {
         match &mut self.values {
             Values::Ascii { line, read } => {
@@ -242,7 +243,7 @@ impl Row<'_, '_> {
         }
     }
 
-    /// The length of a list of `item`s, compared with the remaining bytes.
+    /// Returns the length of a list of `item`s, checked against the number of remaining bytes.
     fn length(&mut self, kind: Scalar, item: Scalar) -> Result<u64, Fault> {
         let length = self.value(kind)?;
         if !(length >= 0.0 && length.fract() == 0.0 && length.is_finite()) {
@@ -262,11 +263,11 @@ impl Row<'_, '_> {
         Ok(length)
     }
 
-    /// Checks that the line holds no more values.
+    /// Checks that the line has no more values.
     fn end(self) -> Result<(), Fault> {
         match self.values {
             Values::Ascii { line, read } if !line.trim_ascii().is_empty() => {
-                let what = format!("the line goes on after its {read} values; repair it or export the mesh again");
+                let what = format!("the line continues after its {read} values; repair it or export the mesh again");
                 Err(Fault::malformed(self.place, what))
             }
             _ => Ok(()),

@@ -1,4 +1,4 @@
-//! Recordings as tables of text: header and changes of settings in comments, a line for each tick.
+//! Recordings as CSV: the header and changes of settings are comments; each tick is a line.
 
 mod reader;
 mod writer;

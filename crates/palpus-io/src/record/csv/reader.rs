@@ -1,7 +1,7 @@
-//! Reads a recording of text.
+//! Reads a CSV recording.
 //!
-//! A file from a stranger: no line may be longer than [`LONGEST_LINE`], so that memory stays within
-//! a small multiple of the file's own size.
+//! The file may be malicious: no line may be longer than [`LONGEST_LINE`], so that the memory stays
+//! within a small multiple of the file size.
 
 use std::io::{BufRead, Read};
 
@@ -11,13 +11,13 @@ use crate::record::header::MOST_TEXT;
 use crate::record::{FORMAT, Recording, RecordingHeader, change};
 use crate::table::Cells;
 
-/// The longest line that is taken for one of a recording: the text of a scene file stands on one.
+/// Length of the longest line that is accepted, in bytes: the text of a scene file is on one line.
 const LONGEST_LINE: u64 = MOST_TEXT as u64;
 
-/// Reads a recording; `name` is how errors call the file.
+/// Reads a recording; `name` is the name of the file in error messages.
 ///
-/// A last line without a line break was being written when the program ended: it is left out, with
-/// a notice.
+/// A last line without a line break is incomplete, because the program ended while it was written.
+/// It is omitted, and the recording contains a notice.
 pub(in crate::record) fn read(input: impl BufRead, name: &str) -> Result<Recording, TableError> {
     let mut lines = Lines { input, name, line: 0, text: String::new() };
     let header = header(&mut lines)?;
@@ -29,7 +29,7 @@ pub(in crate::record) fn read(input: impl BufRead, name: &str) -> Result<Recordi
         if !lines.is_whole() {
             let whole = recording.rows.len();
             let notice =
-                format!("{name}, line {line}: the last line was cut off and is left out; {whole} ticks are whole");
+                format!("{name}, line {line}: the last line is incomplete and omitted; {whole} ticks are complete");
             recording.notice = Some(notice);
             break;
         }
@@ -46,7 +46,7 @@ pub(in crate::record) fn read(input: impl BufRead, name: &str) -> Result<Recordi
     Ok(recording)
 }
 
-/// The lines of a stream, one at a time.
+/// The lines of a stream, read one at a time into the same buffer.
 struct Lines<'a, R> {
     input: R,
     name: &'a str,
@@ -55,35 +55,35 @@ struct Lines<'a, R> {
 }
 
 impl<R: BufRead> Lines<'_, R> {
-    /// Goes to the next line; false at the end.
+    /// Reads the next line; returns false at the end of the stream.
     fn next(&mut self) -> Result<bool, TableError> {
         self.text.clear();
         self.line += 1;
         let read = self.input.by_ref().take(LONGEST_LINE).read_line(&mut self.text);
         let read = read.map_err(|error| TableError::at(self.name, self.line, format!("cannot be read ({error})")))?;
         if read as u64 == LONGEST_LINE {
-            let problem = "the line is far too long; is it a recording?";
+            let problem = "the line is too long; is it a recording?";
             return Err(TableError::at(self.name, self.line, problem));
         }
         Ok(read > 0)
     }
 
-    /// True when the line has its line break.
+    /// Returns true if the line has its line break.
     fn is_whole(&self) -> bool {
         self.text.ends_with('\n')
     }
 }
 
-/// Reads up to and with the line of column names.
+/// Reads the file up to and including the line of column names.
 fn header<R: BufRead>(lines: &mut Lines<'_, R>) -> Result<RecordingHeader, TableError> {
     let name = lines.name;
     let mut toml = String::new();
     while lines.next()? {
-        // White space at the end of a line may belong to a text of several lines.
+        // White space at the end of a line may belong to a multi-line string.
         let text = lines.text.strip_suffix('\n').unwrap_or(&lines.text);
         let text = text.strip_suffix('\r').unwrap_or(text);
         let entry = text.strip_prefix('#');
-        // One that is too long is refused where it is read.
+        // A header that is too long is rejected later, when it is parsed.
         if let Some(entry) = entry.filter(|_| toml.len() <= MOST_TEXT) {
             toml.push_str(entry.strip_prefix(' ').unwrap_or(entry));
             toml.push('\n');
@@ -102,7 +102,7 @@ fn header<R: BufRead>(lines: &mut Lines<'_, R>) -> Result<RecordingHeader, Table
             RecordingHeader::of_text(&toml).map_err(|error| TableError::at(name, error.line, error.problem))?;
         return if has_columns_of(header.format) { Ok(header) } else { Err(other_columns()) };
     }
-    Err(TableError::at(name, lines.line, "the file ends before the line of column names; it is no whole recording"))
+    Err(TableError::at(name, lines.line, "the file ends before the line of column names; the recording is incomplete"))
 }
 
 impl Take for Cells<'_> {

@@ -1,21 +1,21 @@
-//! A recording as lines of text.
+//! Writes a recording as CSV.
 
 use crate::record::columns::{Put, names_of, put};
 use crate::record::{Piece, RecordRow};
 use crate::table::Line;
 
-/// Makes lines of rows.
+/// Converts rows to lines.
 pub(in crate::record) struct Writer {
-    /// Header of the recording.
+    /// Version of the recording format.
     format: u32,
     line: Line,
     lines: Vec<u8>,
-    /// Bytes handed out.
+    /// Number of bytes already returned.
     written: u64,
 }
 
 impl Writer {
-    /// The file so far: the header, each line behind `# `, and the names of the columns of
+    /// Starts a file with the header (each line after `# `) and the names of the columns of version
     /// `format`.
     pub(in crate::record) fn new(header: &str, format: u32) -> Self {
         let mut writer = Self { format, line: Line::default(), lines: Vec::new(), written: 0 };
@@ -34,19 +34,19 @@ impl Writer {
         self.lines.push(b'\n');
     }
 
-    /// A change of settings, which holds from the next row on.
+    /// Appends a change of settings, which applies from the next row on.
     pub(in crate::record) fn change(&mut self, text: &str) {
         self.comment(text);
     }
 
-    /// A tick, as one whole line.
+    /// Appends a tick as one complete line.
     pub(in crate::record) fn row(&mut self, row: &RecordRow) {
         self.line.clear();
         put(row, self.format, &mut self.line);
         self.lines.extend(self.line.end());
     }
 
-    /// Bytes since the last piece.
+    /// Returns the bytes since the last call.
     pub(in crate::record) fn flush(&mut self) -> Piece {
         let bytes = std::mem::take(&mut self.lines);
         let at = self.written;

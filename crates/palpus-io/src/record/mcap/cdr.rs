@@ -1,20 +1,20 @@
-//! Messages in CDR, little-endian: each number at a multiple of its own size, counted from behind
-//! the four bytes of the head.
+//! Messages in little-endian CDR. Each number is aligned to a multiple of its size, counted from
+//! the end of the four-byte header.
 
 use crate::record::columns::{Kind, Put, Take, columns_of};
 
-/// Says that what follows is plain CDR, little-endian.
+/// Header that stands for plain little-endian CDR.
 const HEAD: [u8; 4] = [0, 1, 0, 0];
 
 /// A message being written.
 pub(super) struct Message<'a> {
     out: &'a mut Vec<u8>,
-    /// Offset of the end of the head.
+    /// Offset of the end of the message header.
     begin: usize,
 }
 
 impl<'a> Message<'a> {
-    /// Begins a message at the end of `out`.
+    /// Starts a message at the end of `out`.
     pub(super) fn new(out: &'a mut Vec<u8>) -> Self {
         out.extend(HEAD);
         let begin = out.len();
@@ -27,7 +27,7 @@ impl<'a> Message<'a> {
         }
     }
 
-    /// Text, with its length before and a zero behind.
+    /// Appends text with its length and a final zero byte.
     pub(super) fn text(&mut self, text: &str) {
         self.whole(text.len() as u32 + 1);
         self.out.extend(text.bytes());
@@ -51,7 +51,7 @@ impl Put for Message<'_> {
         self.out.extend(value.to_le_bytes());
     }
 
-    /// A sequence of none or one.
+    /// Appends a sequence of zero or one elements.
     fn optional(&mut self, value: Option<f64>) {
         self.whole(u32::from(value.is_some()));
         if let Some(value) = value {
@@ -70,11 +70,11 @@ pub(super) struct Fields<'a> {
     at: usize,
 }
 
-/// A message that ends early or holds what it may not.
+/// Error: a message ends too early or contains an invalid value.
 pub(super) struct Malformed;
 
 impl<'a> Fields<'a> {
-    /// The fields of a message, with its head.
+    /// Starts to read a message, including its header.
     pub(super) fn new(message: &'a [u8]) -> Result<Self, Malformed> {
         message.strip_prefix(&HEAD).map(|bytes| Self { bytes, at: 0 }).ok_or(Malformed)
     }
@@ -86,7 +86,7 @@ impl<'a> Fields<'a> {
         Ok(*field)
     }
 
-    /// See [`Message::text`].
+    /// Counterpart of [`Message::text`].
     pub(super) fn text(&mut self) -> Result<&'a str, Malformed> {
         let length = self.whole()? as usize;
         let bytes = self.bytes.get(self.at..).and_then(|rest| rest.get(..length)).ok_or(Malformed)?;
@@ -128,7 +128,7 @@ impl Take for Fields<'_> {
     }
 }
 
-/// Separates a message's definition from those that it is made of.
+/// Separates the definition of a message from the definitions of its parts.
 const RULE: &str = "================================================================================";
 
 const HEADER: &str = "MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n";
@@ -140,34 +140,34 @@ const TWIST: &str = "MSG: geometry_msgs/Twist\nVector3 linear\nVector3 angular\n
 const WRENCH: &str = "MSG: geometry_msgs/Wrench\nVector3 force\nVector3 torque\n";
 const VECTOR: &str = "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n";
 
-/// The definition of a stamped message.
+/// Returns the definition of a message with a header and one field.
 fn stamped(field: &str, parts: &[&str]) -> String {
     let own = format!("std_msgs/Header header\n{field}\n");
     [own.as_str()].iter().chain(&[HEADER, TIME]).chain(parts).copied().collect::<Vec<_>>().join(&format!("{RULE}\n"))
 }
 
-/// Definition of `geometry_msgs/msg/PoseStamped`.
+/// Returns the definition of `geometry_msgs/msg/PoseStamped`.
 pub(super) fn pose_stamped() -> String {
     stamped("Pose pose", &[POSE, POINT, QUATERNION])
 }
 
-/// Definition of `geometry_msgs/msg/TwistStamped`.
+/// Returns the definition of `geometry_msgs/msg/TwistStamped`.
 pub(super) fn twist_stamped() -> String {
     stamped("Twist twist", &[TWIST, VECTOR])
 }
 
-/// Definition of `geometry_msgs/msg/WrenchStamped`.
+/// Returns the definition of `geometry_msgs/msg/WrenchStamped`.
 pub(super) fn wrench_stamped() -> String {
     stamped("Wrench wrench", &[WRENCH, VECTOR])
 }
 
-/// Definition of `palpus_msgs/msg/Settings`.
+/// Returns the definition of `palpus_msgs/msg/Settings`.
 pub(super) fn settings() -> String {
     "# The ticks from number `tick` on are stepped with these settings, a line of TOML.\nuint64 tick\nstring toml\n"
         .to_owned()
 }
 
-/// Definition of `palpus_msgs/msg/Tick`: the columns of recordings of `format`.
+/// Returns the definition of `palpus_msgs/msg/Tick`: the columns of recordings of version `format`.
 pub(super) fn tick(format: u32) -> String {
     let kind = |kind| match kind {
         Kind::Long => "uint64",

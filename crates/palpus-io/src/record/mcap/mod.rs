@@ -5,16 +5,17 @@
 //! | `/palpus/device/pose` | `geometry_msgs/msg/PoseStamped` | tick |
 //! | `/palpus/device/twist` | `geometry_msgs/msg/TwistStamped` | tick |
 //! | `/palpus/device/wrench` | `geometry_msgs/msg/WrenchStamped` | tick |
-//! | `/palpus/tick` | `palpus_msgs/msg/Tick`: every column, a replay's source | tick |
+//! | `/palpus/tick` | `palpus_msgs/msg/Tick`: every column; used for a replay | tick |
 //! | `/palpus/settings` | `palpus_msgs/msg/Settings`: a line of TOML | change of settings |
 //!
-//! All are encoded as CDR, little-endian: doubles keep their bits. Log and publish time are
-//! nanoseconds since the first tick, the frame is `world`. Chunks are not compressed. After each
-//! piece the file is whole, with index and footer; the next piece is written over those. So what a
-//! crash leaves behind opens in every tool, but for one in the middle of a piece: then only in
-//! tools that read from the beginning, as [`read`] does.
+//! All messages are encoded as little-endian CDR, which keeps the bits of doubles. The log time and
+//! the publish time are nanoseconds since the first tick; the frame is `world`. Chunks are not
+//! compressed. The writer appends one piece after another. After each piece the file is complete,
+//! with index and footer, which the next piece overwrites. After a crash, every tool can open the
+//! file, except if the crash interrupted a piece. Then only tools that read from the beginning can
+//! open it, as [`read`] does.
 //!
-//! The layout is that of <https://mcap.dev/spec>, of the messages that of ROS 2 and of OMG's CDR
+//! The file layout follows <https://mcap.dev/spec>; the messages follow ROS 2 and OMG's CDR
 //! (XCDR1).
 
 mod cdr;

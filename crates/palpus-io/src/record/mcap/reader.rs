@@ -1,10 +1,10 @@
-//! Reads a recording of MCAP from its beginning to its end, record by record; index and footer are
+//! Reads an MCAP recording from beginning to end, record by record. The index and the footer are
 //! not needed.
 //!
-//! 1. The header comes from the metadata record `palpus`, which stands before all messages.
-//! 2. Channels are known by topic, encoding and definition.
-//! 3. Chunks are taken whole, with their checksum, or not at all: the first that is cut off or
-//!    damaged ends the recording, with a notice.
+//! 1. The header is in the metadata record `palpus`, which precedes all messages.
+//! 2. Channels are identified by topic, encoding and definition.
+//! 3. A chunk is accepted only if it is complete and its checksum is right. The first truncated or
+//!    damaged chunk ends the recording, and the recording contains a notice.
 
 use std::io::{BufRead, Read};
 
@@ -15,14 +15,14 @@ use crate::TableError;
 use crate::record::columns::{Take, take};
 use crate::record::{FORMAT, Recording, RecordingHeader, change};
 
-/// Reads a recording; `name` is how errors call the file.
+/// Reads a recording; `name` is the name of the file in error messages.
 pub(in crate::record) fn read(mut input: impl BufRead, name: &str) -> Result<Recording, TableError> {
     let wrong = |problem: String| TableError::at(name, 0, problem);
     let unreadable = |error: std::io::Error| TableError::at(name, 0, format!("cannot be read ({error})"));
     let mut magic = Vec::new();
     input.by_ref().take(MAGIC.len() as u64).read_to_end(&mut magic).map_err(unreadable)?;
     if magic != MAGIC {
-        return Err(wrong("it is no MCAP file".to_owned()));
+        return Err(wrong("it is not an MCAP file".to_owned()));
     }
     let mut state = State::default();
     let mut at = magic.len() as u64;
@@ -51,7 +51,7 @@ pub(in crate::record) fn read(mut input: impl BufRead, name: &str) -> Result<Rec
         Some(End::Wrong(problem)) => return Err(wrong(format!("at byte {at}: {problem}"))),
         Some(End::Damaged) => {
             let whole = recording.rows.len();
-            let notice = format!("{name}, byte {at}: cut off or damaged from here on; {whole} ticks are whole");
+            let notice = format!("{name}, byte {at}: truncated or damaged from here on; {whole} ticks are complete");
             recording.notice = Some(notice);
         }
     }
@@ -65,7 +65,7 @@ enum Next {
     End,
 }
 
-/// The next record. Memory is obtained as its bytes come, whatever length it claims.
+/// Reads the next record. Memory is allocated as the bytes arrive, so a false length costs nothing.
 fn next(input: &mut impl BufRead) -> std::io::Result<Next> {
     let mut head = Vec::new();
     input.by_ref().take(9).read_to_end(&mut head)?;
@@ -78,11 +78,11 @@ fn next(input: &mut impl BufRead) -> std::io::Result<Next> {
     Ok(if body.len() as u64 == length { Next::Record(opcode as u8, body) } else { Next::CutOff })
 }
 
-/// Why reading ends before the data does.
+/// Why reading stops before the end of the data.
 enum End {
-    /// The file is damaged from here on; everything before is valid.
+    /// The file is damaged from here on; all earlier content is valid.
     Damaged,
-    /// It is not a recording that can be read.
+    /// The file is not a supported recording; the text describes the problem.
     Wrong(String),
 }
 
@@ -90,14 +90,14 @@ enum End {
 #[derive(Default)]
 struct State {
     recording: Option<Recording>,
-    /// Number of the schemas with the definitions of rows and of changes.
+    /// Numbers of the schemas of rows and of changes of settings.
     schemas: [Option<u64>; 2],
-    /// Number of their channels.
+    /// Numbers of the channels of rows and of changes of settings.
     channels: [Option<u64>; 2],
 }
 
 impl State {
-    /// Takes a record, in a chunk or not.
+    /// Processes a record, which may be part of a chunk.
     fn record(&mut self, opcode: u8, body: &[u8]) -> Result<(), End> {
         let values = Values(body);
         match opcode {
@@ -143,8 +143,9 @@ impl State {
         let (topic, encoding) = (values.text()?, values.text()?);
         let Some(k) = [TICKS, SETTINGS].iter().position(|own| *own == topic) else { return Some(Ok(())) };
         if encoding != ENCODINGS.0 || self.schemas[k] != Some(schema) {
-            let problem =
-                format!("the messages of {topic} are not those of this palpus; was it written by another version?");
+            let problem = format!(
+                "the messages of {topic} do not have the expected definition; was the file written by another version?"
+            );
             return Some(Err(End::Wrong(problem)));
         }
         self.channels[k] = Some(number);
@@ -157,7 +158,7 @@ impl State {
         let Some(recording) = &mut self.recording else {
             return Err(End::Wrong("its messages begin before its header (metadata `palpus`)".to_owned()));
         };
-        // Sequence, logged, published.
+        // Skips the sequence number, the log time and the publish time.
         let message = values.0.get(4 + 8 + 8..).and_then(|message| Fields::new(message).ok()).ok_or(End::Damaged)?;
         if k == 0 {
             let mut message = message;
@@ -178,8 +179,9 @@ impl State {
         };
         if compression != NOT_COMPRESSED {
             let shown: String = compression.chars().take(20).collect();
-            let problem =
-                format!("a chunk is compressed ({shown:?}); recordings of palpus are not: decompress it first");
+            let problem = format!(
+                "a chunk is compressed ({shown:?}); palpus reads only uncompressed chunks: decompress the file first"
+            );
             return Err(End::Wrong(problem));
         }
         let bytes = values.counted::<8>().ok_or(End::Damaged)?;
@@ -189,7 +191,7 @@ impl State {
         let mut records = Values(bytes);
         while !records.0.is_empty() {
             match records.record() {
-                // Chunks hold no chunks.
+                // A chunk must not contain a chunk.
                 Some((opcode::CHUNK, _)) | None => return Err(End::Damaged),
                 Some((opcode, body)) => self.record(opcode, body)?,
             }

@@ -1,10 +1,10 @@
-//! The records of which an MCAP file is made: a byte that says which, the length of what follows,
-//! and that.
+//! The records of an MCAP file. A record consists of a type byte, the length of the content, and
+//! the content.
 
-/// First and last bytes of a file.
+/// The first and the last bytes of a file.
 pub(in crate::record) const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 
-/// Head of a record.
+/// Type bytes of records.
 pub(super) mod opcode {
     pub(crate) const HEADER: u8 = 0x01;
     pub(crate) const FOOTER: u8 = 0x02;
@@ -21,13 +21,13 @@ pub(super) mod opcode {
     pub(crate) const DATA_END: u8 = 0x0F;
 }
 
-/// Appends a record of what `body` appends.
+/// Appends a record whose content `body` appends.
 pub(super) fn record(out: &mut Vec<u8>, opcode: u8, body: impl FnOnce(&mut Vec<u8>)) {
     out.push(opcode);
     counted::<8>(out, body);
 }
 
-/// Appends the length, in `N` bytes, of what `body` appends, and that.
+/// Appends the content that `body` appends, preceded by its length in `N` bytes.
 pub(super) fn counted<const N: usize>(out: &mut Vec<u8>, body: impl FnOnce(&mut Vec<u8>)) {
     let at = out.len();
     out.extend([0; N]);
@@ -36,12 +36,12 @@ pub(super) fn counted<const N: usize>(out: &mut Vec<u8>, body: impl FnOnce(&mut 
     out[at..at + N].copy_from_slice(&length.to_le_bytes()[..N]);
 }
 
-/// Appends text with its length before.
+/// Appends text, preceded by its length.
 pub(super) fn text(out: &mut Vec<u8>, text: &str) {
     counted::<4>(out, |out| out.extend(text.bytes()));
 }
 
-/// Values read one after another; `None` where the bytes end early.
+/// Reads values one after another. Each method returns `None` if the bytes end too early.
 pub(super) struct Values<'a>(pub(super) &'a [u8]);
 
 impl<'a> Values<'a> {
@@ -51,7 +51,7 @@ impl<'a> Values<'a> {
         Some(bytes.iter().rev().fold(0, |number, byte| number << 8 | u64::from(*byte)))
     }
 
-    /// Bytes with their length, of `N` bytes, before.
+    /// Returns bytes that are preceded by their length in `N` bytes.
     pub(super) fn counted<const N: usize>(&mut self) -> Option<&'a [u8]> {
         let length = usize::try_from(self.number::<N>()?).ok()?;
         let (bytes, rest) = self.0.split_at_checked(length)?;
@@ -63,7 +63,7 @@ impl<'a> Values<'a> {
         std::str::from_utf8(self.counted::<4>()?).ok()
     }
 
-    /// The next record: its opcode and what it holds.
+    /// Returns the type byte and the content of the next record.
     pub(super) fn record(&mut self) -> Option<(u8, &'a [u8])> {
         let opcode = self.number::<1>()? as u8;
         Some((opcode, self.counted::<8>()?))

@@ -1,4 +1,4 @@
-//! A recording as MCAP.
+//! Writes a recording as MCAP.
 
 use glam::{DQuat, DVec3};
 
@@ -7,24 +7,24 @@ use super::records::{MAGIC, counted, opcode, record, text};
 use crate::record::columns::{Put, put};
 use crate::record::{Piece, RecordRow};
 
-/// Name of the metadata record with the header, and the key within it.
+/// Name of the metadata record that contains the header, and its key in that record.
 pub(super) const METADATA: (&str, &str) = ("palpus", "header");
 
-/// How every message is encoded, and its definition.
+/// Encoding of all messages and of their definitions.
 pub(super) const ENCODINGS: (&str, &str) = ("cdr", "ros2msg");
 
-/// Nanoseconds of a second.
+/// Nanoseconds in a second.
 const SECOND: u64 = 1_000_000_000;
 
-/// A channel, and the schema of the same number.
+/// A channel and its schema, which have the same number.
 struct Channel {
     topic: &'static str,
     schema: &'static str,
-    /// In recordings of this format.
+    /// Returns the definition for a version of the recording format.
     definition: fn(u32) -> String,
 }
 
-/// The channels by their number less one.
+/// The channels; the number of a channel is its index plus one.
 const CHANNELS: [Channel; 6] = [
     Channel { topic: TICKS, schema: "palpus_msgs/msg/Tick", definition: cdr::tick },
     Channel { topic: SETTINGS, schema: "palpus_msgs/msg/Settings", definition: |_| cdr::settings() },
@@ -39,7 +39,7 @@ const CHANNELS: [Channel; 6] = [
         schema: "geometry_msgs/msg/WrenchStamped",
         definition: |_| cdr::wrench_stamped(),
     },
-    // Without messages in recordings of format 1.
+    // This channel has no messages in recordings of format 1.
     Channel { topic: "/palpus/tool/pose", schema: POSE, definition: |_| cdr::pose_stamped() },
 ];
 
@@ -58,28 +58,28 @@ const OF_TWISTS: usize = 3;
 const OF_WRENCHES: usize = 4;
 const OF_TOOLS: usize = 5;
 
-/// Gathers messages into chunks.
+/// Collects messages into chunks.
 pub(in crate::record) struct Writer {
-    /// Header of the recording.
+    /// Version of the recording format.
     format: u32,
     /// Offset of the next piece, which overwrites the summary.
     data_end: u64,
-    /// Bytes before the next chunk: the beginning of the file, once.
+    /// Bytes before the next chunk: the start of the file, empty after the first piece.
     beginning: Vec<u8>,
     metadata: (u64, u64),
     chunk: Vec<u8>,
-    /// Time and place of each message in the chunk, by channel.
+    /// Time and offset of each message in the chunk, by channel.
     indices: [Vec<(u64, u64)>; CHANNELS.len()],
-    /// Entries of the chunks in the summary, encoded.
+    /// The encoded index entries of the chunks for the summary.
     chunk_index: Vec<u8>,
     chunks: u32,
     counts: [u64; CHANNELS.len()],
-    /// Times of the first and last message, ns.
+    /// Times of the first and the last message, in ns.
     times: Option<(u64, u64)>,
 }
 
 impl Writer {
-    /// A file of nothing but this header, of a recording of `format`.
+    /// Starts a file of version `format` with this header and no messages.
     pub(in crate::record) fn new(header: &str, format: u32) -> Self {
         let mut beginning = MAGIC.to_vec();
         record(&mut beginning, opcode::HEADER, |out| {
@@ -111,7 +111,7 @@ impl Writer {
         }
     }
 
-    /// A change of settings before the row at `time`, ns.
+    /// Appends a change of settings before the row at `time` (ns).
     pub(in crate::record) fn change(&mut self, tick: u64, line: &str, time: u64) {
         self.message(OF_SETTINGS, tick, time, |message| {
             message.long(tick);
@@ -119,7 +119,8 @@ impl Writer {
         });
     }
 
-    /// A tick: all of it, and what of it robotics tools know.
+    /// Appends a tick: the whole row, and its pose, twist and wrench as messages for robotics
+    /// tools.
     pub(in crate::record) fn row(&mut self, row: &RecordRow) {
         let time = row.time_ns;
         let format = self.format;
@@ -151,7 +152,7 @@ impl Writer {
         record(&mut self.chunk, opcode::MESSAGE, |out| {
             out.extend(number(channel).to_le_bytes());
             out.extend((tick as u32).to_le_bytes());
-            // Logged and published.
+            // The log time and the publish time.
             out.extend(time.to_le_bytes());
             out.extend(time.to_le_bytes());
             body(&mut Message::new(out));
@@ -170,7 +171,7 @@ impl Writer {
         Piece { at, bytes }
     }
 
-    /// Appends the chunk and its indices, and begins the next.
+    /// Appends the chunk and its message indices, and starts the next chunk.
     fn chunk(&mut self, out: &mut Vec<u8>) {
         let chunk = std::mem::take(&mut self.chunk);
         let times = self.indices.iter().flatten().map(|(time, _)| *time);
@@ -210,7 +211,7 @@ impl Writer {
             });
             out.extend((indices_end - indices_start).to_le_bytes());
             text(out, NOT_COMPRESSED);
-            // As it stands, and as it would be without compression.
+            // The compressed size and the uncompressed size, which are equal.
             out.extend(size.to_le_bytes());
             out.extend(size.to_le_bytes());
         });
@@ -218,9 +219,10 @@ impl Writer {
         self.indices.iter_mut().for_each(Vec::clear);
     }
 
-    /// Appends the end of the data, the summary and the footer to a piece that goes to `at`.
+    /// Appends the end of the data, the summary and the footer to a piece that is written at offset
+    /// `at`.
     fn ending(&self, at: u64, out: &mut Vec<u8>) {
-        // Its checksum is left out, as 0 says.
+        // The checksum 0 means that there is no checksum.
         record(out, opcode::DATA_END, |out| out.extend([0; 4]));
         let place = |out: &Vec<u8>| at + out.len() as u64;
         let summary_start = place(out);
@@ -264,7 +266,7 @@ impl Writer {
         record(out, opcode::STATISTICS, |out| {
             out.extend(self.counts.iter().sum::<u64>().to_le_bytes());
             out.extend((CHANNELS.len() as u16).to_le_bytes());
-            // Channels, attachments, metadata records, chunks.
+            // Numbers of channels, attachments, metadata records and chunks.
             for count in [CHANNELS.len() as u32, 0, 1, self.chunks] {
                 out.extend(count.to_le_bytes());
             }
@@ -280,10 +282,11 @@ impl Writer {
     }
 }
 
-/// How chunks are compressed.
+/// Name of the compression of chunks: none.
 pub(super) const NOT_COMPRESSED: &str = "";
 
-/// Number of a channel and of its schema; schema 0 means no schema.
+/// Returns the number of a channel and of its schema. Numbers start at 1, because schema 0 means no
+/// schema.
 fn number(channel: usize) -> u16 {
     channel as u16 + 1
 }
@@ -302,7 +305,7 @@ fn schemas(out: &mut Vec<u8>, format: u32) {
 fn channels(out: &mut Vec<u8>) {
     for (k, channel) in CHANNELS.iter().enumerate() {
         record(out, opcode::CHANNEL, |out| {
-            // Its own number and its schema's.
+            // The number of the channel and the number of its schema.
             out.extend(number(k).to_le_bytes());
             out.extend(number(k).to_le_bytes());
             text(out, channel.topic);
@@ -312,7 +315,7 @@ fn channels(out: &mut Vec<u8>) {
     }
 }
 
-/// A `std_msgs/Header`.
+/// Appends a `std_msgs/Header`.
 fn stamp(message: &mut Message<'_>, time: u64) {
     message.whole((time / SECOND) as u32);
     message.whole((time % SECOND) as u32);

@@ -5,27 +5,27 @@ use super::thrift::{self, Fields, Input, Kind as Thrift};
 use crate::record::columns::{Kind, column_names, columns_of};
 use crate::record::{FORMAT, RecordingHeader};
 
-/// First and last bytes of a file.
+/// The first and the last bytes of a file.
 pub(in crate::record) const MAGIC: &[u8] = b"PAR1";
 
-/// Key of the header in the file's metadata.
+/// Key of the recording's header in the file's metadata.
 const KEY: &str = "palpus";
 
-/// Type of a column.
+/// Name and type of a column.
 pub(super) struct Column {
     pub(super) name: &'static str,
-    /// `None`: text.
+    /// Kind of the values; `None` for text.
     pub(super) kind: Option<Kind>,
 }
 
-/// The columns of the file of a recording of `format`, in their order.
+/// Returns the columns of a file of version `format`, in their order.
 pub(super) fn columns(format: u32) -> Vec<Column> {
     let rows = columns_of(format).iter().map(|(name, kind)| Column { name, kind: Some(*kind) });
     rows.chain([Column { name: crate::record::change::KEY, kind: None }]).collect()
 }
 
 impl Column {
-    /// Parquet's physical type.
+    /// Returns Parquet's physical type.
     fn physical(&self) -> i32 {
         match self.kind {
             Some(Kind::Flag) => 0,
@@ -36,7 +36,7 @@ impl Column {
         }
     }
 
-    /// Logical type: text, or an unsigned number.
+    /// Returns the logical type: text or an unsigned number.
     fn converted(&self) -> Option<i32> {
         match self.kind {
             None => Some(0),
@@ -46,12 +46,12 @@ impl Column {
         }
     }
 
-    /// True when rows may be without.
+    /// Returns true if the value may be missing in a row.
     pub(super) fn is_optional(&self) -> bool {
         matches!(self.kind, None | Some(Kind::Optional))
     }
 
-    /// Bytes of each value, where all have as many.
+    /// Returns the number of bytes of each value; `None` if the values have different sizes.
     pub(super) fn width(&self) -> Option<usize> {
         match self.kind {
             Some(Kind::Whole) => Some(4),
@@ -61,35 +61,35 @@ impl Column {
     }
 }
 
-/// One column of a row group: a page.
+/// The only page of one column in a row group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Chunk {
-    /// In the file.
+    /// Offset in the file.
     pub(super) at: u64,
-    /// With the page's header.
+    /// Number of bytes, including the page header.
     pub(super) length: u64,
 }
 
-/// Place of a row group.
+/// Position of a row group.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Group {
     pub(super) rows: u64,
-    /// Sizes of the columns, in their order.
+    /// Positions of the columns, in their order.
     pub(super) chunks: Vec<Chunk>,
 }
 
 impl Group {
-    /// In the file.
+    /// Returns the offset of the group in the file.
     pub(super) fn at(&self) -> u64 {
         self.chunks.first().map_or(0, |chunk| chunk.at)
     }
 
-    /// Total size of all columns.
+    /// Returns the total number of bytes of all columns.
     pub(super) fn length(&self) -> u64 {
         self.chunks.iter().map(|chunk| chunk.length).sum()
     }
 
-    /// The same group elsewhere.
+    /// Returns the same group at another offset.
     pub(super) fn moved(&self, to: u64) -> Self {
         let from = self.at();
         let moved = |chunk: &Chunk| Chunk { at: chunk.at - from + to, length: chunk.length };
@@ -97,19 +97,19 @@ impl Group {
     }
 }
 
-/// A footer.
+/// The content of a footer.
 pub(super) struct Footer {
     pub(super) header: RecordingHeader,
     pub(super) groups: Vec<Group>,
 }
 
-/// Appends the footer of a recording of `format`, its length and the magic.
+/// Appends the footer of a recording of version `format`, its length, and the magic number.
 pub(super) fn write_footer(out: &mut Vec<u8>, header: &str, format: u32, groups: &[Group]) {
     let begin = out.len();
     let columns = columns(format);
     thrift::write(out, |file| {
         file.int(1, 1);
-        // The root, which has no column of its own, and the columns.
+        // The root, which is not a column, and the columns.
         let schema: Vec<Option<&Column>> = std::iter::once(None).chain(columns.iter().map(Some)).collect();
         file.structures(2, &schema, |column, element| write_element(*column, columns.len(), element));
         file.long(3, groups.iter().map(|group| group.rows).sum());
@@ -145,10 +145,10 @@ fn write_group(group: &Group, columns: &[Column], out: &mut Fields<'_>) {
         out.long(2, chunk.at);
         out.structure(3, |out| {
             out.int(1, column.physical());
-            // Plain values; run lengths for the definition levels.
+            // Encodings: plain for values, run lengths for the definition levels.
             out.ints(2, &[0, 3]);
             out.texts(3, column.name);
-            // Not compressed.
+            // Codec: not compressed.
             out.int(4, 0);
             out.long(5, group.rows);
             out.long(6, chunk.length);
@@ -160,7 +160,8 @@ fn write_group(group: &Group, columns: &[Column], out: &mut Fields<'_>) {
     out.long(3, group.rows);
 }
 
-/// The footer that `bytes` hold, without length and magic; or what is wrong with it.
+/// Parses a footer without its length and the magic number; fails with a description of the
+/// problem.
 pub(super) fn read_footer(bytes: &[u8]) -> Result<Footer, String> {
     let mut header = None;
     let mut groups = Vec::new();
@@ -197,7 +198,7 @@ pub(super) fn read_footer(bytes: &[u8]) -> Result<Footer, String> {
     }
     if groups.iter().any(|group: &Read| group.is_compressed) {
         return Err(
-            "it was written by another program (its columns are compressed); only palpus's own are read".to_owned()
+            "it was written by another program (its columns are compressed); only files written by palpus are supported".to_owned()
         );
     }
     Ok(Footer { header, groups: groups.into_iter().map(|read| read.group).collect() })
@@ -209,7 +210,7 @@ const INT: u8 = Thrift::Int as u8;
 const LONG: u8 = Thrift::Long as u8;
 const STRUCT: u8 = Thrift::Struct as u8;
 
-/// Reads the structs of a list.
+/// Calls `item` for each struct of a list.
 fn each<'a>(input: &mut Input<'a>, mut item: impl FnMut(&mut Input<'a>) -> Option<()>) -> Option<()> {
     let (kind, length) = input.list()?;
     if kind != STRUCT {
@@ -221,7 +222,7 @@ fn each<'a>(input: &mut Input<'a>, mut item: impl FnMut(&mut Input<'a>) -> Optio
     Some(())
 }
 
-/// Name, type, repetition and meaning of an element of the schema.
+/// Name, type, repetition and logical type of an element of the schema.
 type Element = (String, Option<i64>, Option<i64>, Option<i64>);
 
 fn read_element(input: &mut Input<'_>) -> Option<Element> {
@@ -239,7 +240,7 @@ fn read_element(input: &mut Input<'_>) -> Option<Element> {
     Some(element)
 }
 
-/// The columns must be ours, all of them, in our order.
+/// Checks that the columns are exactly those of a recording, in the same order.
 fn check_schema(schema: &[Element], columns: &[Column]) -> Result<(), String> {
     let is_ours = schema.len() == columns.len() + 1
         && schema[1..].iter().zip(columns).all(|((name, physical, repetition, converted), column)| {
@@ -258,7 +259,7 @@ fn check_schema(schema: &[Element], columns: &[Column]) -> Result<(), String> {
     if is_ours { Ok(()) } else { Err(problem()) }
 }
 
-/// The value of a pair under our key.
+/// Returns the value of a key-value pair if its key is [`KEY`].
 fn read_pair(input: &mut Input<'_>) -> Option<Option<String>> {
     let (mut key, mut value) = ("", "");
     input.structure(|number, kind, input| {
@@ -309,7 +310,8 @@ fn read_chunk(input: &mut Input<'_>, read: &mut Read) -> Option<()> {
         Some(true)
     })?;
     read.is_compressed |= compressed;
-    // A footer may claim many groups, but a row takes a column each; and one more for changes.
+    // Rejects more columns than a row can have (one for each value and one for changes), because a
+    // footer may claim any number.
     if read.group.chunks.len() > columns_of(FORMAT).len() {
         return None;
     }
@@ -317,7 +319,7 @@ fn read_chunk(input: &mut Input<'_>, read: &mut Read) -> Option<()> {
     Some(())
 }
 
-/// Appends a page's header: `length` bytes for so many rows.
+/// Appends the header of a page with the given numbers of rows and bytes.
 pub(super) fn write_page(out: &mut Vec<u8>, rows: usize, length: usize) {
     thrift::write(out, |page| {
         page.int(1, 0);
@@ -325,7 +327,7 @@ pub(super) fn write_page(out: &mut Vec<u8>, rows: usize, length: usize) {
         page.int(3, length as i32);
         page.structure(5, |page| {
             page.int(1, rows as i32);
-            // Plain, and both levels by run length.
+            // Encodings: plain for values, run lengths for both kinds of levels.
             page.int(2, 0);
             page.int(3, 3);
             page.int(4, 3);
@@ -333,7 +335,8 @@ pub(super) fn write_page(out: &mut Vec<u8>, rows: usize, length: usize) {
     });
 }
 
-/// Rows of the page that `input` begins with, and its length; `None` when it is not one of ours.
+/// Returns the number of rows and of bytes of the page at the start of `input`; `None` if palpus
+/// did not write it.
 pub(super) fn read_page(input: &mut Input<'_>) -> Option<(u64, u64)> {
     let (mut rows, mut length, mut raw, mut is_plain) = (None, None, None, false);
     input.structure(|number, kind, input| {

@@ -1,9 +1,9 @@
-//! Reads a recording of Parquet: what [`Writer`](super::Writer) writes, and nothing more.
+//! Reads a Parquet recording. Only the output of [`Writer`](super::Writer) is supported.
 //!
-//! 1. The footer at the end, or the last whole one before it.
-//! 2. Each row group, column by column. Groups must follow each other in the file, so that no byte
-//!    is read twice, whatever a footer states.
-//! 3. The rows from their columns.
+//! 1. Find the footer at the end, or the last complete footer before it.
+//! 2. Read each row group, column by column. The groups must follow each other in the file, so that
+//!    no byte is read twice, even if a footer is malicious.
+//! 3. Assemble the rows from their columns.
 
 use std::io::{self, Read, Seek, SeekFrom};
 
@@ -13,17 +13,17 @@ use crate::TableError;
 use crate::record::columns::{Kind, Take, take};
 use crate::record::{Recording, change};
 
-/// Bytes at the end of the file in which a whole footer is searched: more than any piece that could
-/// be cut off.
+/// Number of bytes at the end of the file that are searched for a complete footer: more than the
+/// largest piece that could be truncated.
 const MOST_CUT_OFF: u64 = 1 << 26;
 
-/// Most candidates for a footer's end that are tried.
+/// Largest number of candidates for the end of a footer that are tried.
 const MOST_TRIED: usize = 16;
 
-/// Bytes of a footer's length and the magic behind it.
+/// Size of a footer's length and the magic number after it, in bytes.
 const ENDING: u64 = 8;
 
-/// Reads a recording; `name` is how errors call the file.
+/// Reads a recording; `name` is the name of the file in error messages.
 pub(in crate::record) fn read(input: &mut (impl Read + Seek), name: &str) -> Result<Recording, TableError> {
     let wrong = |problem: String| TableError::at(name, 0, problem);
     let unreadable = |error: io::Error| TableError::at(name, 0, format!("cannot be read ({error})"));
@@ -40,20 +40,20 @@ pub(in crate::record) fn read(input: &mut (impl Read + Seek), name: &str) -> Res
     for (k, group) in footer.groups.iter().enumerate() {
         let problem = |problem: &str| wrong(format!("row group {k}: {problem}"));
         let bytes = group_bytes(input, group, &mut read_to, end).map_err(unreadable)?;
-        let bytes = bytes.ok_or_else(|| problem("it is not where the footer says"))?;
+        let bytes = bytes.ok_or_else(|| problem("it is not at the position in the footer"))?;
         rows(group, &bytes, &mut recording).map_err(|error| problem(&error))?;
     }
     if end < length {
         let whole = recording.rows.len();
-        let notice = format!("{name}, byte {end}: cut off or damaged from here on; {whole} ticks are whole");
+        let notice = format!("{name}, byte {end}: truncated or damaged from here on; {whole} ticks are complete");
         recording.notice = Some(notice);
     }
     Ok(recording)
 }
 
-/// The footer that ends at `end`, and `end`; or what is wrong.
+/// Returns the footer that ends at `end`, together with `end`; the inner error describes a problem.
 fn footer_before(input: &mut (impl Read + Seek), end: u64) -> io::Result<Result<(Footer, u64), String>> {
-    let cut_off = || Ok(Err("it is no whole Parquet file: it has no footer at its end".to_owned()));
+    let cut_off = || Ok(Err("the Parquet file is incomplete: it has no footer at its end".to_owned()));
     if end < MAGIC.len() as u64 + ENDING {
         return cut_off();
     }
@@ -66,7 +66,7 @@ fn footer_before(input: &mut (impl Read + Seek), end: u64) -> io::Result<Result<
     Ok(read_footer(&bytes(input, begin, size)?).map(|footer| (footer, end)))
 }
 
-/// The last whole footer before `end`, for a file that ends in the middle of a piece.
+/// Returns the last complete footer before `end`, for a file whose last piece is truncated.
 fn earlier_footer(input: &mut (impl Read + Seek), end: u64) -> io::Result<Option<(Footer, u64)>> {
     let begin = end.saturating_sub(MOST_CUT_OFF);
     let last = bytes(input, begin, end - begin)?;
@@ -79,7 +79,7 @@ fn earlier_footer(input: &mut (impl Read + Seek), end: u64) -> io::Result<Option
     Ok(None)
 }
 
-/// Bytes of the file, as many as there are.
+/// Reads up to `length` bytes at offset `at`.
 fn bytes(input: &mut (impl Read + Seek), at: u64, length: u64) -> io::Result<Vec<u8>> {
     input.seek(SeekFrom::Start(at))?;
     let mut bytes = Vec::new();
@@ -87,8 +87,8 @@ fn bytes(input: &mut (impl Read + Seek), at: u64, length: u64) -> io::Result<Vec
     Ok(bytes)
 }
 
-/// The bytes of a group; `None` when it is not behind what was read before and before the footer.
-/// `read_to` goes on to its end.
+/// Returns the bytes of a group; `None` if the group overlaps earlier groups or the footer.
+/// Advances `read_to` to the end of the group.
 fn group_bytes(
     input: &mut (impl Read + Seek),
     group: &Group,
@@ -120,14 +120,14 @@ fn rows(group: &Group, bytes: &[u8], recording: &mut Recording) -> Result<(), St
     for (chunk, column) in group.chunks.iter().zip(&columns) {
         let at = (chunk.at - group.at()) as usize;
         let chunk = bytes.get(at..at + chunk.length as usize).ok_or_else(|| damaged(column))?;
-        // The first column has eight bytes a row, so reading it verifies the number of rows.
+        // The first column has eight bytes for each row, so reading it verifies the number of rows.
         values.push(read_column(column, chunk, rows).ok_or_else(|| damaged(column))?);
     }
     let texts = values.pop();
     let mut cursor = Cursor { columns: &values, column: 0, row: 0 };
     for row in 0..rows {
         (cursor.column, cursor.row) = (0, row);
-        recording.rows.push(take(format, &mut cursor).map_err(|Missing| "its columns are not equally long")?);
+        recording.rows.push(take(format, &mut cursor).map_err(|Missing| "its columns have different lengths")?);
     }
     if let Some(Values::Texts(texts)) = texts {
         for line in texts.iter().flat_map(|text| text.lines()) {
@@ -139,16 +139,16 @@ fn rows(group: &Group, bytes: &[u8], recording: &mut Recording) -> Result<(), St
 
 /// The values of a column.
 enum Values<'a> {
-    /// Values of equal width.
+    /// Values of equal size.
     Plain(&'a [u8]),
     Optional(Vec<Option<f64>>),
-    /// Packed bits.
+    /// Values packed as bits.
     Flags(&'a [u8]),
-    /// Values of the rows that have one.
+    /// The values of the rows that have one.
     Texts(Vec<&'a str>),
 }
 
-/// Reads the one page of a column; `None` when it is not what `rows` rows need.
+/// Reads the only page of a column; `None` if it does not fit `rows` rows.
 fn read_column<'a>(column: &Column, chunk: &'a [u8], rows: usize) -> Option<Values<'a>> {
     let mut input = Input(chunk);
     let (in_page, length) = read_page(&mut input)?;
@@ -165,7 +165,8 @@ fn read_column<'a>(column: &Column, chunk: &'a [u8], rows: usize) -> Option<Valu
     }
 }
 
-/// Takes from a page which of its rows have a value: packed bits.
+/// Removes the definition levels from a page. They are packed bits that say which rows have a
+/// value.
 fn levels(page: &mut &[u8], rows: usize) -> Option<Vec<bool>> {
     let (length, rest) = page.split_first_chunk()?;
     let (run, values) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
@@ -207,14 +208,14 @@ fn texts<'a>(mut page: &'a [u8], has: &[bool]) -> Option<Vec<&'a str>> {
     page.is_empty().then_some(texts)
 }
 
-/// Goes through the columns of a row.
+/// Iterates over the columns of a row.
 struct Cursor<'a> {
     columns: &'a [Values<'a>],
     column: usize,
     row: usize,
 }
 
-/// A missing value.
+/// Error: a value is missing.
 struct Missing;
 
 impl Cursor<'_> {

@@ -1,22 +1,22 @@
-//! Thrift's compact protocol, as far as Parquet's footers and page headers need it.
+//! The part of Thrift's compact protocol that Parquet's footers and page headers need.
 
-/// A value of a field.
+/// Type of a field's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub(super) enum Kind {
-    /// 32 bits with a sign.
+    /// Signed integer of 32 bits.
     Int = 5,
-    /// 64 bits with a sign.
+    /// Signed integer of 64 bits.
     Long = 6,
     /// Bytes or text.
     Text = 8,
-    /// Values of one kind.
+    /// List of values of one type.
     List = 9,
-    /// Fields.
+    /// A struct, which contains fields.
     Struct = 12,
 }
 
-/// A struct being written, field by field in the order of their numbers.
+/// Writes the fields of a struct, in the order of their numbers.
 pub(super) struct Fields<'a> {
     out: &'a mut Vec<u8>,
     last: u8,
@@ -34,26 +34,26 @@ impl Fields<'_> {
         self.last = number;
     }
 
-    /// An [`Kind::Int`].
+    /// Appends an [`Kind::Int`].
     pub(super) fn int(&mut self, number: u8, value: i32) {
         self.begin(number, Kind::Int);
         varint(self.out, zigzag(value.into()));
     }
 
-    /// A [`Kind::Long`].
+    /// Appends a [`Kind::Long`].
     pub(super) fn long(&mut self, number: u8, value: u64) {
         self.begin(number, Kind::Long);
         varint(self.out, zigzag(value as i64));
     }
 
-    /// A [`Kind::Text`].
+    /// Appends a [`Kind::Text`].
     pub(super) fn text(&mut self, number: u8, text: &str) {
         self.begin(number, Kind::Text);
         varint(self.out, text.len() as u64);
         self.out.extend(text.bytes());
     }
 
-    /// A [`Kind::Struct`].
+    /// Appends a [`Kind::Struct`].
     pub(super) fn structure(&mut self, number: u8, body: impl FnOnce(&mut Fields<'_>)) {
         self.begin(number, Kind::Struct);
         write(self.out, body);
@@ -70,7 +70,7 @@ impl Fields<'_> {
         }
     }
 
-    /// A list of [`Kind::Struct`].
+    /// Appends a list of [`Kind::Struct`].
     pub(super) fn structures<T>(&mut self, number: u8, items: &[T], mut each: impl FnMut(&T, &mut Fields<'_>)) {
         self.list(number, Kind::Struct, items.len());
         for item in items {
@@ -78,13 +78,13 @@ impl Fields<'_> {
         }
     }
 
-    /// A list of [`Kind::Int`].
+    /// Appends a list of [`Kind::Int`].
     pub(super) fn ints(&mut self, number: u8, items: &[i32]) {
         self.list(number, Kind::Int, items.len());
         items.iter().for_each(|item| varint(self.out, zigzag((*item).into())));
     }
 
-    /// A list of one [`Kind::Text`].
+    /// Appends a list of one [`Kind::Text`].
     pub(super) fn texts(&mut self, number: u8, text: &str) {
         self.list(number, Kind::Text, 1);
         varint(self.out, text.len() as u64);
@@ -96,7 +96,7 @@ fn zigzag(value: i64) -> u64 {
     (value << 1 ^ value >> 63) as u64
 }
 
-/// Appends a number of as many bytes as it needs, seven bits each.
+/// Appends an integer with seven bits in each byte and no more bytes than necessary.
 pub(super) fn varint(out: &mut Vec<u8>, mut value: u64) {
     while value >= 0x80 {
         out.push(value as u8 | 0x80);
@@ -105,10 +105,10 @@ pub(super) fn varint(out: &mut Vec<u8>, mut value: u64) {
     out.push(value as u8);
 }
 
-/// Structs deeper than this are not Parquet's.
+/// Largest nesting depth of structs; Parquet needs less.
 const DEEPEST: u32 = 16;
 
-/// Bytes being read. `None` wherever they end early or are not Thrift.
+/// Decodes bytes. Each method returns `None` if the bytes end too early or are not valid Thrift.
 #[derive(Clone, Copy)]
 pub(super) struct Input<'a>(pub(super) &'a [u8]);
 
@@ -119,7 +119,7 @@ impl<'a> Input<'a> {
         Some(*byte)
     }
 
-    /// See [`varint`].
+    /// Reads the output of [`varint`].
     pub(super) fn varint(&mut self) -> Option<u64> {
         let mut value = 0;
         for shift in (0..64).step_by(7) {
@@ -132,18 +132,18 @@ impl<'a> Input<'a> {
         None
     }
 
-    /// The value of a [`Kind::Int`] or [`Kind::Long`].
+    /// Reads the value of a [`Kind::Int`] or [`Kind::Long`].
     pub(super) fn int(&mut self) -> Option<i64> {
         let value = self.varint()?;
         Some((value >> 1) as i64 ^ -((value & 1) as i64))
     }
 
-    /// The same where it may not be negative.
+    /// Reads the value of a [`Kind::Int`] or [`Kind::Long`] that must not be negative.
     pub(super) fn size(&mut self) -> Option<u64> {
         u64::try_from(self.int()?).ok()
     }
 
-    /// The value of a [`Kind::Text`].
+    /// Reads the value of a [`Kind::Text`].
     pub(super) fn text(&mut self) -> Option<&'a str> {
         let length = usize::try_from(self.varint()?).ok()?;
         let (text, rest) = self.0.split_at_checked(length)?;
@@ -151,8 +151,8 @@ impl<'a> Input<'a> {
         std::str::from_utf8(text).ok()
     }
 
-    /// Reads a struct: `each` is asked to read the field of a number and kind, and answers whether
-    /// it did.
+    /// Reads a struct. `each` receives the number and the kind of a field, and returns true if it
+    /// has read the field; other fields are skipped.
     pub(super) fn structure(&mut self, mut each: impl FnMut(i64, u8, &mut Self) -> Option<bool>) -> Option<()> {
         let mut last = 0;
         while let Some((number, kind)) = self.field(&mut last)? {
@@ -163,7 +163,8 @@ impl<'a> Input<'a> {
         Some(())
     }
 
-    /// Number and kind of the next field of a struct; `Some(None)` at its end.
+    /// Reads the number and the kind of the next field of a struct; returns `Some(None)` at its
+    /// end.
     fn field(&mut self, last: &mut i64) -> Option<Option<(i64, u8)>> {
         let head = self.byte()?;
         if head == 0 {
@@ -176,8 +177,8 @@ impl<'a> Input<'a> {
         Some(Some((*last, head & 0xF)))
     }
 
-    /// Kind and stated length of a list. The length is unverified, so no memory may be allocated
-    /// for it.
+    /// Reads the kind of the items and the length of a list. The length is not verified, so the
+    /// caller must not allocate memory for it.
     pub(super) fn list(&mut self) -> Option<(u8, u64)> {
         let head = self.byte()?;
         let length = match head >> 4 {
@@ -190,7 +191,7 @@ impl<'a> Input<'a> {
     fn skip(&mut self, kind: u8, depth: u32) -> Option<()> {
         let depth = depth.checked_sub(1)?;
         match kind {
-            // The booleans, whose value is encoded in the kind.
+            // Booleans, whose value is encoded in the kind.
             1 | 2 => {}
             3 => _ = self.byte()?,
             4..=6 => _ = self.varint()?,
@@ -226,8 +227,8 @@ impl<'a> Input<'a> {
         Some(())
     }
 
-    /// Skips an item of a list or a map, in which true and false have a byte of their own: every
-    /// item has one, so that no claimed length goes on for long.
+    /// Skips an item of a list or a map. There, booleans take one byte. Every item takes at least
+    /// one byte, so a false length ends soon.
     fn skip_item(&mut self, kind: u8, depth: u32) -> Option<()> {
         if matches!(kind, 1 | 2) { self.byte().map(|_| ()) } else { self.skip(kind, depth) }
     }

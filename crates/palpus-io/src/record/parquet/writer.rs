@@ -1,4 +1,4 @@
-//! A recording as Parquet.
+//! Writes a recording as Parquet.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -9,41 +9,41 @@ use super::thrift::varint;
 use crate::record::columns::{Put, put};
 use crate::record::{Piece, RecordRow};
 
-/// Rows of a large group, and the most that are kept in memory but for one piece: 35 MB.
+/// Number of rows of a large group. At most these rows and one piece are in memory: 35 MB.
 pub(super) const MERGED: usize = 1 << 16;
 
-/// Gathers rows into groups.
+/// Collects rows into groups.
 pub(in crate::record) struct Writer {
     header: String,
-    /// Header of the recording.
+    /// Version of the recording format.
     format: u32,
-    /// Bytes handed out.
+    /// Number of bytes already returned.
     written: u64,
-    /// The living groups.
+    /// The groups in use.
     groups: Vec<Group>,
-    /// Rows that are in no large group yet.
+    /// Rows that are not yet in a large group.
     tail: Tail,
-    /// How many of them are in small groups, and how many groups these are.
+    /// Number of rows of `tail` that are in small groups, and the number of these groups.
     in_small: usize,
     small: usize,
 }
 
-/// Rows, and the changes before them.
+/// Rows, and the changes of settings before them.
 #[derive(Default)]
 struct Tail {
     rows: Vec<RecordRow>,
-    /// Index of the row, and lines of text.
+    /// Index of the row and the lines of text.
     changes: Vec<(usize, String)>,
 }
 
 impl Writer {
-    /// A file of nothing but this header, of a recording of `format`.
+    /// Starts a file of version `format` with this header and no rows.
     pub(in crate::record) fn new(header: &str, format: u32) -> Self {
         let header = header.to_owned();
         Self { header, format, written: 0, groups: Vec::new(), tail: Tail::default(), in_small: 0, small: 0 }
     }
 
-    /// Settings that changed before the next row.
+    /// Adds a change of settings before the next row.
     pub(in crate::record) fn change(&mut self, line: &str) {
         let next = self.tail.rows.len();
         match self.tail.changes.last_mut() {
@@ -55,12 +55,12 @@ impl Writer {
         }
     }
 
-    /// A tick.
+    /// Adds a row.
     pub(in crate::record) fn row(&mut self, row: &RecordRow) {
         self.tail.rows.push(*row);
     }
 
-    /// Returns the new rows as a group, followed by a footer over all groups.
+    /// Returns the new rows as a group, followed by a footer that lists all groups.
     pub(in crate::record) fn flush(&mut self) -> Piece {
         let at = self.written;
         let mut bytes = if at == 0 { MAGIC.to_vec() } else { Vec::new() };
@@ -79,15 +79,15 @@ impl Writer {
     }
 }
 
-/// Copies the living groups of a finished recording into a new file, which takes its place. If that
-/// fails, the file stays as it is: larger than need be, and whole.
+/// Copies the groups in use of a finished recording to a new file, which then replaces the old one.
+/// If that fails, the old file remains; it is complete, but larger than necessary.
 pub(in crate::record) fn compact(writer: &Writer, path: &Path) {
     let mut name = path.as_os_str().to_owned();
     name.push(".part");
     let Ok(new) = OpenOptions::new().write(true).create_new(true).open(&name) else { return };
     let copied = File::open(path).and_then(|mut old| copy(writer, &mut old, new));
     if copied.and_then(|()| fs::rename(&name, path)).is_err() {
-        // Nothing is lost with it.
+        // The original file is still complete.
         let _ = fs::remove_file(&name);
     }
 }
@@ -111,7 +111,7 @@ fn copy(writer: &Writer, old: &mut File, mut new: File) -> io::Result<()> {
 }
 
 impl Tail {
-    /// Appends the rows from number `from` on as a group to a piece that goes to `at`.
+    /// Appends the rows from index `from` on as a group to a piece that is written at offset `at`.
     fn group(&self, format: u32, from: usize, at: u64, out: &mut Vec<u8>) -> Group {
         let rows = &self.rows[from..];
         let columns = columns(format);
@@ -142,16 +142,16 @@ struct Pages {
     column: usize,
 }
 
-/// The values of a column.
+/// The values of one column.
 #[derive(Default)]
 struct Page {
     values: Vec<u8>,
-    /// One bit for each row that has a value.
+    /// One bit for each row: whether it has a value.
     has: Vec<u8>,
 }
 
 impl Page {
-    /// Which rows have a value, with the length before: a single run of packed bits.
+    /// Returns the definition levels, preceded by their length: a single run of packed bits.
     fn levels(&self) -> Vec<u8> {
         let mut run = Vec::new();
         varint(&mut run, (self.has.len() as u64) << 1 | 1);
@@ -162,7 +162,7 @@ impl Page {
     }
 }
 
-/// Puts bit number `k` behind those before it.
+/// Appends bit number `k`.
 fn put_bit(bits: &mut Vec<u8>, k: usize, value: bool) {
     if k.is_multiple_of(8) {
         bits.push(0);

@@ -1,4 +1,4 @@
-//! What one frame shows, as numbers for the graphics library.
+//! The content of one frame as numbers for the graphics library.
 
 use std::collections::HashMap;
 
@@ -11,28 +11,28 @@ use crate::solid::Solid;
 use crate::style::{linear, piece_colour};
 use crate::xray::XRay;
 
-/// Numbers of a corner: place, normal, colour, sides.
+/// Numbers of a corner: position, normal, colour, sides.
 pub(super) const CORNER: usize = 12;
 
 /// Drawing of one body in a frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DrawnBody {
-    /// Which of the solids.
+    /// Index of the solid.
     pub(crate) solid: usize,
-    /// From the body's frame to the view's.
+    /// Transformation from the body's frame to the view's.
     pub(crate) model_view: DMat4,
-    /// Its colour, where pieces have none.
+    /// Colour, if its pieces have none.
     pub(crate) colour: Rgb,
     pub(crate) pieces: bool,
     pub(crate) wireframe: bool,
-    /// Opacity seen squarely and along the surface, if the body is translucent.
+    /// Opacity seen squarely and at a grazing angle, if the body is translucent.
     pub(crate) glass: Option<(f64, f64)>,
-    /// It is translucent only where it hides a probe.
+    /// True if it is translucent only where it hides a probe.
     pub(crate) xray: bool,
 }
 
 impl DrawnBody {
-    /// All of it is translucent.
+    /// True if the whole body is translucent.
     pub(super) fn is_glass(&self) -> bool {
         self.glass.is_some() && !self.xray
     }
@@ -44,7 +44,7 @@ pub(super) enum BodyPart {
     All = 0,
     Solid = 1,
     Glass = 2,
-    /// A patch, whose corners say how much they cover.
+    /// A patch, whose corners have their opacity.
     Patch = 3,
 }
 
@@ -53,7 +53,7 @@ pub(super) enum BodyPart {
 pub(crate) struct Drawing {
     pub(crate) projection: DMat4,
     pub(crate) bodies: Vec<DrawnBody>,
-    /// Probes around which bodies are transparent; pixels from the lower left corner.
+    /// Probes around which bodies are transparent, in pixels from the lower left corner.
     pub(crate) xrays: Vec<XRay>,
     /// Corners of the marks, view's frame.
     pub(crate) marks: Vec<f32>,
@@ -62,7 +62,7 @@ pub(crate) struct Drawing {
 }
 
 impl Drawing {
-    /// Adds a mark whose triangles are in the world.
+    /// Adds a mark whose triangles are in the world frame.
     pub(crate) fn mark(&mut self, view: &DMat4, triangles: &Triangles, colour: Rgb) {
         let colour = linear(colour);
         for corner in triangles.iter().flatten() {
@@ -71,7 +71,7 @@ impl Drawing {
         }
     }
 
-    /// Adds a patch of `radius` metres, a little before the surface on which it lies.
+    /// Adds a patch of `radius` metres, slightly before the surface on which it lies.
     pub(crate) fn patch(&mut self, view: &DMat4, patch: &Patch, radius: f64) {
         let colour = linear(patch.colour);
         let normal = view.transform_vector3(patch.normal);
@@ -83,10 +83,11 @@ impl Drawing {
     }
 }
 
-/// How far before the surface, in radii: patches are flat, surfaces need not be.
+/// Distance before the surface, in radii: patches are flat, but surfaces may be curved.
 const PATCH_BEFORE: f64 = 0.5;
 
-/// From the view's frame to the picture, for a picture `aspect` times as wide as it is high.
+/// Returns the transformation from the view's frame to a picture `aspect` times as wide as it is
+/// high.
 pub(crate) fn projection(camera: &Camera, aspect: f64) -> DMat4 {
     let (nearest, farthest) = (camera.nearest(), camera.distance * FARTHEST);
     let (tall, deep) = (camera.half_opening(), nearest - farthest);
@@ -98,10 +99,10 @@ pub(crate) fn projection(camera: &Camera, aspect: f64) -> DMat4 {
     )
 }
 
-/// Far limit of the view, in distances of the target.
+/// Far limit of the view, relative to the distance of the target.
 const FARTHEST: f64 = 40.0;
 
-/// From the world to the view's frame.
+/// Returns the transformation from the world to the view's frame.
 pub(crate) fn view(camera: &Camera) -> DMat4 {
     let [right, up, back] = camera.axes();
     let axes = glam::DMat3::from_cols(right, up, back).transpose();
@@ -114,7 +115,7 @@ fn push_corner(corners: &mut Vec<f32>, point: DVec3, normal: DVec3, colour: DVec
     }
 }
 
-/// The corners of a solid, each once, and the three of each triangle.
+/// Returns the corners of a solid, each once, and the three corner indices of each triangle.
 pub(super) fn shared_corners(solid: &Solid, piece_lightness: f64) -> (Vec<f32>, Vec<u32>) {
     let mut numbers = HashMap::new();
     let (mut corners, mut indices) = (Vec::new(), Vec::with_capacity(solid.triangles.len() * 3));
@@ -133,7 +134,7 @@ pub(super) fn shared_corners(solid: &Solid, piece_lightness: f64) -> (Vec<f32>, 
     (corners, indices)
 }
 
-/// The corners of a solid, triangle by triangle, each with the side that it is opposite to.
+/// Returns the corners of a solid, triangle by triangle, each with the number of its opposite side.
 pub(super) fn apart_corners(solid: &Solid, piece_lightness: f64) -> Vec<f32> {
     let mut corners = Vec::with_capacity(solid.triangles.len() * 3 * CORNER);
     for ((triangle, normals), piece) in solid.triangles.iter().zip(&solid.normals).zip(&solid.pieces) {

@@ -1,4 +1,4 @@
-//! Actions of the window on a recording, and their keys, beside those of every window.
+//! Actions of the window on a recording, and their keys, in addition to those of every window.
 
 use eframe::egui::{self, Key};
 
@@ -8,13 +8,13 @@ use crate::window::keys::{self, Pressed, SceneAction, of_scene, pressed};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Action {
     Play,
-    /// By so many ticks.
+    /// By this many ticks.
     Step(i64),
-    /// By so many seconds.
+    /// By this many seconds.
     Jump(f64),
     Begin,
     End,
-    /// To the mark before or after.
+    /// To the previous or the next mark.
     EarlierMark,
     LaterMark,
     Strongest,
@@ -28,7 +28,7 @@ pub(super) enum Action {
     Scene(SceneAction),
 }
 
-/// Key, with Shift or without, action, name and text in the list; second keys have no name.
+/// Key, whether it needs Shift, action, name and text in the list. Second keys have no name.
 const KEYS: [(Key, bool, Action, &str, &str); 21] = [
     (Key::Space, false, Action::Play, "Space", "play, pause"),
     (Key::ArrowRight, false, Action::Step(1), "Right", "one tick on"),
@@ -60,15 +60,16 @@ const MOUSE: [(&str, &str); 4] = [
     ("wheel", "nearer, farther"),
 ];
 
-/// Returns the actions of this frame. `elsewhere`: a control is chosen, and Space belongs to it.
+/// Returns the actions of this frame. `elsewhere`: a control has the focus, and Space belongs to
+/// it.
 pub(super) fn asked(context: &egui::Context, elsewhere: bool) -> Vec<Action> {
     let pressed = pressed(context).into_iter().filter(|pressed| !(elsewhere && pressed.key == Key::Space));
     pressed.filter_map(|pressed| meant(&pressed)).collect()
 }
 
-/// Held down, only what goes on in time acts again.
+/// While a key is held, only actions that move in time repeat.
 fn meant(pressed: &Pressed) -> Option<Action> {
-    // Which of the two a question mark is depends on the keyboard.
+    // Which of the two keys a question mark is depends on the keyboard.
     let shift = pressed.shift && pressed.key != Key::Questionmark;
     let own = KEYS.iter().find(|(key, with_shift, ..)| *key == pressed.key && *with_shift == shift);
     let of_scene = || of_scene(pressed.key).filter(|_| !shift).map(Action::Scene);
@@ -89,7 +90,7 @@ mod tests {
     use crate::window::keys::SCENE_KEYS;
 
     #[test]
-    fn no_key_means_two_things() {
+    fn no_key_has_two_actions() {
         let own = KEYS.iter().map(|(key, shift, ..)| (*key, *shift));
         let all: Vec<(Key, bool)> = own.chain(SCENE_KEYS.iter().map(|(key, ..)| (*key, false))).collect();
         for (k, key) in all.iter().enumerate() {
@@ -98,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_goes_on_in_time_acts_again_and_shift_tells_keys_apart() {
+    fn only_time_steps_repeat_and_shift_matters() {
         let meant = |key, shift, again| meant(&Pressed { key, shift, again });
         assert_eq!(meant(Key::ArrowRight, false, true), Some(Action::Step(1)));
         assert_eq!(meant(Key::ArrowRight, true, false), Some(Action::Jump(0.1)));

@@ -1,13 +1,14 @@
-//! The window on a recording: the bodies where they were, contacts and forces as the engine finds
-//! them again, and curves of the whole run to go to and fro in.
+//! The window on a recording: the bodies at their recorded poses, contacts and forces as the engine
+//! computes them again, and curves of the whole run in which the user moves through time.
 //!
-//! A thread of the program runs the recording again from the beginning and leaves the visible
-//! part of its ticks in [`Moments`], which the window shows. A tick that has not been run yet is
-//! shown by the recorded pose alone. In each frame:
+//! A thread of the program replays the recording from the beginning and stores the visible state of
+//! its ticks in [`Moments`], which the window shows. For a tick that has not been replayed yet,
+//! only the recorded pose is shown. In each frame:
 //!
-//! 1. keys (`keys`), and time goes on while it plays;
+//! 1. keys are handled (`keys`), and the time advances during playback;
 //! 2. the tick of that time is taken from [`Moments`];
-//! 3. its numbers on the right; to go about in time, below (`panels`); the scene in the middle.
+//! 3. its numbers are drawn on the right, the time line at the bottom (`panels`), and the scene in
+//!    the middle.
 
 mod keys;
 mod panels;
@@ -34,49 +35,49 @@ use timeline::Timeline;
 /// Points.
 const SIDE: f32 = 270.0;
 const CURVES: f32 = 300.0;
-/// How fast it plays.
+/// Playback speeds.
 const SPEEDS: [f64; 9] = [0.01, 0.03, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0];
 const AS_IT_WAS: usize = 5;
-/// While the recording is being run again, the window looks so often how far it is.
+/// Interval at which the window polls the progress of the replay.
 const LOOK: Duration = Duration::from_millis(150);
-/// s: a frame that took longer does not skip.
+/// Longest step of the playback in one frame, s, so that a slow frame does not skip.
 const LONGEST_FRAME: f64 = 0.2;
 
-/// A recording to be shown.
+/// A recording for the window.
 #[derive(Clone, Debug)]
 pub struct Replayed {
     /// The probe, then the environment.
     pub scene: Scene,
-    /// As recorded; at least one.
+    /// Recorded ticks; at least one.
     pub ticks: Vec<ReplayedTick>,
-    /// The ticks that were run again.
+    /// The replayed ticks.
     pub moments: Arc<Moments>,
     /// The tick that is shown first.
     pub begin: usize,
 }
 
-/// A tick as it was recorded.
+/// A recorded tick.
 #[derive(Clone, Copy, Debug)]
 pub struct ReplayedTick {
-    /// s since the first one, rising.
+    /// Time since the first tick, s; ascending.
     pub time: f64,
-    /// Pose of the probe at the device, world.
+    /// Pose of the probe according to the device, world.
     pub pose: Pose,
-    /// N, as the device got it.
+    /// Force that the device got, N.
     pub force: f64,
-    /// N·m.
+    /// Torque that the device got, N·m.
     pub torque: f64,
     /// Contacts within the tolerance.
     pub contacts: u32,
-    /// Clusters of them.
+    /// Number of clusters.
     pub clusters: u32,
-    /// m: of the deepest, negative in overlap; infinite without contact.
+    /// Separation of the deepest contact, m; negative in overlap, infinite without contact.
     pub separation: f64,
-    /// s: what finding contacts and depths took then.
+    /// Recorded time for contacts and depths, s.
     pub query: f64,
-    /// s: what the whole tick took then.
+    /// Recorded time of the whole tick, s.
     pub total: f64,
-    /// It began late.
+    /// True if it began late.
     pub late: bool,
     /// Interventions of the safety chain.
     pub cuts: Cuts,
@@ -85,7 +86,8 @@ pub struct ReplayedTick {
 /// Shows a recording until the user closes the window; must be called on the main thread.
 ///
 /// # Errors
-/// When no window can be opened here.
+///
+/// Fails if no window can be opened.
 pub fn show_recording(replayed: Replayed) -> Result<(), WindowError> {
     let title = format!("palpus — {}", replayed.scene.title);
     shell::show(&title, |creation| Ok(Box::new(Player::new(creation, replayed)?)))
@@ -98,13 +100,13 @@ struct Player {
     timeline: Timeline,
     style: Style,
     view: View3d,
-    /// s: where the run is looked at.
+    /// The shown time, s.
     time: f64,
     playing: bool,
-    /// While it plays.
+    /// Playback speed; `None` while paused.
     frame_before: Option<Instant>,
     speed: usize,
-    /// The tick that is in the scene, and of which tick its moment is, if there is one.
+    /// The tick in the scene, and the tick of its moment, if there is one.
     shown: Option<(usize, Option<usize>)>,
     progress: Progress,
     every: usize,
@@ -282,7 +284,7 @@ impl eframe::App for Player {
         if let Some(trouble) = self.view.trouble() {
             self.status.say(trouble);
         }
-        // In a small window the scene keeps its room.
+        // In a small window the scene keeps its space.
         let whole = context.content_rect().size();
         egui::Panel::right("side").default_size(SIDE.min(0.42 * whole.x)).show(ui, |ui| {
             egui::ScrollArea::vertical().show(ui, |ui| self.side(ui));

@@ -1,5 +1,5 @@
-//! Beside the scene of a recording: the numbers of the tick that is shown, how far it has been run
-//! again, and what goes to and fro in time.
+//! The panels of the window on a recording: the numbers of the shown tick, the progress of the
+//! replay, and the time line.
 
 use eframe::egui::{self, RichText};
 use palpus_device::Cut;
@@ -11,7 +11,7 @@ use crate::scene::LISTED;
 use crate::window::view3d::colour;
 use crate::window::{keys, shell};
 
-/// Points, of the number beside the slider.
+/// Width of the number beside the slider, points.
 const SLIDER_NUMBER: f32 = 90.0;
 
 impl Player {
@@ -75,12 +75,12 @@ impl Player {
         self.status.show(ui);
     }
 
-    /// How far the recording has been run again, and whether it came out as recorded.
+    /// Progress of the replay, and whether it matches the recording.
     fn words_of_progress(&self, ui: &mut egui::Ui, tick: usize) {
         let (colours, progress) = (self.style.theme.colours(), &self.progress);
         if let Some(why) = &progress.failed {
             ui.label(
-                RichText::new(format!("run again as far as {:.2} s: {why}", self.timeline.time(progress.ticks)))
+                RichText::new(format!("replayed up to {:.2} s: {why}", self.timeline.time(progress.ticks)))
                     .color(colour(colours.penetrating)),
             );
         } else if progress.ticks < self.ticks.len() {
@@ -97,15 +97,15 @@ impl Player {
         };
         ui.label(RichText::new(words).color(colour(rgb)));
         match self.shown {
-            Some((_, None)) => drop(ui.label("not run again yet: the recorded pose alone")),
+            Some((_, None)) => drop(ui.label("not replayed yet: only the recorded pose is shown")),
             Some((_, Some(kept))) if kept != tick => {
-                ui.label(format!("for want of memory one tick of {} is kept; shown is {kept}", self.every));
+                ui.label(format!("to save memory, one tick of {} is kept; tick {kept} is shown", self.every));
             }
             _ => {}
         }
     }
 
-    /// Step 3, below.
+    /// Step 3, at the bottom.
     pub(super) fn below(&mut self, ui: &mut egui::Ui) {
         let context = ui.ctx().clone();
         ui.horizontal_wrapped(|ui| {

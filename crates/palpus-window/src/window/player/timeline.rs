@@ -1,8 +1,9 @@
-//! Curves over a whole run, one below the other, with a cursor: a drag on any of them goes there.
+//! Curves over a whole run, one below the other, with a cursor. A drag on any of them moves to that
+//! time.
 //!
-//! Each column of pixels shows the least and the largest value of its ticks, so that no peak is
-//! lost however long the run is. The columns are found anew only when the width changes. Late ticks
-//! and faults are lines through all curves; times of overlap are shaded.
+//! Each column of pixels shows the smallest and the largest value of its ticks, so that no peak is
+//! lost in a long run. The columns are computed again only when the width changes. Late ticks and
+//! faults are lines through all curves; intervals of overlap are shaded.
 
 use eframe::egui::{self, Color32, FontId, Pos2, Rect, Sense, Stroke, vec2};
 
@@ -11,9 +12,9 @@ use crate::picture::Rgb;
 use crate::style::Theme;
 use crate::window::view3d::colour;
 
-/// A number of every tick.
+/// A value of every tick.
 struct Curve {
-    /// With its unit.
+    /// Name with its unit.
     name: &'static str,
     values: Vec<f64>,
     colour: fn(Theme) -> Rgb,
@@ -26,21 +27,21 @@ pub(super) enum Mark {
     Fault,
 }
 
-/// A run's curves.
+/// The curves of a run.
 pub(super) struct Timeline {
-    /// s; of every tick, rising.
+    /// Time of every tick, s; ascending.
     times: Vec<f64>,
     curves: Vec<Curve>,
     overlapping: Vec<bool>,
-    /// By tick.
+    /// Values by tick.
     pub(super) marks: Vec<(usize, Mark)>,
     columns: Option<Columns>,
 }
 
-/// Which ticks are where, for one width.
+/// Assignment of ticks to columns, for one width.
 struct Columns {
     width: usize,
-    /// Least and largest value of each curve and column; `None` for a column without ticks.
+    /// Smallest and largest value of each curve and column; `None` for a column without ticks.
     ranges: Vec<Vec<Option<[f64; 2]>>>,
     overlapping: Vec<bool>,
     marked: Vec<Option<Mark>>,
@@ -76,23 +77,23 @@ impl Timeline {
         Self { times, curves, overlapping, marks, columns: None }
     }
 
-    /// s of the last tick.
+    /// Time of the last tick, s.
     pub(super) fn end(&self) -> f64 {
         self.times.last().copied().unwrap_or(0.0)
     }
 
-    /// s of a tick.
+    /// Time of a tick, s.
     pub(super) fn time(&self, tick: usize) -> f64 {
         self.times.get(tick).copied().unwrap_or(0.0)
     }
 
-    /// The last tick that is not after `time`.
+    /// Returns the last tick up to `time`.
     pub(super) fn tick(&self, time: f64) -> usize {
         self.times.partition_point(|t| *t <= time).saturating_sub(1)
     }
 
-    /// Fills the room of `ui` with the curves; where the user goes, if anywhere. What is after tick
-    /// `known` is paler.
+    /// Fills the space of `ui` with the curves. Returns the time to which the user moves, if any.
+    /// Ticks after `known` are paler.
     pub(super) fn show(&mut self, ui: &mut egui::Ui, theme: Theme, tick: usize, known: usize) -> Option<f64> {
         let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
         let plot = Rect::from_min_max(rect.min + vec2(LABEL, 0.0), rect.max);
@@ -119,7 +120,7 @@ impl Timeline {
         at.flatten().map(|at| f64::from(((at.x - plot.left()) / plot.width()).clamp(0.0, 1.0)) * end)
     }
 
-    /// One curve with its name, its largest value and the one at the cursor.
+    /// Draws one curve with its name, its largest value and the value at the cursor.
     #[allow(clippy::too_many_arguments, reason = "what a curve is drawn with; it has one caller")]
     fn strip(
         &self,
@@ -177,13 +178,13 @@ impl Timeline {
         let font = FontId::proportional(WORDS);
         let largest = painter.layout_no_wrap(said(largest), font, colour(colours.faint));
         let at = Pos2::new(strip.right() - 4.0 - largest.size().x, strip.top());
-        // A plate, so that it is legible over the curve.
+        // A background plate, so that the text is legible over the curve.
         let plate = Rect::from_min_size(at, largest.size()).expand2(vec2(3.0, 0.0));
         painter.rect_filled(plate, 2.0, colour(colours.above).gamma_multiply(0.85));
         painter.galley(at, largest, colour(colours.faint));
     }
 
-    /// Ticks into columns.
+    /// Assigns ticks to columns.
     fn divided(&self, width: usize) -> Columns {
         let end = self.end().max(f64::MIN_POSITIVE);
         let column = |time: f64| ((time / end * width as f64) as usize).min(width - 1);
@@ -204,7 +205,7 @@ impl Timeline {
                 let range = ranges[column(*time)].get_or_insert([*value; 2]);
                 *range = [range[0].min(*value), range[1].max(*value)];
             }
-            // With fewer ticks than columns, a column repeats the value before.
+            // With fewer ticks than columns, a column repeats the previous value.
             let mut last = None;
             for range in &mut ranges {
                 match range {
@@ -219,7 +220,7 @@ impl Timeline {
     }
 }
 
-/// Three digits.
+/// Formats with three significant digits.
 fn said(value: f64) -> String {
     match value.abs() {
         _ if !value.is_finite() => "none".to_owned(),

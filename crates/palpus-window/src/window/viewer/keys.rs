@@ -1,4 +1,4 @@
-//! Actions of the window on a model, and their keys, beside those of every window.
+//! Actions of the window on a model, and their keys, in addition to those of every window.
 
 use eframe::egui::{self, Key};
 
@@ -22,7 +22,7 @@ pub(super) enum Action {
     Scene(SceneAction),
 }
 
-/// Key, action, name and text in the list; second keys have no text.
+/// Key, action, name and text in the list. Second keys have no text.
 const KEYS: [(Key, Action, &str, &str); 16] = [
     (Key::E, Action::Explode, "E", "pieces apart or together"),
     (Key::OpenBracket, Action::Earlier, "[", "the piece before"),
@@ -35,7 +35,7 @@ const KEYS: [(Key, Action, &str, &str); 16] = [
     (Key::Z, Action::Across(Axis::Z), "Z", "plane across z"),
     (Key::Comma, Action::Back, ",", "plane back"),
     (Key::Period, Action::Forth, ".", "plane forth"),
-    (Key::V, Action::Shown, "V", "felt, true, or what is missing"),
+    (Key::V, Action::Shown, "V", "felt depth, true depth, or their difference"),
     (Key::T, Action::Glass, "T", "see through it"),
     (Key::Home, Action::Scene(SceneAction::Everything), "", ""),
     (Key::F1, Action::Scene(SceneAction::Keys), "", ""),
@@ -47,7 +47,7 @@ const MOUSE: [(&str, &str); 5] = [
     ("drag", "turns"),
     ("Shift, right or middle drag", "moves"),
     ("wheel", "nearer, farther"),
-    ("over the depth picture", "says depth and distance there"),
+    ("over the depth picture", "shows depth and distance there"),
 ];
 
 /// Returns the actions of this frame.
@@ -72,7 +72,7 @@ mod tests {
     use crate::window::keys::SCENE_KEYS;
 
     #[test]
-    fn no_key_means_two_things() {
+    fn no_key_has_two_actions() {
         let own = KEYS.iter().map(|known| known.0);
         let all: Vec<Key> = own.chain(SCENE_KEYS.iter().map(|known| known.0)).collect();
         for (k, key) in all.iter().enumerate() {

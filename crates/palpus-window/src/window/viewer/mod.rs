@@ -1,13 +1,13 @@
-//! The window on a model: its pieces together or apart, one of them picked with its Gauss map and
-//! numbers, depth on a plane through it.
+//! The window on a model: its pieces together or apart, a picked piece with its Gauss map and
+//! numbers, and the depth on a plane through the model.
 //!
 //! In each frame:
 //!
-//! 1. what threads have finished is taken (`work`): the window never waits for them;
-//! 2. keys (`keys`);
-//! 3. on the right the model and the picked piece, on the left what is felt on the plane
-//!    (`panels`); in the middle the scene (`shown`), where a click picks a piece;
-//! 4. new questions go to the worker threads.
+//! 1. results of threads are taken (`work`); the window never waits for them;
+//! 2. keys are handled (`keys`);
+//! 3. the panels are drawn: on the right the model and the picked piece, on the left the depth on
+//!    the plane (`panels`), and in the middle the scene (`shown`), in which a click picks a piece;
+//! 4. new requests are sent to the worker threads.
 //!
 //! Nothing is drawn while nothing changes.
 
@@ -42,9 +42,9 @@ use work::{GaussQuestion, SectionAnswer, SectionQuestion, gauss_painter, section
 /// Points.
 const SIDE: f32 = 330.0;
 const GAUSS: f32 = 270.0;
-/// Pixels of a point, in pictures.
+/// Pixels of a point in pictures.
 const SHARPNESS: f32 = 1.5;
-/// Spread of the pieces by the key.
+/// Spread of the pieces that the key sets.
 const APART: f64 = 0.6;
 /// Step of the plane by the keys, as a share of the body's extent.
 const PLANE_STEP: f64 = 0.02;
@@ -57,19 +57,20 @@ pub struct Viewed {
     pub name: String,
     /// Unit of length.
     pub unit: Unit,
-    /// Pieces are apart by so much of their distance from the middle.
+    /// Pieces are apart by this share of their distance from the middle.
     pub spread: f64,
-    /// A piece that is picked.
+    /// The picked piece.
     pub piece: Option<u32>,
-    /// A plane on which depth is shown.
+    /// The plane on which depth is shown.
     pub plane: Option<SectionPlane>,
-    /// Light or dark.
+    /// True for the dark theme.
     pub theme: Theme,
 }
 
 /// Shows a model until the user closes the window; must be called on the main thread.
 ///
 /// # Errors
+///
 /// Fails if no window can be opened.
 pub fn view(viewed: Viewed) -> Result<(), WindowError> {
     let title = format!("palpus — {}", viewed.name);
@@ -83,11 +84,12 @@ struct Viewer {
     piece: Option<u32>,
     /// Numbers of the picked piece.
     numbers: Option<PieceNumbers>,
-    /// Depth is shown.
+    /// True if depth is shown.
     cut: bool,
     plane: SectionPlane,
     shown: Shown,
-    /// First the body without the picked piece, then that piece's faces: the mesh's and the hull's.
+    /// First the body without the picked piece, then that piece's faces: the faces of the mesh and
+    /// those that only the hull has.
     scene: Scene,
     look: Look,
     style: Style,
@@ -216,7 +218,7 @@ impl Viewer {
         self.cut = true;
     }
 
-    /// Range of the plane.
+    /// Range of the plane's position.
     fn range(&self) -> [f64; 2] {
         [0.0, 1.0].map(|part| SectionPlane::through(&self.body, self.plane.axis, part).offset)
     }
@@ -231,7 +233,7 @@ impl Viewer {
         self.rebuild();
     }
 
-    /// The scene anew, after pieces have moved or another is picked.
+    /// Rebuilds the scene after pieces have moved or another piece is picked.
     fn rebuild(&mut self) {
         self.scene.bodies = bodies(&self.body, self.spread, self.piece, self.look, self.style.theme);
         self.view.replace(&self.scene, &self.style);

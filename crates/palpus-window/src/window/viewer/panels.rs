@@ -1,5 +1,5 @@
-//! Beside the scene of a model: on the right the model and the picked piece, on the left what is
-//! felt on the plane.
+//! The panels of the window on a model: on the right the model and the picked piece, on the left
+//! the depth on the plane.
 
 use eframe::egui::{self, RichText};
 
@@ -103,7 +103,7 @@ impl Viewer {
             Some(texture) => drop(ui.image((texture.id(), size))),
             None => drop(ui.allocate_space(size)),
         }
-        let meaning = "Gauss map, as the piece is turned: blue is the mesh's, grey only the hull's, orange a neighbour's normal at the end of an arc.";
+        let meaning = "Gauss map, turned like the piece. Blue: on the mesh. Grey: only on the hull. Orange: a neighbour's normal at the end of an arc.";
         ui.label(small(meaning));
     }
 
@@ -164,7 +164,7 @@ impl Viewer {
     }
 }
 
-/// The section in words.
+/// Describes the section as text.
 fn section_words(known: &SectionAnswer, unit: Unit, busy: bool) -> String {
     let numbers = &known.numbers;
     let going = if busy { " · getting finer…" } else { "" };
@@ -178,7 +178,7 @@ fn section_words(known: &SectionAnswer, unit: Unit, busy: bool) -> String {
     format!("up to {deepest} deep, felt {felt}{median} · not felt {unseen:.2} % of the inside{going}")
 }
 
-/// The colours of depths up to `deepest`.
+/// Draws the colours of depths up to `deepest`.
 fn scale(ui: &mut egui::Ui, deepest: f64, unit: Unit) {
     let (rect, _) = ui.allocate_exact_size(egui::vec2(ui.available_width(), SCALE), egui::Sense::hover());
     let step = rect.width() / SCALE_PARTS as f32;

@@ -1,4 +1,5 @@
-//! The scene of a model: its bodies as they are picked, apart and cut, and the plane's marks.
+//! The scene of a model: its bodies (with a picked piece, moved apart and cut), and the plane's
+//! marks.
 
 use std::sync::Arc;
 
@@ -15,9 +16,9 @@ use crate::scene::{BodyPart, Look, ShownBody};
 use crate::solid::Solid;
 use crate::style::Theme;
 
-/// Lines of the cut that are drawn: more would be too slow.
+/// Largest number of drawn lines of the cut; more would be too slow.
 const MOST_CUT: usize = 1500;
-/// Relative to the body's size: how thick the plane's frame and the cut are.
+/// Thickness of the plane's frame and of the cut, relative to the body's size.
 const FRAME_THICKNESS: f64 = 1.2e-3;
 const CUT_THICKNESS: f64 = 1.0e-3;
 
@@ -52,7 +53,7 @@ impl Viewer {
         self.view.draw(ui, &area, &self.scene, &self.style, &marks);
     }
 
-    /// The plane's frame, and where it cuts the mesh.
+    /// Draws the plane's frame, and the lines in which the plane cuts the mesh.
     fn plane_marks(&self) -> Vec<(Triangles, Rgb)> {
         let colours = self.style.theme.colours();
         let corners = self.plane.corners(&self.body);
@@ -74,7 +75,7 @@ impl Viewer {
     }
 }
 
-/// The scene: see [`Viewer::scene`].
+/// Makes the scene; see [`Viewer::scene`].
 pub(super) fn bodies(body: &Body, spread: f64, piece: Option<u32>, look: Look, theme: Theme) -> Vec<ShownBody> {
     let environment = BodyPart::Environment.colour(theme);
     let all = if spread > 0.0 { Solid::exploded(body, spread) } else { Solid::of_body(body) };

@@ -14,16 +14,16 @@ use crate::section_panel::{SectionOf, Shown, paint_section_panel};
 use crate::style::Theme;
 use crate::window::behind::{Behind, Desk};
 
-/// Samples along the longer side of a section: first a rough one, then finer ones.
+/// Samples along the longer side of a section: first few, then more.
 const FINENESSES: [usize; 3] = [48, 120, 280];
 
-/// Which Gauss map.
+/// Identifies a Gauss map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct GaussQuestion {
     pub(super) piece: u32,
     pub(super) from: Camera,
     pub(super) theme: Theme,
-    /// Pixels.
+    /// Size, pixels.
     pub(super) size: usize,
 }
 
@@ -34,7 +34,7 @@ pub(super) fn gauss_painter(
 ) -> Behind<GaussQuestion, Picture> {
     Behind::new(wake, move |asked: GaussQuestion, desk: &Desk<GaussQuestion, Picture>| {
         let GaussQuestion { piece, from, theme, size } = asked;
-        // Rough while the view turns.
+        // A coarse one while the view turns.
         for size in [size / 2, size] {
             if !desk.is_superseded() {
                 desk.answer(paint_gauss_half(&body, piece, &from, theme, size));
@@ -43,13 +43,13 @@ pub(super) fn gauss_painter(
     })
 }
 
-/// Which section, and as what.
+/// Identifies a picture of a section.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SectionQuestion {
     pub(super) plane: SectionPlane,
     pub(super) shown: Shown,
     pub(super) theme: Theme,
-    /// Pixels.
+    /// Size, pixels.
     pub(super) width: usize,
 }
 
@@ -60,7 +60,7 @@ pub(super) struct SectionAnswer {
     pub(super) picture: Picture,
 }
 
-/// A thread that feels sections, coarse ones first.
+/// A thread that computes sections, coarse ones first.
 pub(super) fn section_feeler(
     body: Arc<Body>,
     unit: Unit,
@@ -117,7 +117,7 @@ fn answered(body: &Body, asked: &SectionQuestion, section: Arc<Section>, unit: U
     SectionAnswer { numbers, picture, section }
 }
 
-/// A section is not drawn higher than so many widths.
+/// Largest height of a section, in widths.
 const MOST_TALL: usize = 2;
 
 #[cfg(test)]
@@ -128,10 +128,10 @@ mod tests {
     use std::sync::mpsc::channel;
 
     #[test]
-    fn a_section_gets_finer_and_is_not_felt_again_for_another_look() {
+    fn section_is_refined_and_reused_for_another_look() {
         let side = |k: usize, bit: usize| (k >> bit & 1) as f64;
         let points: Vec<DVec3> = (0..8).map(|k| DVec3::new(side(k, 0), side(k, 1), side(k, 2))).collect();
-        let body = Arc::new(Body::from_convex(&points).expect("a box"));
+        let body = Arc::new(Body::from_convex(&points).expect("the box has a hull"));
         let plane = SectionPlane::through(&body, Axis::Z, 0.5);
         let (woken, waking) = channel();
         let behind = section_feeler(Arc::clone(&body), Unit::Model, move || {
@@ -141,10 +141,10 @@ mod tests {
             behind.ask(SectionQuestion { plane, shown, theme: Theme::Dark, width: 60 });
             let mut last = None;
             while behind.is_busy() {
-                waking.recv().expect("it wakes the window");
+                waking.recv().expect("the job wakes the window");
                 last = behind.answer().or(last.take());
             }
-            last.expect("an answer")
+            last.expect("the job has answered")
         };
         let (felt, again) = (finest(Shown::Felt), finest(Shown::Missing));
         assert_eq!(felt.section.columns, FINENESSES[2]);

@@ -1,21 +1,23 @@
-//! Containment: does a convex hull stay inside the solid that its patch bounds \[K02 §3.2, EL01\]?
+//! Tests whether the hull of a patch stays inside the solid \[K02 §3.2, EL01\].
 //!
-//! The hull H of a patch lies in the solid exactly when **no point of the surface lies in the
-//! interior of H**. One test does the work of three (a virtual face crosses the surface; a virtual
-//! face lies outside without crossing anything, as over the notch of an L; a hull swallows a whole
-//! hollow): the interior of H is connected, so if the surface never enters it, it lies wholly
-//! inside or wholly outside, and just under an original face it is inside. A notch covered by a
-//! virtual face has walls that start in that face and go down into H.
+//! The hull H of a patch lies in the solid if and only if **no point of the surface lies in the
+//! interior of H**. The interior of H is connected. If the surface never enters it, the interior is
+//! wholly inside or wholly outside the solid. Just below an original face it is inside, so all of
+//! it is inside.
 //!
-//! The rule needs no inside test, so it applies to every surface: for an open or self-intersecting
-//! one it says that no sheet passes through a piece. It then has two limits. A piece may bulge over
-//! the opening of an open surface, and where sheets overlap, each patch's own normals decide what
-//! is inside.
+//! This one test detects three kinds of faults: a virtual face that crosses the surface, a virtual
+//! face that covers a notch, and a hull that contains a whole cavity. A notch is detected because
+//! its walls go from the virtual face down into H.
 //!
-//! 1. The triangle tree gives the triangles of the surface near the volume that the hull gained.
-//! 2. A triangle enters H when something of it is left after clipping by every face's plane, moved
-//!    inward by [`ENTERED`](crate::algebra::tolerance::ENTERED): touching along shared corners and
-//!    sides is not entering.
+//! The test does not have to decide which points are inside the solid, so it also applies to open
+//! and self-intersecting surfaces. There it ensures that no part of the surface passes through a
+//! piece. It has two limits on such surfaces: a piece may extend across the opening of an open
+//! surface, and where parts overlap, the normals of each patch define its inside.
+//!
+//! 1. Get the triangles near the volume that the hull gained from the triangle tree.
+//! 2. Clip each triangle by the planes of all faces of H. The planes are moved inward by a small
+//!    distance (see [`ENTERED`](crate::algebra::tolerance::ENTERED)), so that shared corners and
+//!    sides do not count. The triangle enters H if a part of it remains.
 
 #[cfg(test)]
 pub(in crate::body) mod oracle;
@@ -24,7 +26,7 @@ use glam::DVec3;
 
 use crate::algebra::Plane;
 
-/// A triangle that is clipped by one plane after another.
+/// A polygon that starts as a triangle and is clipped by one plane after another.
 #[derive(Clone, Debug, Default)]
 pub(in crate::body) struct Cuts {
     polygon: Vec<DVec3>,
@@ -38,12 +40,13 @@ impl Cuts {
         self.polygon.extend(triangle);
     }
 
-    /// Mean of the corners of what is left.
+    /// Returns the mean of the corners of the remaining polygon.
     pub(in crate::body) fn middle(&self) -> DVec3 {
         self.polygon.iter().sum::<DVec3>() / self.polygon.len().max(1) as f64
     }
 
-    /// Keeps the part deeper than `depth` below a plane; false if nothing is left.
+    /// Keeps the part that is deeper than `depth` (m) below `plane`. Returns false if nothing
+    /// remains.
     pub(in crate::body) fn cut(&mut self, plane: Plane, depth: f64) -> bool {
         self.clipped.clear();
         let n = self.polygon.len();
@@ -69,7 +72,8 @@ pub(crate) struct Clipper {
 }
 
 impl Clipper {
-    /// True when the triangle comes deeper than `depth` into the hull with these outward planes.
+    /// Returns true if a part of the triangle is deeper than `depth` (m) below all `planes`, which
+    /// are the outward planes of the hull.
     pub(crate) fn enters(
         &mut self,
         triangle: [DVec3; 3],

@@ -1,21 +1,22 @@
-//! Facets: coplanar triangles merged into convex planar polygons, the units that patches are grown
-//! from \[K02 §3.2\].
+//! Facets: convex planar polygons of merged coplanar triangles. Patches are grown from facets \[K02
+//! §3.2\].
 //!
-//! A flat grid or the cap of a CAD part is one face that a program cut into triangles. \[EL01\]'s
-//! tool treats the edges between such triangles as reflex; here these edges are removed before the
-//! decomposition starts.
+//! A flat grid, or the planar cap of a CAD part, is one face that a program has cut into triangles.
+//! The tool of \[EL01\] treats the edges between such triangles as reflex. Here these edges are
+//! removed before the decomposition.
 //!
-//! 1. *Regions.* From the largest triangle not yet taken, flood over neighbours all of whose
-//!    vertices lie within the surface's noise of the **first** triangle's plane, so that a long
-//!    chain of nearly coplanar triangles cannot drift.
-//! 2. *Convex partition.* Hertel–Mehlhorn: remove the sides between the polygons of a region,
-//!    longest first, while the corners at both ends stay convex, until none can be removed. Two
-//!    polygons may meet along a chain of collinear sides (a T-junction left by an earlier removal);
-//!    such a chain is removed as a whole.
-//! 3. *Links.* Which facets meet along a side, and whether the surface bends outward there, inward
-//!    or not at all.
+//! 1. *Regions.* Start at the largest triangle that has no region, and flood over neighbours. A
+//!    triangle belongs to the region if all its vertices lie within the surface's noise of the
+//!    plane of the **first** triangle. Therefore a long chain of nearly coplanar triangles cannot
+//!    drift.
+//! 2. *Convex partition* (Hertel and Mehlhorn). Remove the sides between the polygons of a region,
+//!    longest first, if the corners at both ends stay convex. Repeat until no side can be removed.
+//!    Earlier removals can leave two polygons that meet along a chain of collinear sides. Such a
+//!    chain is removed as a whole.
+//! 3. *Links.* Find which facets meet along a side, and whether the surface is convex, coplanar or
+//!    reflex there.
 //!
-//! Deterministic: ties go to the smaller index.
+//! The result is deterministic: ties go to the smaller index.
 
 use glam::DVec3;
 
@@ -23,21 +24,21 @@ use crate::algebra::Plane;
 use crate::algebra::tolerance::{COPLANAR, FOLDED, NOISE_PER_STEP};
 use crate::body::{HalfEdges, Mesh};
 
-/// No facet.
+/// Marks the absence of a facet, vertex or other index.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// How the surface bends where two facets meet.
+/// Kind of bend between two neighbouring facets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Bend {
-    /// Each facet is below the other's plane.
+    /// Each facet lies below the plane of the other.
     Convex,
-    /// Both lie in one plane.
+    /// Both facets lie in one plane.
     Coplanar,
-    /// A facet rises above the other's plane: the two can not lie on one hull.
+    /// A facet rises above the plane of the other, so they cannot lie on one hull.
     Reflex,
 }
 
-/// A neighbour of a facet.
+/// A neighbour of a facet across a side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Link {
     pub(crate) facet: u32,
@@ -53,16 +54,17 @@ pub(crate) struct Surface<'a> {
 }
 
 impl<'a> Surface<'a> {
-    /// `step` is the distance between neighbouring values of the coordinates, metres; zero if
-    /// unknown. The noise that follows from it is capped at `flatness`, relative to the mesh's
-    /// size, because a model written by hand with few digits is exact.
+    /// Creates a surface. `step` is the distance between neighbouring values of the file's
+    /// coordinates (m), or zero if it is unknown. The noise follows from `step`, but is at most
+    /// `flatness` times the mesh's bounding diagonal. The limit is needed for models that were
+    /// written by hand with few digits, because their coordinates are exact.
     pub(crate) fn new(mesh: &'a Mesh, edges: &'a HalfEdges, step: f64, flatness: f64) -> Self {
         let size = mesh.bounding_diagonal();
         let noise = (NOISE_PER_STEP * step).clamp(COPLANAR * size, flatness.max(COPLANAR) * size);
         Self { mesh, edges, noise }
     }
 
-    /// Largest distance of a plane's vertices from the plane, metres.
+    /// Returns the noise: the largest distance of the vertices of a planar face from its plane (m).
     pub(crate) fn noise(&self) -> f64 {
         self.noise
     }
@@ -75,19 +77,19 @@ impl<'a> Surface<'a> {
         self.mesh.vertices().len()
     }
 
-    /// The connected component of triangle `t`.
+    /// Returns the connected component of triangle `t`.
     pub(crate) fn component(&self, t: u32) -> u32 {
         self.mesh.component(t)
     }
 
-    /// How many triangles each component has.
+    /// Returns the number of triangles of each component.
     pub(crate) fn component_sizes(&self) -> Vec<usize> {
         let mut sizes = vec![0; self.mesh.component_count()];
         (0..self.triangle_count()).for_each(|t| sizes[self.component(t) as usize] += 1);
         sizes
     }
 
-    /// True if a component has no border.
+    /// Returns true if a component is closed.
     pub(crate) fn is_closed(&self, component: u32) -> bool {
         self.mesh.is_component_closed(component)
     }
@@ -100,7 +102,7 @@ impl<'a> Surface<'a> {
         self.mesh.triangles()[t as usize]
     }
 
-    /// The triangles across the sides of `t`.
+    /// Returns the neighbours of triangle `t`, as pairs of side and triangle.
     fn across(&self, t: u32) -> impl Iterator<Item = (usize, u32)> + use<'a> {
         let edges = self.edges;
         (0..3).filter_map(move |k| edges.neighbour(t, k).map(|(n, _)| (k, n)))
@@ -113,7 +115,7 @@ impl<'a> Surface<'a> {
     }
 }
 
-/// The convex planar facets of a surface; each triangle is in exactly one.
+/// The convex planar facets of a surface. Each triangle is in exactly one facet.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Facets {
     planes: Vec<Plane>,
@@ -128,7 +130,7 @@ pub(crate) struct Facets {
 }
 
 impl Facets {
-    /// Partitions a surface.
+    /// Partitions the triangles of a surface into facets.
     pub(crate) fn of(surface: &Surface<'_>) -> Self {
         let planes: Vec<Plane> = (0..surface.triangle_count()).map(|t| surface.plane(t)).collect();
         let regions = coplanar_regions(surface, &planes);
@@ -138,44 +140,44 @@ impl Facets {
         facets
     }
 
-    /// Number of facets.
+    /// Returns the number of facets.
     pub(crate) fn len(&self) -> usize {
         self.planes.len()
     }
 
-    /// Outward plane of facet `f`.
+    /// Returns the outward plane of facet `f`.
     pub(crate) fn plane(&self, f: u32) -> Plane {
         self.planes[f as usize]
     }
 
-    /// Area of facet `f`, square metres.
+    /// Returns the area of facet `f` (m²).
     pub(crate) fn area(&self, f: u32) -> f64 {
         self.areas[f as usize]
     }
 
-    /// The mesh vertices around facet `f`, counter-clockwise seen from outside; some may be
-    /// collinear.
+    /// Returns the mesh vertices around facet `f`, counter-clockwise as seen from outside. Some may
+    /// be collinear.
     pub(crate) fn corners(&self, f: u32) -> &[u32] {
         &self.loop_vertices[self.loop_starts[f as usize] as usize..self.loop_starts[f as usize + 1] as usize]
     }
 
-    /// The mesh triangles of facet `f`.
+    /// Returns the mesh triangles of facet `f`.
     pub(crate) fn triangles(&self, f: u32) -> &[u32] {
         &self.triangles[self.triangle_starts[f as usize] as usize..self.triangle_starts[f as usize + 1] as usize]
     }
 
-    /// The facet that holds triangle `t`.
+    /// Returns the facet of triangle `t`.
     pub(crate) fn of_triangle(&self, t: u32) -> u32 {
         self.facet_of[t as usize]
     }
 
-    /// The facets that meet facet `f` along a side, by ascending index.
+    /// Returns the facets that meet facet `f` along a side, by ascending index.
     pub(crate) fn links(&self, f: u32) -> &[Link] {
         &self.links[self.link_starts[f as usize] as usize..self.link_starts[f as usize + 1] as usize]
     }
 
-    /// The facets at each mesh vertex: the start of each vertex's entries (and the end of the
-    /// last), and the list of all facets.
+    /// Returns the facets at each mesh vertex, in flat arrays: the start of each vertex's entries
+    /// with one additional end, and all entries.
     pub(crate) fn at_vertices(&self) -> (Vec<u32>, Vec<u32>) {
         let vertices = self.loop_vertices.iter().max().map_or(0, |&v| v as usize + 1);
         let mut starts = vec![0; vertices + 1];
@@ -235,7 +237,8 @@ impl Facets {
     }
 }
 
-/// For each triangle, the first triangle of its region. That triangle's plane is the region's.
+/// Returns for each triangle the first triangle of its region, whose plane is the plane of the
+/// region.
 fn coplanar_regions(surface: &Surface<'_>, planes: &[Plane]) -> Vec<u32> {
     let count = surface.triangle_count();
     let areas: Vec<f64> = (0..count).map(|t| surface.mesh.triangle_area(t)).collect();
@@ -266,14 +269,14 @@ fn coplanar_regions(surface: &Surface<'_>, planes: &[Plane]) -> Vec<u32> {
     region
 }
 
-/// A polygon of the partition under way.
+/// A polygon of the unfinished partition.
 struct Polygon {
     corners: Vec<u32>,
     triangles: Vec<u32>,
 }
 
-/// Merges triangles of one region to convex polygons; merged-away entries are left without
-/// triangles.
+/// Merges the triangles of each region into convex polygons. Polygons that were merged into others
+/// stay in the list without triangles.
 fn convex_partition(surface: &Surface<'_>, planes: &[Plane], regions: &[u32]) -> Vec<Polygon> {
     let mut polygons: Vec<Polygon> = (0..surface.triangle_count())
         .map(|t| Polygon { corners: surface.triangle(t).to_vec(), triangles: vec![t] })
@@ -311,8 +314,8 @@ fn convex_partition(surface: &Surface<'_>, planes: &[Plane], regions: &[u32]) ->
     }
 }
 
-/// The sides within regions, longest first: tail, head, the triangle to the left, the triangle
-/// across.
+/// Returns the sides within regions, longest first, as tuples of tail, head, triangle to the left
+/// and triangle to the right.
 fn inner_sides(surface: &Surface<'_>, regions: &[u32]) -> Vec<(u32, u32, u32, u32)> {
     let mut sides = Vec::new();
     for t in 0..surface.triangle_count() {
@@ -328,8 +331,8 @@ fn inner_sides(surface: &Surface<'_>, regions: &[u32]) -> Vec<(u32, u32, u32, u3
     sides
 }
 
-/// The union of two convex polygons that share the side `tail → head` of `large`, when it is
-/// convex.
+/// Returns the union of two convex polygons that share the side `tail → head` of `large`; `None` if
+/// the union is not convex.
 fn join(
     surface: &Surface<'_>,
     normal: DVec3,
@@ -343,7 +346,7 @@ fn join(
     };
     let mut start = position(large, tail, head)?;
     let mut end = (start + 1) % n;
-    // In `small` the shared chain runs the other way: from the chain's end to its start.
+    // In `small` the shared chain has the opposite direction.
     let mut small_end = position(small, head, tail)?;
     let mut small_start = (small_end + 1) % m;
     let mut shared = 1;
@@ -359,7 +362,8 @@ fn join(
     }
     let turn = |u: u32, v: u32, w: u32| {
         let [u, v, w] = [u, v, w].map(|k| surface.vertex(k));
-        // Distance of v to the right of the line u → w; positive at a left turn.
+        // The first condition tests the distance of v to the right of the line u → w, which is
+        // positive at a left turn.
         normal.cross(w - u).normalize_or_zero().dot(u - v) >= -surface.noise()
             && (v - u).dot(w - v) > -(v - u).length() * (w - v).length()
     };

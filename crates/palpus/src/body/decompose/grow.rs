@@ -1,22 +1,23 @@
-//! Growth of one convex patch: a set of facets joins only if the patch's hull stays valid \[EL01\].
+//! Grows one convex patch: tests whether a set of facets can join it \[EL01\].
 //!
-//! A set of facets joins when
+//! A set of facets can join if
 //!
 //! 1. every vertex of the patch lies below the planes of the new facets,
 //! 2. every new vertex lies below the planes of the patch's facets (both within the surface's
 //!    noise), so that all of them lie on the common hull, and
 //! 3. the common hull stays inside the solid (see `contain`).
 //!
-//! Tests 1 and 2 need no hull and refuse most candidates. A refused set stays refused as the patch
-//! grows, since every test only gets harder. There is one exception: while the patch is *flat*, its
-//! hull has no interior. Then facets of one plane join only if their union is a convex polygon: an
-//! L-shaped cap must not cover its notch. Any other such facet is postponed, and test 3 decides
-//! once the patch is solid.
+//! Tests 1 and 2 need no hull and refuse most candidates. A set that does not fit a patch does not
+//! fit a larger patch either, because each test only becomes stricter.
 //!
-//! A patch of very many facets uses a hull with neighbours (`wide_hull`), where each test looks
-//! only at the surroundings of the new facet. Test 1 climbs to the highest vertex. Test 2 asks only
-//! the facets at the faces that the new vertex sees, since the vertex is not above the others.
-//! Otherwise the time for a smooth body with one dent would grow with the square of its size.
+//! There is one exception. While the patch is *flat*, its hull has no interior. Then a coplanar
+//! facet joins only if the union is a convex polygon, so that the patch does not cover a notch.
+//! Other coplanar facets are postponed until the patch is solid, and then test 3 decides.
+//!
+//! A patch with very many facets uses a hull with adjacency (`wide_hull`). Each test then only
+//! visits the surroundings of the new facet. Test 1 climbs to the highest vertex. Test 2 only tests
+//! the facets at the hull faces that the new vertex sees, because the vertex is not above any other
+//! facet. Without this, the time for a smooth body with one dent would be quadratic in its size.
 
 use glam::DVec3;
 
@@ -28,17 +29,18 @@ use crate::body::decompose::trial_hull::TrialHull;
 use crate::body::decompose::wide_hull::WideHull;
 use crate::body::{Aabb, TriangleTree};
 
-/// Result of an attempt to join.
+/// Result of [`Grower::try_add`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Verdict {
+    /// The set has joined the patch.
     Joined,
-    /// The set can never join: a larger patch will refuse it too.
+    /// The set can never join this patch, even when the patch is larger.
     Refused,
     /// The set cannot join while the patch is flat.
     Postponed,
 }
 
-/// A patch and its hull, with the working memory for trying additions.
+/// A patch and its hull, with working memory for the tests.
 pub(crate) struct Grower<'a> {
     surface: Surface<'a>,
     facets: &'a Facets,
@@ -49,20 +51,20 @@ pub(crate) struct Grower<'a> {
     /// The mesh vertex of each point.
     vertices: Vec<u32>,
     area: f64,
-    /// The patch's hull. Empty while the patch is flat, and until the hull is needed.
+    /// The patch's hull. It is empty while the patch is flat, and until it is first needed.
     hull: TrialHull,
-    /// True if the hull holds all current points.
+    /// True if `hull` is up to date, or the patch is known to be flat.
     hull_is_built: bool,
-    /// The hull of a patch of at least `wide_from` points.
+    /// The hull of a patch with at least `wide_from` points.
     wide: Wide,
     is_wide: bool,
     wide_from: usize,
     clipper: Clipper,
-    /// The hull's newest planes. A triangle wholly above one of them need not be tested.
+    /// The newest planes of the hull. A triangle wholly above one of them cannot enter the hull.
     fence: Vec<Plane>,
-    /// Vertices that the facets being tried would add.
+    /// Vertices that the tried facets would add.
     fresh: Vec<u32>,
-    /// A facet or vertex is in the patch, or being tried, if its stamp is the current one.
+    /// A facet or vertex is in the patch, or is being tried, if its stamp equals `stamp`.
     facet_stamps: Vec<u32>,
     vertex_stamps: Vec<u32>,
     stamp: u32,
@@ -95,35 +97,35 @@ impl<'a> Grower<'a> {
         }
     }
 
-    /// As [`Self::new`], but patches use a wide hull from `wide_from` points on. The results must
-    /// not depend on that number.
+    /// Sets the number of points from which patches use a wide hull. The results must not depend on
+    /// it.
     #[cfg(test)]
     pub(crate) fn with_wide_from(mut self, points: usize) -> Self {
         self.wide_from = points;
         self
     }
 
-    /// The facets that patches are made of.
+    /// Returns the facets of the surface.
     pub(crate) fn facets(&self) -> &'a Facets {
         self.facets
     }
 
-    /// The surface that the facets are of, and its triangles.
+    /// Returns the surface and the tree over its triangles.
     pub(crate) fn ground(&self) -> (Surface<'a>, &'a TriangleTree) {
         (self.surface, self.tree)
     }
 
-    /// The facets of the patch in the order in which they joined.
+    /// Returns the facets of the patch, in the order in which they joined.
     pub(crate) fn members(&self) -> &[u32] {
         &self.members
     }
 
-    /// How often [`Grower::try_add`] has been asked: a measure of work.
+    /// Returns the number of calls of [`Grower::try_add`], as a measure of work.
     pub(crate) fn tries(&self) -> usize {
         self.tries
     }
 
-    /// True while the patch lies in one plane.
+    /// Returns true if the patch lies in one plane.
     pub(crate) fn is_flat(&mut self) -> bool {
         if self.is_wide {
             return false;
@@ -135,7 +137,7 @@ impl<'a> Grower<'a> {
         self.hull.is_empty()
     }
 
-    /// Starts with a patch that is known to be valid; a single facet always is.
+    /// Replaces the current patch by `patch`, which must be valid. A single facet is always valid.
     pub(crate) fn load(&mut self, patch: &[u32]) {
         self.stamp += 1;
         self.members.clear();
@@ -150,7 +152,8 @@ impl<'a> Grower<'a> {
         self.hull_is_built = false;
     }
 
-    /// Adds a set of facets that are known to be valid together; a single one always is.
+    /// Adds a set of facets if the patch stays valid. The set by itself must be a valid patch; a
+    /// single facet always is.
     pub(crate) fn try_add(&mut self, set: &[u32]) -> Verdict {
         self.tries += 1;
         let tolerance = self.surface.noise();
@@ -184,8 +187,8 @@ impl<'a> Grower<'a> {
         verdict
     }
 
-    /// As [`Self::try_add`], for a patch so large that only the hull's surroundings may be looked
-    /// at.
+    /// Does the same as [`Self::try_add`] for a very large patch, and visits only the
+    /// surroundings of the new facets.
     fn try_add_wide(&mut self, set: &[u32]) -> Verdict {
         let tolerance = self.surface.noise();
         let corners: Vec<u32> = set.iter().flat_map(|&c| self.facets.corners(c)).copied().collect();
@@ -258,7 +261,8 @@ impl<'a> Grower<'a> {
         if area >= whole - self.surface.noise() * perimeter { Verdict::Joined } else { Verdict::Postponed }
     }
 
-    /// True if a triangle outside the patch enters the hull; looks only near `bounds`.
+    /// Returns true if a triangle outside the patch enters the hull. Tests only triangles near
+    /// `bounds`.
     fn is_entered(&mut self, bounds: &Aabb) -> bool {
         let Self { tree, facets, facet_stamps, stamp, clipper, hull, surface, fence, .. } = self;
         let depth = ENTERED * surface.noise();
@@ -306,14 +310,14 @@ impl<'a> Grower<'a> {
     }
 }
 
-/// A wide hull, and the maps from mesh vertices to it.
+/// A wide hull, and maps from mesh vertices to its points and to facets.
 #[derive(Default)]
 struct Wide {
     hull: WideHull,
-    /// The place of each mesh vertex in the hull. An entry is valid if the hull has that vertex at
-    /// the place.
+    /// Index of each mesh vertex among the hull's points. An entry is valid only if the hull's
+    /// point with that index is this vertex.
     places: Vec<u32>,
-    /// The facets at each mesh vertex: `facets_at[first_at[v] .. first_at[v + 1]]`.
+    /// The facets at mesh vertex `v` are `facets_at[first_at[v] .. first_at[v + 1]]`.
     first_at: Vec<u32>,
     facets_at: Vec<u32>,
     buried: Vec<u32>,
@@ -332,7 +336,8 @@ impl Wide {
         started
     }
 
-    /// The places of the given mesh vertices in the hull; vertices that are not in it are left out.
+    /// Returns the indices of the given mesh vertices among the hull's points. Leaves out
+    /// vertices that are not among them.
     fn places_of(&self, vertices: &[u32]) -> Vec<u32> {
         let place = |&v: &u32| self.hull.vertices().get(self.places[v as usize] as usize).filter(|&&w| w == v);
         vertices.iter().filter(|v| place(v).is_some()).map(|&v| self.places[v as usize]).collect()
@@ -342,7 +347,7 @@ impl Wide {
         self.hull.is_above(plane, tolerance, self.hull.corner_among(&self.places_of(corners)))
     }
 
-    /// Inserts vertices; `corners` are those of the facets that they belong to.
+    /// Inserts vertices. `corners` are the corners of the facets to which the vertices belong.
     fn insert(&mut self, fresh: impl Iterator<Item = (u32, DVec3)>, corners: &[u32]) {
         for (v, p) in fresh {
             let beside = self.places_of(corners);
@@ -353,7 +358,8 @@ impl Wide {
         self.hull.buried_vertices(&mut self.buried);
     }
 
-    /// The facets at the corners of the faces that the insertion has removed, with repetitions.
+    /// Returns the facets at the corners of the hull faces that the insertion removed. A facet may
+    /// occur several times.
     fn buried_facets(&self) -> impl Iterator<Item = u32> {
         let at = |v: u32| self.first_at[v as usize] as usize..self.first_at[v as usize + 1] as usize;
         self.buried.iter().flat_map(move |&v| self.facets_at[at(v)].iter().copied())
@@ -368,7 +374,8 @@ impl Wide {
     }
 }
 
-/// Area and perimeter of the convex polygon around points of a plane (Andrew's monotone chain).
+/// Returns the area and the perimeter of the convex polygon around coplanar points (Andrew's
+/// monotone chain).
 fn polygon_around(points: &[DVec3], normal: DVec3) -> (f64, f64) {
     let x = normal.any_orthonormal_vector();
     let y = normal.cross(x);

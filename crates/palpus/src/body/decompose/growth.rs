@@ -1,4 +1,4 @@
-//! Growth of one patch from a seed over facets that are in no patch \[EL01\].
+//! Grows one patch from a seed facet over facets that belong to no patch \[EL01\].
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -7,11 +7,11 @@ use super::touching::Neighbours;
 use crate::body::decompose::facet::{Facets, NONE};
 use crate::body::decompose::grow::{Grower, Verdict};
 
-/// A facet to be tried; the heap's greatest entry is tried first.
+/// A facet that will be tried. The greatest entry of the heap is tried first.
 #[derive(Clone, Copy)]
 struct Candidate {
-    /// Cosine of the bend across which the facet was reached, plus jitter; smaller cosines are
-    /// tried first.
+    /// Cosine of the bend angle at the side across which the facet was reached, plus jitter.
+    /// Smaller values are tried first.
     rank: f64,
     arrival: u32,
     facet: u32,
@@ -37,7 +37,7 @@ impl PartialEq for Candidate {
 
 impl Eq for Candidate {}
 
-/// Buffers that successive growths share.
+/// Buffers that successive calls of [`Growth::grow`] share.
 pub(super) struct Growth {
     queue: BinaryHeap<Candidate>,
     postponed: Vec<Candidate>,
@@ -52,8 +52,9 @@ impl Growth {
         Self { queue: BinaryHeap::new(), postponed: Vec::new(), seen: vec![0; facets.len()], round: 0, arrivals: 0 }
     }
 
-    /// Grows a patch in `grower` over facets that have no owner. Candidates across the sharpest
-    /// side go first; `jitter` of a facet is added to the cosine that they are ranked by.
+    /// Grows a patch in `grower` from `seed` over facets without an owner. Candidates across
+    /// sharper sides are tried first. `jitter` returns a number for a facet, which is added to its
+    /// rank.
     pub(super) fn grow(
         &mut self,
         grower: &mut Grower<'_>,

@@ -1,26 +1,26 @@
-//! Ruin and recreate: a few neighbouring patches are dissolved and their facets grown again in
-//! another order \[G. Schrimpf et al., Record breaking optimization results using the ruin and
-//! recreate principle, 2000\].
+//! Reduces the number of patches by ruin and recreate: dissolves a few neighbouring patches and
+//! grows their facets again in another order \[G. Schrimpf et al., Record breaking optimization
+//! results using the ruin and recreate principle, 2000\].
 //!
-//! Greedy growth never revises a choice: two later patches may fail to become one because an
-//! earlier patch took a facet that they need.
+//! Greedy growth never changes a decision. Two patches may stay separate only because an earlier
+//! patch took a facet that they need.
 //!
-//! 1. *Ruin.* Round after round, each small patch, the smallest first, is dissolved with a few
-//!    random neighbours.
-//! 2. *Recreate.* In every other trial the patches around are first asked to take some of the free
-//!    facets. The rest is grown from seeds in random order, in every other trial with a jittered
-//!    ranking too. Here facets that share only a vertex may join: such a patch is connected, and
-//!    its hull passes the same tests.
-//! 3. *Judge.* A trial with fewer patches is kept. A trial with as many is kept if the sum of the
-//!    squared patch sizes has not shrunk: a later trial can dissolve a small patch beside a large
-//!    one. Any other trial is undone.
+//! 1. *Ruin.* In each round, take each small patch, the smallest first, and dissolve it together
+//!    with a few random neighbours.
+//! 2. *Recreate.* Grow patches over the free facets from seeds in random order. In half of the
+//!    trials, first offer most of the free facets to the surrounding patches. In half of the
+//!    trials, add jitter to the ranking of candidates. A facet that shares only a vertex with the
+//!    patch may join too. Such a patch is still connected, and its hull must pass the same tests.
+//! 3. *Judge.* Keep a trial that gives fewer patches. Keep a trial with an equal number if the
+//!    sum of the squared patch sizes has not decreased, because a later trial can more easily
+//!    dissolve a small patch next to a large one. Undo any other trial.
 //!
-//! The work is bounded by the number of facets tried, never by a clock, and the random numbers
-//! start from a constant: the same model gives the same pieces.
+//! The work is limited by the number of tried facets and not by time, and the seed of the random
+//! numbers is constant. Therefore the same model always gives the same pieces.
 
 use super::growth::Growth;
 use super::touching::{Neighbours, Touching};
-use super::{Partition, find_heir};
+use super::{Partition, find_receiver};
 use crate::algebra::Random;
 use crate::algebra::tolerance::{
     REGROWN_CENTRE, REGROWN_MEMBER, REGROWN_PATCHES, REGROWTH_JITTER, REGROWTH_KEPT_BACK, REGROWTH_MOST,
@@ -29,7 +29,7 @@ use crate::algebra::tolerance::{
 use crate::body::decompose::facet::NONE;
 use crate::body::decompose::grow::Grower;
 
-/// Reduces the number of patches of a partition; `progress` gets the fraction done.
+/// Reduces the number of patches of a partition. Calls `progress` with the finished fraction.
 pub(super) fn improve(
     grower: &mut Grower<'_>,
     growth: &mut Growth,
@@ -75,7 +75,7 @@ fn small_patches(partition: &Partition) -> Vec<u32> {
     small
 }
 
-/// A patch, and a few of its neighbours and of their neighbours.
+/// Returns patch `centre` with a few random patches around it.
 fn ruin_region(neighbours: Neighbours<'_>, partition: &Partition, centre: u32, random: &mut Random) -> Vec<u32> {
     let most = 2 + random.below(REGROWN_PATCHES - 1);
     let mut region = vec![centre];
@@ -98,13 +98,14 @@ fn ruin_region(neighbours: Neighbours<'_>, partition: &Partition, centre: u32, r
     region
 }
 
-/// A set of dissolved patches, with the data to undo the trial.
+/// A trial: a set of dissolved patches, with the data to undo it.
 struct Trial {
     /// The dissolved patches.
     region: Vec<u32>,
-    /// The earlier facets of each changed patch: the patches of the region, and the patches that
-    /// took some of its facets.
+    /// The previous facets of each changed patch. These are the patches of the region, and the
+    /// patches that took some of its facets.
     before: Vec<(u32, Vec<u32>)>,
+    /// The facets of the dissolved patches.
     free: Vec<u32>,
 }
 
@@ -139,7 +140,7 @@ impl Trial {
         }
     }
 
-    /// Offers most of the free facets to the patches around the region.
+    /// Offers most of the free facets to the surrounding patches.
     fn offer(
         &mut self,
         grower: &mut Grower<'_>,
@@ -151,17 +152,17 @@ impl Trial {
             if random.unit() < REGROWTH_KEPT_BACK {
                 continue;
             }
-            if let Some(heir) = find_heir(grower, partition, neighbours, NONE, f) {
-                if self.before.iter().all(|(k, _)| *k != heir) {
-                    self.before.push((heir, partition.patches[heir as usize].facets.clone()));
+            if let Some(receiver) = find_receiver(grower, partition, neighbours, NONE, f) {
+                if self.before.iter().all(|(k, _)| *k != receiver) {
+                    self.before.push((receiver, partition.patches[receiver as usize].facets.clone()));
                 }
-                partition.give(f, heir);
+                partition.give(f, receiver);
             }
         }
     }
 
-    /// Grows patches over the free facets and returns their number; `None` if that would be more
-    /// than the region had.
+    /// Grows patches over the free facets and returns their number; `None` if it would exceed the
+    /// number of dissolved patches.
     fn recreate(
         &self,
         grower: &mut Grower<'_>,
@@ -184,6 +185,7 @@ impl Trial {
         Some(count)
     }
 
+    /// Returns true if the sum of the squared sizes of the changed patches has decreased.
     fn has_shrunk(&self, partition: &Partition) -> bool {
         let square = |facets: &[u32]| facets.len() * facets.len();
         let then: usize = self.before.iter().map(|(_, facets)| square(facets)).sum();

@@ -1,5 +1,5 @@
-//! Patches of shapes and of real models, compared with the checks of `contain::oracle` and the
-//! paper's Table 1.
+//! Tests the patches of simple shapes and real models with the checks of `contain::oracle`, and
+//! compares their numbers with the paper's Table 1.
 
 use glam::DVec3;
 
@@ -13,12 +13,12 @@ use crate::body::shapes::{model, torus};
 use crate::body::{Body, BodySettings, HalfEdges, Mesh, PolygonSoup, Provenance};
 
 const SEED: u64 = 0x2002_0606;
-/// Distance, relative to the size, up to which a point counts as on the hull or on the surface. It
-/// is larger than the noise that models are allowed.
+/// Relative to the body's size: distance up to which a point counts as on the hull or on the
+/// surface. It is larger than the largest noise of a model.
 const SLACK: f64 = 1e-4;
-/// Relative to the slack: how deep the surface may come into a piece.
+/// Relative to the slack: depth up to which the surface may enter a piece.
 const CROSSING: f64 = 0.1;
-/// The slack for shapes made here, which have no noise.
+/// The slack for shapes that these tests build, which have no noise.
 const EXACT_SLACK: f64 = 1e-8;
 
 fn build(soup: &PolygonSoup) -> Body {
@@ -34,7 +34,7 @@ fn judge(body: &Body, slack: f64) {
     }
 }
 
-/// A prism over a simple polygon, counter-clockwise in x, y.
+/// Builds a prism over a simple polygon, which is counter-clockwise in x, y.
 fn prism(outline: &[(f64, f64)]) -> PolygonSoup {
     let n = outline.len() as u32;
     let vertices = [0.0, 1.0].iter().flat_map(|&z| outline.iter().map(move |&(x, y)| DVec3::new(x, y, z))).collect();
@@ -47,7 +47,8 @@ fn prism(outline: &[(f64, f64)]) -> PolygonSoup {
     soup
 }
 
-/// A solid of revolution about z; the profile runs from the axis to the axis, outside to its right.
+/// Builds a solid of revolution about z. The profile of (radius, z) starts and ends on the axis,
+/// and the outside is to its right.
 fn revolve(profile: &[(f64, f64)], segments: u32) -> PolygonSoup {
     let mut soup = PolygonSoup::new();
     for s in 0..segments {
@@ -85,7 +86,7 @@ fn box_with_hole() -> PolygonSoup {
 }
 
 #[test]
-fn prisms_keep_their_notches_free() {
+fn pieces_do_not_cover_notches_of_prisms() {
     let l = prism(&[(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)]);
     let notch =
         prism(&[(0.0, 0.0), (3.0, 0.0), (3.0, 2.0), (2.0, 2.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)]);
@@ -106,24 +107,24 @@ fn prisms_keep_their_notches_free() {
 }
 
 #[test]
-fn a_cup_keeps_its_cavity() {
+fn pieces_do_not_cover_the_cavity_of_a_cup() {
     let body = build(&cup());
     judge(&body, EXACT_SLACK);
     let tea = DVec3::new(0.1, 0.2, 1.0);
     assert!(body.polytopes().iter().all(|p| p.planes().iter().any(|plane| plane.height(tea) > 0.0)));
-    // The cavity alone needs a piece for each of the 24 segments of its wall.
+    // The wall of the cavity needs a piece for each of its 24 segments.
     assert!(body.polytopes().len() <= 40, "{} pieces", body.polytopes().len());
 }
 
 #[test]
-fn a_hole_stays_open() {
+fn pieces_do_not_cover_a_hole() {
     let body = build(&box_with_hole());
     judge(&body, EXACT_SLACK);
     assert_eq!(body.polytopes().len(), 4);
 }
 
 #[test]
-fn a_convex_solid_is_one_piece_and_all_of_it_is_real() {
+fn a_convex_solid_has_one_piece_with_original_faces() {
     let body = build(&revolve(&[(0.0, -1.0), (0.7, -0.7), (1.0, 0.0), (0.7, 0.7), (0.0, 1.0)], 40));
     judge(&body, EXACT_SLACK);
     assert_eq!(body.polytopes().len(), 1);
@@ -133,9 +134,9 @@ fn a_convex_solid_is_one_piece_and_all_of_it_is_real() {
 }
 
 #[test]
-fn an_open_sheet_is_plates_and_slivers() {
+fn an_open_prism_has_valid_pieces() {
     let mut soup = prism(&[(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)]);
-    // Without its lid.
+    // Remove the top face.
     let lid = soup.face(1).to_vec();
     soup = PolygonSoup {
         vertices: soup.vertices.clone(),
@@ -150,7 +151,7 @@ fn an_open_sheet_is_plates_and_slivers() {
 }
 
 #[test]
-fn the_torus_of_table_1_takes_no_more_pieces() {
+fn the_torus_has_no_more_pieces_than_table_1() {
     let mesh = torus(1.0, 0.4, 50, 20);
     assert_eq!(mesh.triangles().len(), 2000);
     let body = Body::build(mesh, &BodySettings::default(), &mut |_| ()).unwrap();
@@ -159,11 +160,11 @@ fn the_torus_of_table_1_takes_no_more_pieces() {
 }
 
 #[test]
-fn small_models_stay_solid_and_take_few_pieces() {
+fn small_models_have_few_valid_pieces() {
     for (name, most) in [
         ("paper/teacup_500.obj", 178),
-        // More than the paper's 78 for its spoon: see
-        // `no_partition_of_this_spoon_comes_down_to_the_papers`.
+        // The paper's spoon has 78 pieces. `this_spoon_needs_more_patches_than_the_papers`
+        // shows that this spoon needs more.
         ("paper/teaspoon_336.obj", 110),
         ("parts/chess_knight_1000.obj", 145),
         ("parts/low_poly_bunny.obj", 400),
@@ -185,7 +186,7 @@ fn the_same_model_gives_the_same_pieces() {
     assert_eq!(triangles(&one), triangles(&other));
 }
 
-/// A smooth egg with one dent, of so many rings and segments.
+/// Builds a smooth egg with one dent.
 fn dented_egg(rings: u32, segments: u32) -> PolygonSoup {
     let point = |polar: f64, turn: f64| {
         let unit = DVec3::new(polar.sin() * turn.cos(), polar.sin() * turn.sin(), polar.cos());
@@ -214,7 +215,7 @@ fn dented_egg(rings: u32, segments: u32) -> PolygonSoup {
     soup
 }
 
-/// The patches of a soup if patches use a wide hull from so many points on.
+/// Returns the patches of a soup. Patches with at least `wide_from` points use a wide hull.
 fn patches(soup: &PolygonSoup, wide_from: usize) -> Vec<Vec<u32>> {
     let (mesh, _) = Mesh::from_soup(soup).unwrap();
     let (edges, tree) = (HalfEdges::new(&mesh), mesh.tree());
@@ -225,7 +226,7 @@ fn patches(soup: &PolygonSoup, wide_from: usize) -> Vec<Vec<u32>> {
 }
 
 #[test]
-fn a_wide_hull_decides_as_a_small_one() {
+fn wide_and_small_hulls_give_the_same_patches() {
     let models = ["paper/teacup_500.obj", "parts/low_poly_bunny.obj", "parts/chess_knight_1000.obj"];
     let soups = models.iter().filter_map(|name| model(name)).chain([dented_egg(36, 40), cup(), box_with_hole()]);
     for (k, soup) in soups.enumerate() {
@@ -234,7 +235,7 @@ fn a_wide_hull_decides_as_a_small_one() {
 }
 
 #[test]
-fn a_dented_egg_is_few_large_pieces_that_leave_the_dent_free() {
+fn a_dented_egg_has_few_large_pieces() {
     let body = build(&dented_egg(60, 60));
     judge(&body, EXACT_SLACK);
     assert!(body.polytopes().len() <= 80, "{} pieces", body.polytopes().len());
@@ -242,9 +243,10 @@ fn a_dented_egg_is_few_large_pieces_that_leave_the_dent_free() {
     assert!(largest > 2000, "{largest} triangles");
 }
 
-/// A lower bound of the number of patches: the size of a set of facets of which no two can be in
-/// one patch, connected or not. Tabu search grows this independent set by adding or swapping in the
-/// best facet that is not tabu.
+/// Returns a lower bound of the number of patches: the size of a set of facets in which no two
+/// facets can belong to one patch, not even to a patch that is not connected. Tabu search enlarges
+/// this independent set. In each step it adds the best facet that is not tabu, and removes the
+/// facets that could share a patch with it.
 fn fewest_patches(soup: &PolygonSoup, steps: usize) -> usize {
     let (mesh, _) = Mesh::from_soup(soup).unwrap();
     let (edges, tree) = (HalfEdges::new(&mesh), mesh.tree());
@@ -280,20 +282,21 @@ fn fewest_patches(soup: &PolygonSoup, steps: usize) -> usize {
 }
 
 #[test]
-fn no_partition_of_this_spoon_comes_down_to_the_papers() {
+fn this_spoon_needs_more_patches_than_the_papers() {
     let Some(spoon) = model("paper/teaspoon_336.obj") else { return };
-    // 102 after a long search; the paper's spoon, another mesh of as many triangles, took 78.
+    // A long search finds a bound of 102. The spoon of the paper, another mesh with the same
+    // number of triangles, has 78 patches.
     assert!(fewest_patches(&spoon, 1500) > 90);
 }
 
 #[test]
-#[ignore = "a minute in the development profile"]
-fn large_models_stay_solid_and_take_no_more_pieces_than_in_table_1() {
+#[ignore = "takes a minute in the development profile"]
+fn large_models_have_no_more_pieces_than_table_1() {
     for (name, most) in [
         ("paper/armadillo_31240.obj", 6950),
         ("paper/intestine_colon_male_24846.obj", 4980),
-        // This intestine is not the paper's model, which took 9913 patches. The bound is on our own
-        // result.
+        // This is not the intestine of the paper, which has 9913 patches. The bound follows from
+        // our own result.
         ("paper/intestine_small_female_24846.obj", 10_650),
         ("parts/fandisk.obj", 4000),
         ("pairs/peg_round_8mm.obj", 1),

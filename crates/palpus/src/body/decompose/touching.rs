@@ -1,8 +1,8 @@
-//! The facets next to a facet: across its sides, or at its vertices as well.
+//! Finds the facets next to a facet: across its sides, or also at its vertices.
 
 use crate::body::decompose::facet::{Bend, Facets};
 
-/// A candidate to join a patch.
+/// Which facets count as neighbours of a facet.
 #[derive(Clone, Copy)]
 pub(super) enum Neighbours<'a> {
     /// Facets across sides that are not reflex.
@@ -18,7 +18,8 @@ impl<'a> Neighbours<'a> {
         }
     }
 
-    /// Visits the neighbours of facet `f`, those across sides first. It may visit a facet twice.
+    /// Visits the neighbours of facet `f`; neighbours across sides come first. A facet may be
+    /// visited twice.
     pub(super) fn of(self, f: u32, mut visit: impl FnMut(u32)) {
         for link in self.facets().links(f).iter().filter(|link| link.bend != Bend::Reflex) {
             visit(link.facet);
@@ -29,7 +30,7 @@ impl<'a> Neighbours<'a> {
     }
 }
 
-/// Which facets share a vertex.
+/// For each facet, the facets that share a vertex with it.
 pub(super) struct Touching {
     starts: Vec<u32>,
     facets: Vec<u32>,
@@ -60,7 +61,7 @@ impl Touching {
         answer
     }
 
-    /// The facets that share a vertex with facet `f`, by ascending index.
+    /// Returns the facets that share a vertex with facet `f`, by ascending index.
     fn of(&self, f: u32) -> &[u32] {
         &self.facets[self.starts[f as usize] as usize..self.starts[f as usize + 1] as usize]
     }

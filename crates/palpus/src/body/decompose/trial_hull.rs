@@ -1,14 +1,14 @@
-//! A convex hull that grows point by point and can take the last points back.
+//! An incremental convex hull that can undo the latest insertions.
 //!
-//! The decomposition computes thousands of hulls that differ by one vertex and discards most of
-//! them. It needs only their half-spaces, neither adjacency nor merged faces. Faces are triangles.
-//! The exact sign of a determinant decides which faces a new point sees, so coplanar and collinear
-//! points cause no errors: a point in the plane of a face does not see the face.
+//! The decomposition computes thousands of hulls that differ by one vertex, and discards most of
+//! them. It needs only their half-spaces, without adjacency and without merged faces. All faces are
+//! triangles. A point sees a face if it is strictly above the face's plane. The exact sign of a
+//! determinant decides this, so coplanar and collinear points cause no errors.
 //!
 //! 1. Start from four points that span a solid, chosen greedily to be far apart.
-//! 2. Each further point removes the faces that it sees and is joined to the sides of the hole (the
-//!    horizon).
-//! 3. [`TrialHull::mark`] records a state; [`TrialHull::undo`] returns to it.
+//! 2. For each further point, remove the faces that it sees, and add faces from the point to the
+//!    sides of the hole (the horizon).
+//! 3. [`TrialHull::mark`] records a state, and [`TrialHull::undo`] returns to it.
 
 use glam::DVec3;
 
@@ -19,18 +19,18 @@ use crate::body::Aabb;
 /// A triangle of a [`TrialHull`].
 #[derive(Clone, Copy, Debug)]
 pub(in crate::body) struct TrialFace {
-    /// Indices of the points, counter-clockwise seen from outside.
+    /// Indices of the points, counter-clockwise as seen from outside.
     pub(in crate::body) corners: [u32; 3],
-    /// Outward.
+    /// Outward plane of the face.
     pub(in crate::body) plane: Plane,
-    /// Error of `plane` at a distance of the hull's size, metres; infinite for needles, whose
-    /// normal is noise.
+    /// Bound of the rounding error of heights above `plane` (m), for points of the hull. It is
+    /// infinite for needles, whose normals consist of rounding errors.
     pub(in crate::body) slack: f64,
     pub(in crate::body) alive: bool,
 }
 
 impl TrialFace {
-    /// A face over three points; `reach` is the largest coordinate of the hull.
+    /// Creates a face over three points. `reach` is the largest coordinate of the hull (m).
     #[inline]
     pub(in crate::body) fn new(corners: [u32; 3], [a, b, c]: [DVec3; 3], reach: f64) -> Self {
         let across = (b - a).cross(c - a);
@@ -42,7 +42,7 @@ impl TrialFace {
         Self { corners, plane: Plane { normal, offset: normal.dot(a) }, slack, alive: true }
     }
 
-    /// True when `p` is strictly above the plane of the face's `points`; exact.
+    /// Returns true if `p` is strictly above the plane of the face's `points`. The test is exact.
     #[inline]
     pub(in crate::body) fn is_seen_from(&self, p: DVec3, points: [DVec3; 3]) -> bool {
         let height = self.plane.height(p);
@@ -54,7 +54,7 @@ impl TrialFace {
     }
 }
 
-/// A state that the hull can return to.
+/// A recorded state of a hull, for [`TrialHull::undo`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Mark {
     points: usize,
@@ -62,22 +62,22 @@ pub(crate) struct Mark {
     buried: usize,
 }
 
-/// An incremental hull; empty until [`TrialHull::start`] has succeeded.
+/// An incremental hull. It is empty until [`TrialHull::start`] succeeds.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TrialHull {
     points: Vec<DVec3>,
     faces: Vec<TrialFace>,
-    /// Faces killed, in order; undoing revives them.
+    /// Indices of removed faces, in order. [`TrialHull::undo`] restores them.
     buried: Vec<u32>,
-    /// Faces that are neither alive nor to be revived.
+    /// Number of removed faces that cannot be restored.
     dead: usize,
     horizon: Vec<(u32, u32)>,
-    /// Largest coordinate among the points; rounding errors are relative to it.
+    /// Largest coordinate of the points (m). Rounding errors are proportional to it.
     reach: f64,
 }
 
 impl TrialHull {
-    /// Forgets all points.
+    /// Removes all points.
     pub(crate) fn clear(&mut self) {
         self.points.clear();
         self.faces.clear();
@@ -85,13 +85,13 @@ impl TrialHull {
         self.dead = 0;
     }
 
-    /// True before a start has succeeded.
+    /// Returns true if the hull has no faces.
     pub(crate) fn is_empty(&self) -> bool {
         self.faces.is_empty()
     }
 
-    /// Hull of the given points; false, and empty, when they all lie within `thickness` of one
-    /// plane.
+    /// Builds the hull of the given points. If they all lie within `thickness` (m) of one plane,
+    /// returns false and leaves the hull empty.
     pub(crate) fn start(&mut self, points: &[DVec3], thickness: f64) -> bool {
         self.clear();
         self.reach = points.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
@@ -109,7 +109,7 @@ impl TrialHull {
         true
     }
 
-    /// Adds a point; returns true when it lay outside.
+    /// Adds a point. Returns true if it was outside the hull.
     pub(crate) fn insert(&mut self, p: DVec3) -> bool {
         self.reach = self.reach.max(p.abs().max_element());
         let first_buried = self.buried.len();
@@ -137,7 +137,7 @@ impl TrialHull {
         Mark { points: self.points.len(), faces: self.faces.len(), buried: self.buried.len() }
     }
 
-    /// Returns to a marked state. Valid only if [`TrialHull::settle`] has not been called since.
+    /// Returns to a marked state. [`TrialHull::settle`] must not have been called since the mark.
     pub(crate) fn undo(&mut self, mark: Mark) {
         for k in self.buried.drain(mark.buried..) {
             self.faces[k as usize].alive = true;
@@ -146,19 +146,19 @@ impl TrialHull {
         self.points.truncate(mark.points);
     }
 
-    /// Makes the current state final; earlier marks become invalid.
+    /// Makes the current state final. Earlier marks become invalid.
     pub(crate) fn settle(&mut self) {
         self.dead += self.buried.len();
         self.buried.clear();
-        // Compacts only now and then, because doing so for each point would move all faces each
-        // time.
+        // Removes dead faces only if they are the majority, because this moves all faces.
         if 2 * self.dead > self.faces.len() {
             self.faces.retain(|face| face.alive);
             self.dead = 0;
         }
     }
 
-    /// The outward planes, newest first; those of needles are left out, their normals being noise.
+    /// Returns the outward planes, newest first. Leaves out needles, because their normals
+    /// consist of rounding errors.
     pub(crate) fn planes(&self) -> impl Iterator<Item = Plane> + Clone {
         self.faces.iter().rev().filter(|face| face.alive && face.slack.is_finite()).map(|face| face.plane)
     }
@@ -167,8 +167,8 @@ impl TrialHull {
         self.points[k as usize]
     }
 
-    /// Bounds of the hull's growth since a mark: the removed faces and the new points; `None`
-    /// without growth.
+    /// Returns a box around the volume that the hull gained since a mark; `None` if it gained none.
+    /// The box contains the removed faces and the new points.
     pub(crate) fn gained_since(&self, mark: Mark) -> Option<Aabb> {
         if self.points.len() == mark.points {
             return None;
@@ -181,7 +181,7 @@ impl TrialHull {
         face.is_seen_from(p, face.corners.map(|k| self.point(k)))
     }
 
-    /// Sides of the faces buried from `first` on whose other side is still alive.
+    /// Finds the horizon: the sides between faces removed since index `first` and remaining faces.
     fn find_horizon(&mut self, first: usize) {
         self.horizon.clear();
         for &k in &self.buried[first..] {
@@ -205,8 +205,8 @@ fn coordinates([x, y, z]: [f64; 3]) -> robust::Coord3D<f64> {
     robust::Coord3D { x, y, z }
 }
 
-/// Four points that span a solid thicker than `thickness`, ordered so that the first three are
-/// counter-clockwise seen from the side away from the fourth.
+/// Finds four points that span a tetrahedron thicker than `thickness` (m); `None` if the points are
+/// thinner. The first three are counter-clockwise as seen from the side opposite to the fourth.
 pub(in crate::body) fn spanning_simplex(points: &[DVec3], thickness: f64) -> Option<[usize; 4]> {
     let farthest = |score: &dyn Fn(DVec3) -> f64| {
         let mut best = (0, f64::NEG_INFINITY);

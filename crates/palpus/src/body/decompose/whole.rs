@@ -1,12 +1,14 @@
-//! Connected parts of the surface that are convex as a whole, each found to be one patch at once.
+//! Finds connected parts of the surface that are convex, and makes each of them one patch.
 //!
-//! Growing a patch facet by facet costs the square of its size, which is slow for a sphere of 80
-//! 000 triangles. A part without any reflex side is nearly always convex. One test proves it:
+//! The time to grow a patch facet by facet is quadratic in its size, which is too slow for a
+//! sphere of 80 000 triangles. A connected part without reflex sides is nearly always convex. It is
+//! convex if it passes these steps:
 //!
-//! 1. The hull of all its vertices.
-//! 2. Each facet's plane supports the hull: its extreme vertex, found by climbing from the last
-//!    facet's, is in the plane.
-//! 3. No triangle of another part enters the hull.
+//! 1. Compute the hull of all its vertices.
+//! 2. Check that the plane of each facet supports the hull: the highest vertex along the facet's
+//!    normal must lie in the plane. The search climbs from the highest vertex of the previous
+//!    facet.
+//! 3. Check that no triangle of another part enters the hull.
 
 use std::ops::ControlFlow;
 
@@ -17,7 +19,7 @@ use crate::body::decompose::contain::Clipper;
 use crate::body::decompose::facet::{Bend, Facets, NONE, Surface};
 use crate::body::{Aabb, Hull, TriangleTree, convex_hull};
 
-/// The convex parts of at least [`WHOLE_FACETS`] facets.
+/// Returns the facets of each convex part that has at least [`WHOLE_FACETS`] facets.
 pub(crate) fn convex_parts(surface: &Surface<'_>, facets: &Facets, tree: &TriangleTree) -> Vec<Vec<u32>> {
     let mut part_of = vec![NONE; facets.len()];
     let mut convex = Vec::new();

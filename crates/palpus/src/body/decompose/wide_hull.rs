@@ -1,18 +1,22 @@
-//! The hull of a large patch. Unlike `trial_hull` it stores neighbours, so that no step visits the
-//! whole hull.
+//! The hull of a large patch. Unlike `trial_hull`, it stores the neighbours of each face, so that
+//! no step visits the whole hull.
 //!
-//! A patch of fifty thousand facets has tested fifty thousand times whether one more may join. Each
-//! of these tests is local:
+//! A patch of fifty thousand facets needs fifty thousand tests whether another facet may join. Each
+//! test consists of local operations:
 //!
-//! 1. *Insertion* starts at a face that the new point sees, found from a vertex near the point. It
-//!    removes all faces that the point sees and closes the hole with a fan. Signs are exact, as in
-//!    `trial_hull`. A journal makes insertions undoable.
-//! 2. *Support*: the highest vertex along a direction, by climbing from vertex to vertex.
-//! 3. *Entering*: does a triangle enter the hull deeper than a given depth? The triangle is clipped
-//!    by one plane at a time: the plane that its middle is most beyond, seen from an interior
-//!    point. If its middle is beyond no plane, it is inside. The face is found by climbing from
-//!    face to face: the faces are the vertices of the polar body, where "most beyond" is a linear
-//!    function. Where faces lie in one plane up to rounding, the climb looks at all of them.
+//! 1. *Insertion* adds a point. It searches from a nearby vertex for a face that the point sees. It
+//!    removes all faces that the point sees, and closes the hole with a fan of new faces. Signs are
+//!    exact, as in `trial_hull`. A journal records the changes, so that they can be undone.
+//! 2. *Support* finds the highest vertex along a direction, by climbing from vertex to vertex.
+//! 3. *Entering* tests whether a triangle enters the hull deeper than a given depth. The triangle
+//!    is repeatedly clipped by one face's plane. The *excess* of a point over a plane is its height
+//!    above the plane, divided by the depth of an interior point below the plane. Each time, the
+//!    plane is the one with the largest excess of the polygon's middle. If the middle lies below
+//!    all planes, the triangle enters.
+//!
+//! The search for the plane with the largest excess climbs from face to face. The faces correspond
+//! to the vertices of the polar body, on which the excess is a linear function. Among faces that
+//! are coplanar up to rounding, the search visits all of them.
 
 use glam::DVec3;
 
@@ -22,53 +26,60 @@ use crate::body::decompose::facet::NONE;
 use crate::body::decompose::trial_hull::{TrialFace, spanning_simplex};
 use crate::body::{Aabb, decompose::contain};
 
-/// A face with its neighbours; `neighbours[k]` is across the side from corner k to corner k + 1.
+/// A face with its neighbours. `neighbours[k]` is across the side from corner k to corner k + 1.
 #[derive(Clone, Debug)]
 struct WideFace {
     face: TrialFace,
     neighbours: [u32; 3],
-    /// How far the inner point lies below the plane, metres.
+    /// Depth of the hull's interior point below the plane (m).
     depth: f64,
 }
 
-/// Changes of an insertion, to be undone from the last to the first.
+/// A change by an insertion, as an entry of the journal. Changes are undone in reverse order.
 #[derive(Clone, Copy, Debug)]
 enum Change {
+    /// This face was removed.
     Buried(u32),
+    /// This face was added.
     Born(u32),
+    /// The neighbour of a face across a side was replaced; it was `before`.
     Neighbour { face: u32, side: usize, before: u32 },
+    /// The entry of `face_at` for a point was replaced; it was `before`.
     At { point: u32, before: u32 },
+    /// A point was appended.
     Point,
 }
 
-/// The hull; see the module's description.
+/// A hull with adjacency, for large patches.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct WideHull {
     points: Vec<DVec3>,
     /// The mesh vertex of each point.
     vertices: Vec<u32>,
     faces: Vec<WideFace>,
+    /// Indices of removed faces, for reuse.
     free: Vec<u32>,
-    /// A face at each point; `NONE` for a point that is not a corner of the hull.
+    /// A face at each point; `NONE` if the point is not a corner of the hull.
     face_at: Vec<u32>,
     journal: Vec<Change>,
+    /// A point in the interior of the hull.
     inner: DVec3,
-    /// Largest coordinate among the points.
+    /// Largest coordinate of the points (m).
     reach: f64,
-    /// For each face, the number of the last search that visited it.
+    /// For each face, the value of `stamp` in the last search that visited it.
     stamps: Vec<u32>,
     stamp: u32,
     queue: Vec<u32>,
-    /// Sides of the hole: tail, head, the face beyond.
+    /// Sides of the hole, as tuples of tail, head and the face on the other side.
     horizon: Vec<(u32, u32, u32)>,
-    /// For each point, the new face that begins there.
+    /// For each point of the horizon, the new face whose horizon side starts there.
     starts: Vec<u32>,
     cuts: contain::Cuts,
 }
 
 impl WideHull {
-    /// Hull of points with their mesh vertices; false when they all lie within `thickness` of one
-    /// plane.
+    /// Builds the hull of `points`; `vertices` are their mesh vertices. Returns false if all points
+    /// lie within `thickness` (m) of one plane.
     pub(crate) fn start(&mut self, points: &[DVec3], vertices: &[u32], thickness: f64) -> bool {
         let Some(simplex) = spanning_simplex(points, thickness) else { return false };
         self.points.clear();
@@ -83,7 +94,7 @@ impl WideHull {
         for k in simplex {
             self.push_point(points[k], vertices[k]);
         }
-        // Sides in the order (0, 1), (1, 2), (2, 0) of each face's corners.
+        // The neighbours are across the sides (0, 1), (1, 2) and (2, 0) of each face's corners.
         for (corners, neighbours) in
             [([0, 1, 2], [1, 2, 3]), ([0, 3, 1], [3, 2, 0]), ([1, 3, 2], [1, 3, 0]), ([2, 3, 0], [2, 1, 0])]
         {
@@ -98,7 +109,8 @@ impl WideHull {
         true
     }
 
-    /// Adds a point; `beside` are places of points near it. Returns true when it lay outside.
+    /// Adds a point. `beside` are the indices of points near it. Returns true if it was outside the
+    /// hull.
     pub(crate) fn insert(&mut self, p: DVec3, vertex: u32, beside: &[u32]) -> bool {
         self.reach = self.reach.max(p.abs().max_element());
         let Some(first) = self.seen_face(p, beside) else { return false };
@@ -109,7 +121,7 @@ impl WideHull {
         true
     }
 
-    /// Makes the present state final.
+    /// Makes the current state final.
     pub(crate) fn settle(&mut self) {
         let Self { journal, free, .. } = self;
         free.extend(journal.drain(..).filter_map(|change| match change {
@@ -139,8 +151,8 @@ impl WideHull {
         }
     }
 
-    /// Bounds of the hull's growth since it was final: the removed faces and the new points; `None`
-    /// without growth.
+    /// Returns a box around the volume that the hull gained since the last final state; `None` if
+    /// it gained none. The box contains the removed and the added faces.
     pub(crate) fn gained(&self) -> Option<Aabb> {
         let corners = self.journal.iter().filter_map(|change| match change {
             Change::Buried(face) | Change::Born(face) => Some(self.faces[*face as usize].face.corners),
@@ -151,8 +163,8 @@ impl WideHull {
         Some(Aabb::around(corners.map(|k| self.points[k as usize])))
     }
 
-    /// The mesh vertices of the faces that were removed since the last final state, with
-    /// repetitions.
+    /// Writes into `into` the mesh vertices of the faces that were removed since the last final
+    /// state, sorted and without duplicates.
     pub(crate) fn buried_vertices(&self, into: &mut Vec<u32>) {
         into.clear();
         for change in &self.journal {
@@ -164,8 +176,8 @@ impl WideHull {
         into.dedup();
     }
 
-    /// The planes of the largest new faces, without needles. Most triangles outside the hull lie
-    /// above one of these few planes.
+    /// Writes into `into` the planes of the largest new faces, without needles. Most triangles
+    /// outside the hull lie above one of these few planes.
     pub(crate) fn fence(&mut self, into: &mut Vec<Plane>) {
         let born = self.journal.iter().filter_map(|change| match change {
             Change::Born(face) => Some(*face),
@@ -186,8 +198,8 @@ impl WideHull {
         into.extend(queue.iter().map(|&f| faces[f as usize].face).filter(|f| f.slack.is_finite()).map(|f| f.plane));
     }
 
-    /// True if a point of the hull is higher above `plane` than `tolerance`. The search begins at
-    /// corner `near`.
+    /// Returns true if a point of the hull is higher above `plane` than `tolerance` (m). The search
+    /// starts at corner `near`.
     pub(crate) fn is_above(&self, plane: Plane, tolerance: f64, near: u32) -> bool {
         let mut here = near;
         let mut height = plane.height(self.points[here as usize]);
@@ -211,25 +223,26 @@ impl WideHull {
         }
     }
 
-    /// A corner of the hull among these places if there is one, else any corner.
+    /// Returns a corner of the hull among the points `places` if there is one, else any corner.
     pub(crate) fn corner_among(&self, places: &[u32]) -> u32 {
         let corner = places.iter().copied().find(|&k| self.face_at[k as usize] != NONE);
         corner.unwrap_or_else(|| self.any_corner())
     }
 
-    /// The mesh vertex of each point.
+    /// Returns the mesh vertex of each point.
     pub(crate) fn vertices(&self) -> &[u32] {
         &self.vertices
     }
 
-    /// True when the triangle comes deeper than `depth` into the hull.
+    /// Returns true if a part of the triangle is deeper than `depth` (m) inside the hull. `fence`
+    /// are the planes from [`Self::fence`].
     pub(crate) fn enters(&mut self, triangle: [DVec3; 3], fence: &[Plane], depth: f64) -> bool {
         if fence.iter().any(|plane| triangle.iter().all(|p| plane.height(*p) >= -depth)) {
             return false;
         }
         let mut cuts = std::mem::take(&mut self.cuts);
         cuts.begin(triangle);
-        // Whatever the hull has gained lies below the new faces.
+        // The volume that the hull gained lies below the new faces.
         if !fence.iter().all(|&plane| cuts.cut(plane, depth)) {
             self.cuts = cuts;
             return false;
@@ -299,12 +312,12 @@ impl WideHull {
         face.is_seen_from(p, face.corners.map(|k| self.points[k as usize]))
     }
 
-    /// Visits the faces around a corner until `visit` is false.
+    /// Visits the faces around a corner until `visit` returns false.
     fn around<'a>(&'a self, point: u32, mut visit: impl FnMut(&'a WideFace) -> bool) {
         let first = self.face_at[point as usize];
         let mut place = first;
         while let Some(face) = self.faces.get(place as usize) {
-            // Across the side that ends at the point.
+            // Continue across the side that ends at the point.
             let side = face.face.corners.iter().position(|&k| k == point).map_or(0, |k| (k + 2) % 3);
             place = face.neighbours[side];
             if !visit(face) || place == first {
@@ -313,7 +326,8 @@ impl WideHull {
         }
     }
 
-    /// A face that `p` sees, if there is one.
+    /// Returns a face that `p` sees; `None` if `p` is not outside the hull. `beside` are the
+    /// indices of points near `p`.
     fn seen_face(&mut self, p: DVec3, beside: &[u32]) -> Option<u32> {
         for &k in beside {
             let mut place = *self.face_at.get(k as usize)?;
@@ -337,8 +351,8 @@ impl WideHull {
         near.into_iter().find(|&face| self.sees(p, face))
     }
 
-    /// The face that `p` is most beyond: its height above the plane, relative to the depth of the
-    /// inner point below that plane, is largest.
+    /// Returns the face over which `p` has the largest excess (see step 3 of the module's
+    /// description).
     fn most_beyond(&mut self, p: DVec3, start: u32) -> u32 {
         self.stamp += 1;
         let Self { faces, stamps, stamp, queue, .. } = self;
@@ -356,7 +370,8 @@ impl WideHull {
                     continue;
                 }
                 if !is_plain(g) {
-                    // A needle's plane is noise, but the faces behind it may be usable.
+                    // The plane of a needle consists of rounding errors. Its neighbours may still
+                    // be useful.
                     queue.push(g);
                     continue;
                 }
@@ -376,7 +391,7 @@ impl WideHull {
         best
     }
 
-    /// Removes the faces that `p` sees, and finds the sides of the hole.
+    /// Removes the faces that `p` sees, starting at face `first`, and finds the sides of the hole.
     fn bury(&mut self, p: DVec3, first: u32) {
         self.horizon.clear();
         self.queue.clear();
@@ -408,7 +423,7 @@ impl WideHull {
         }
     }
 
-    /// Closes the hole by a fan about `apex`.
+    /// Closes the hole with a fan of faces from `apex`.
     fn close(&mut self, apex: u32) {
         let horizon = std::mem::take(&mut self.horizon);
         for &(tail, head, beyond) in &horizon {
@@ -416,7 +431,7 @@ impl WideHull {
             self.journal.push(Change::Born(place));
             self.starts[tail as usize] = place;
             let outer = &mut self.faces[beyond as usize];
-            // The face beyond runs along the side the other way.
+            // The neighbouring face lists this side in the opposite direction.
             let corners = outer.face.corners;
             if let Some(side) = (0..3).find(|&k| corners[k] == head && corners[(k + 1) % 3] == tail) {
                 let before = std::mem::replace(&mut outer.neighbours[side], place);

@@ -1,38 +1,38 @@
-//! Bounding volumes of a node: cheap to test. Each holds every point of its node by the arithmetic
-//! of its own test: `distance(center)` for the sphere, coordinates along the axes for the box.
-//! Rounding therefore excludes no point.
+//! Bounding volumes of a node, for cheap tests. Their sizes are computed with the same arithmetic
+//! as the tests for points inside: `distance(center)` for the sphere, and coordinates along the
+//! axes for the box. Therefore rounding errors exclude no point of the node.
 //!
-//! The tests between pairs of them belong to the collision room.
+//! The tests between two bounding volumes are in `collision`.
 
 use glam::{DMat3, DVec3};
 
 use crate::algebra::{eigen, tolerance::SPHERE_STEPS};
 use crate::body::Polytope;
 
-/// A ball that holds a node.
+/// A bounding sphere of a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
-    /// In the body's frame.
+    /// Centre in the body's frame, in model units.
     pub center: DVec3,
-    /// Model units.
+    /// Radius in model units.
     pub radius: f64,
 }
 
-/// A box that holds a node.
+/// An oriented bounding box of a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OrientedBox {
-    /// In the body's frame.
+    /// Centre in the body's frame, in model units.
     pub center: DVec3,
-    /// Its columns are the box's axes, unit and right-handed.
+    /// A rotation matrix. Its columns are the unit axes of the box in the body's frame.
     pub axes: DMat3,
-    /// Half the sides along the axes.
+    /// Half of the side lengths along the axes, in model units.
     pub half: DVec3,
 }
 
 impl OrientedBox {
-    /// A small box around a polytope: along the frame's axes, along the principal axes of its
-    /// vertices, or flush with its largest face and that face's longest side, whichever has the
-    /// least surface.
+    /// Returns a small box around a polytope. Of three boxes it returns the one with the smallest
+    /// surface area. The first is aligned with the frame, the second with the principal axes of the
+    /// vertices, and the third with the largest face and the longest side of that face.
     pub fn around(polytope: &Polytope) -> Self {
         let points = polytope.vertices();
         let mut best = Self::along(DMat3::IDENTITY, points);
@@ -56,7 +56,7 @@ impl OrientedBox {
         Self { center: axes * low.midpoint(high), axes, half: DVec3::ZERO }.holding(points.iter().copied())
     }
 
-    /// The same box, wide enough to hold these points too.
+    /// Returns this box, enlarged so that it also contains `points`.
     pub fn holding(mut self, points: impl Iterator<Item = DVec3>) -> Self {
         let to_box = self.axes.transpose();
         for p in points {
@@ -65,7 +65,8 @@ impl OrientedBox {
         self
     }
 
-    /// Compares surfaces, because the volume of a flat node is zero.
+    /// Returns an eighth of the surface area. Boxes are compared by area, because the volume of a
+    /// flat node is zero.
     fn surface(&self) -> f64 {
         let h = self.half;
         h.x * h.y + h.y * h.z + h.z * h.x
@@ -73,10 +74,11 @@ impl OrientedBox {
 }
 
 impl Sphere {
-    /// A nearly smallest ball around points.
+    /// Returns a sphere around `points` that is nearly the smallest one.
     ///
-    /// From `center`, the centre steps toward the farthest point, by less each time (Bădoiu and
-    /// Clarkson 2003); the best one met on the way wins.
+    /// The centre starts at `center`. In each iteration it moves toward the farthest point, by a
+    /// decreasing fraction (Bădoiu and Clarkson 2003). The result is the smallest sphere of all
+    /// iterations.
     pub fn around(points: &[DVec3], mut center: DVec3) -> Self {
         let mut best = Self { center, radius: f64::INFINITY };
         for step in 0..SPHERE_STEPS {
@@ -96,7 +98,7 @@ impl Sphere {
         best.holding(points.iter().copied())
     }
 
-    /// The same ball, wide enough to hold these points too.
+    /// Returns this sphere, enlarged so that it also contains `points`.
     pub fn holding(mut self, points: impl Iterator<Item = DVec3>) -> Self {
         for p in points {
             self.radius = self.radius.max(p.distance(self.center));
@@ -105,7 +107,7 @@ impl Sphere {
     }
 }
 
-/// Second moments about the mean.
+/// Returns the sum of d dᵀ over all points, where d is the offset from the mean.
 pub(crate) fn covariance(points: &[DVec3]) -> DMat3 {
     let mean = points.iter().copied().sum::<DVec3>() / points.len().max(1) as f64;
     points.iter().fold(DMat3::ZERO, |sum, &p| {
@@ -114,7 +116,8 @@ pub(crate) fn covariance(points: &[DVec3]) -> DMat3 {
     })
 }
 
-/// The normal of the largest face and the direction of its longest side.
+/// Returns axes along the normal of the largest face and along that face's longest side; `None` if
+/// the side has no length across the normal.
 fn flush_axes(polytope: &Polytope) -> Option<DMat3> {
     let corner = |f: u32, k: usize| polytope.vertex(polytope.face_vertices(f).at(k));
     let area = |f: u32| {
@@ -149,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn the_box_of_a_turned_box_is_itself() {
+    fn a_turned_box_is_its_own_bounding_box() {
         for (half, angle) in [(DVec3::new(3.0, 2.0, 1.0), 0.4), (DVec3::ONE, 1.1), (DVec3::new(2.0, 2.0, 0.5), 2.0)] {
             let rotation = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -3.0).normalize(), angle);
             let points = corners(half, rotation, DVec3::new(5.0, -4.0, 1.0));
@@ -171,7 +174,8 @@ mod tests {
         let points = corners(DVec3::new(3.0, 2.0, 1.0), DQuat::IDENTITY, DVec3::X);
         let sphere = Sphere::around(&points, DVec3::X);
         assert!((sphere.radius - 14f64.sqrt()).abs() < 1e-12);
-        // Started at a corner of an equilateral triangle with a circumscribed circle of radius 1.
+        // The centre starts at a corner of an equilateral triangle whose circumscribed circle has
+        // radius 1.
         let angles = [0.3, 0.3 + std::f64::consts::TAU / 3.0, 0.3 - std::f64::consts::TAU / 3.0];
         let triangle = angles.map(|a: f64| DVec3::new(a.cos(), a.sin(), 7.0));
         let sphere = Sphere::around(&triangle, triangle[0]);

@@ -1,4 +1,4 @@
-//! Making the tree: see steps 1 to 4 of the parent module.
+//! Builds the tree, by steps 1 to 4 of the parent module.
 
 use std::ops::Range;
 
@@ -10,14 +10,17 @@ use crate::algebra::{Alone, Workers, eigen, map_in_order, tolerance};
 use crate::body::hierarchy::bounds::{OrientedBox, Sphere, covariance};
 
 impl Hierarchy {
-    /// The tree over `pieces`; `coplanar` is the distance within which hull faces merge, in model
-    /// units.
+    /// Builds the tree over `pieces`. Hull faces within the distance `coplanar` (model units) of
+    /// each other merge.
     pub fn build(pieces: &[Polytope], coplanar: f64) -> Result<Self, HierarchyError> {
         Self::build_with(pieces, coplanar, &Alone, &mut |_| ())
     }
 
-    /// As [`Self::build`], on `workers`; `progress` is called with the fraction done. The tree does
-    /// not depend on the workers.
+    /// Does the same as [`Self::build`] on several `workers`, and calls `progress` with the
+    /// finished fraction. The tree does not depend on the workers.
+    ///
+    /// # Errors
+    /// Fails if there are no pieces, or if the hull of a node cannot be built.
     pub fn build_with(
         pieces: &[Polytope],
         coplanar: f64,
@@ -42,27 +45,27 @@ impl Hierarchy {
     }
 }
 
-/// Shares of the work for the progress report: the top's splits, and the subtrees. The top's hulls
-/// are the rest.
+/// Fractions of the work for the progress report: the splits of the top, and the subtrees. The
+/// remaining work is for the hulls of the top.
 const CUT_SHARE: f64 = 0.1;
 const SUBTREE_SHARE: f64 = 0.65;
 
-/// The top of the tree, whose parts are too large for one worker.
+/// The top of the tree. Its parts have too many pieces for one worker.
 struct Crown {
-    /// The root first, then level by level.
+    /// All parts, level by level from the root.
     parts: Vec<Part>,
-    /// Begin of each level among the parts, and the end of the last one.
+    /// Index of each level's first part, and the index after the last part.
     levels: Vec<usize>,
 }
 
 struct Part {
-    /// Range of its pieces in the order.
+    /// Range of the part's pieces in `order`.
     range: Range<usize>,
-    /// The two parts that it was split into; `None` for a subtree.
+    /// Indices of the two halves; `None` if one worker builds the part as a subtree.
     halves: Option<[usize; 2]>,
 }
 
-/// An inner node that is not in a tree yet.
+/// The hull and bounds of an inner node, before it has an index.
 struct Volume {
     hull: Polytope,
     sphere: Sphere,
@@ -70,7 +73,7 @@ struct Volume {
 }
 
 impl Crown {
-    /// Cuts `order` until no part has more than [`tolerance::SUBTREE_PIECES`] pieces.
+    /// Splits `order` until no part has more than [`tolerance::SUBTREE_PIECES`] pieces.
     fn cut(maker: &Maker<'_>, order: &mut [u32], workers: &dyn Workers) -> Self {
         let mut crown = Self { parts: vec![Part { range: 0..order.len(), halves: None }], levels: vec![0, 1] };
         let mut level = 0..1;
@@ -98,7 +101,7 @@ impl Crown {
         }
     }
 
-    /// For each part that was not cut, its tree.
+    /// Builds the tree of each part that was not split; `None` for the other parts.
     fn subtrees(
         &self,
         maker: &Maker<'_>,
@@ -113,7 +116,8 @@ impl Crown {
         map_in_order(workers, self.parts.len(), 1, build, progress).into_iter().collect()
     }
 
-    /// For each part that was cut, its node, from the last level up.
+    /// Computes the hull and bounds of each part that was split, from the last level up; `None` for
+    /// the other parts.
     fn hulls(
         &self,
         maker: &Maker<'_>,
@@ -143,7 +147,7 @@ impl Crown {
         Ok(volumes)
     }
 
-    /// One list of all nodes.
+    /// Joins all nodes into one hierarchy.
     fn join(&self, pieces: usize, mut subtrees: Vec<Option<Subtree>>, mut volumes: Vec<Option<Volume>>) -> Hierarchy {
         let mut whole =
             Subtree { nodes: Vec::with_capacity(2 * pieces - 1), hulls: Vec::with_capacity(pieces - 1), depth: 0 };
@@ -151,7 +155,8 @@ impl Crown {
         Hierarchy { nodes: whole.nodes, hulls: whole.hulls, depth }
     }
 
-    /// Appends a part and all below it; returns its node and depth.
+    /// Appends the nodes of a part and of everything below it. Returns the index of the part's node
+    /// and the depth below it.
     fn append(
         &self,
         part: usize,
@@ -174,7 +179,7 @@ impl Crown {
     }
 }
 
-/// A tree, or a part of one: its last node is its root.
+/// A tree or a part of a tree. Its root is the last node.
 struct Subtree {
     nodes: Vec<Node>,
     hulls: Vec<Polytope>,
@@ -182,7 +187,7 @@ struct Subtree {
 }
 
 impl Subtree {
-    /// The tree over `order` (pieces, which are reordered).
+    /// Builds the tree over the pieces in `order`, which it reorders.
     fn over(maker: &Maker<'_>, order: &mut [u32]) -> Result<Self, HierarchyError> {
         let count = order.len();
         let mut tree =
@@ -191,7 +196,7 @@ impl Subtree {
         Ok(tree)
     }
 
-    /// Builds the node over `order` and returns its index and depth.
+    /// Builds the nodes over `order`. Returns the index of the top node and the depth.
     fn grow(&mut self, maker: &Maker<'_>, order: &mut [u32]) -> Result<(u32, usize), HierarchyError> {
         if let [piece] = *order {
             let (sphere, oriented_box) = bounds_of(&maker.pieces[piece as usize]);
@@ -236,7 +241,7 @@ impl Subtree {
     }
 }
 
-/// Parts from which nodes are made.
+/// The input data of the construction.
 struct Maker<'a> {
     pieces: &'a [Polytope],
     coplanar: f64,
@@ -250,7 +255,8 @@ impl Maker<'_> {
         let axes = eigen(covariance(&centroids)).1;
         let mut along: Vec<(f64, u32)> =
             order.iter().zip(&centroids).map(|(&piece, centroid)| (centroid.dot(axes.z_axis), piece)).collect();
-        // Equal heights are ordered by piece, so that the tree is a function of the pieces alone.
+        // Pieces at equal positions are sorted by index, so that the tree depends only on the
+        // pieces.
         along.sort_unstable_by(|p, q| p.0.total_cmp(&q.0).then(p.1.cmp(&q.1)));
         for (place, &(_, piece)) in order.iter_mut().zip(&along) {
             *place = piece;
@@ -263,19 +269,21 @@ impl Maker<'_> {
         cheapest_cut(&extents)
     }
 
-    /// The node over `order`, whose two parts have the volumes `left` and `right`.
+    /// Computes the hull and bounds of the node over the pieces in `order`. `left` and `right` are
+    /// the volumes of its two children.
     fn volume(&self, order: &[u32], left: &Polytope, right: &Polytope) -> Result<Volume, HierarchyError> {
         let hull = self.hull(left, right).map_err(|source| HierarchyError::Hull { pieces: order.len(), source })?;
         let (sphere, oriented_box) = bounds_of(&hull);
-        // Merging may have shaved vertices off the hull, but not off the bounds.
+        // Merging may have cut vertices off the hull, so the bounds are enlarged to contain all
+        // vertices.
         let vertices = || order.iter().flat_map(|&piece| self.pieces[piece as usize].vertices()).copied();
         Ok(Volume { hull, sphere: sphere.holding(vertices()), oriented_box: oriented_box.holding(vertices()) })
     }
 
     fn hull(&self, left: &Polytope, right: &Polytope) -> Result<Polytope, HullError> {
         let points: Vec<DVec3> = left.vertices().iter().chain(right.vertices()).copied().collect();
-        // Merging only makes walks shorter. If the merged hull has no volume, merge only exactly
-        // coplanar faces.
+        // Merged faces are needed only for speed. If the merged hull has no volume, merge only
+        // exactly coplanar faces.
         for coplanar in [self.coplanar, 0.0] {
             if let Some((polytope, inputs)) = convex_hull(&points, coplanar)?.into_polytope() {
                 return Ok(tag(polytope, &inputs, left, right, self.coplanar));
@@ -285,8 +293,8 @@ impl Maker<'_> {
     }
 }
 
-/// Splits a row of boxes where the sum of surface times number over both parts is least: the
-/// expected cost of a traversal below them.
+/// Returns where to split a row of boxes. The split minimises the sum over both parts of surface
+/// area times number, which is the expected cost of a traversal.
 fn cheapest_cut(extents: &[Aabb]) -> usize {
     let count = extents.len();
     let mut costs = vec![0.0; count];
@@ -304,7 +312,7 @@ fn cheapest_cut(extents: &[Aabb]) -> usize {
     (least..=count - least).min_by(|&i, &j| costs[i].total_cmp(&costs[j])).unwrap_or(count / 2)
 }
 
-/// Half the surface of a box.
+/// Returns half the surface area of a box.
 fn surface(extent: &Aabb) -> f64 {
     let side = extent.max - extent.min;
     side.x * side.y + side.y * side.z + side.z * side.x
@@ -315,11 +323,13 @@ fn bounds_of(polytope: &Polytope) -> (Sphere, OrientedBox) {
     (Sphere::around(polytope.vertices(), oriented_box.center), oriented_box)
 }
 
-/// Tags a face original when an original face of one child covers it: all its vertices are
-/// vertices of that child and lie in that face's plane, the child being convex.
+/// Tags each face as original if an original face of one child covers it, else as virtual. A
+/// child's face covers the face if all vertices of the face belong to that child and lie in the
+/// plane of the child's face. This is sufficient because the child is convex.
 fn tag(polytope: Polytope, inputs: &[u32], left: &Polytope, right: &Polytope, coplanar: f64) -> Polytope {
     let from_left = left.vertices().len() as u32;
-    // Neighbouring pieces share vertices; the hull names the left one's.
+    // Neighbouring pieces share vertices. For a shared vertex, `inputs` has the index in the left
+    // child.
     let place = |v: &DVec3| v.to_array().map(f64::to_bits);
     let mut rights: Vec<([u64; 3], u32)> = right.vertices().iter().map(place).zip(0..).collect();
     rights.sort_unstable();

@@ -1,11 +1,11 @@
-//! The walker of the tree's invariants.
+//! Checks the invariants of the tree.
 //!
-//! 1. One tree: children come before their parent, every node but the root has one parent, and
-//!    every piece is in one leaf.
-//! 2. Each inner hull encloses the hulls of its children, but for the merge distance.
-//! 3. The ball and the box of a node hold every vertex of the pieces below it.
+//! 1. The nodes form one tree: children come before their parent, every node except the root has
+//!    one parent, and every piece is in one leaf.
+//! 2. Each inner hull contains the hulls of its children, up to the merge distance.
+//! 3. The sphere and the box of a node contain every vertex of the pieces below it.
 //!
-//! Steps 2 and 3 look at all of a small tree and at evenly spaced parts of a large one.
+//! Steps 2 and 3 check a small tree completely, and evenly spaced samples of a large tree.
 
 use glam::DVec3;
 
@@ -24,45 +24,45 @@ pub enum HierarchyFault {
     /// A piece is in no leaf or in several, or a leaf names a piece that does not exist.
     #[error("piece {0} is not in exactly one leaf")]
     Piece(u32),
-    /// An inner node names no hull of its own.
-    #[error("inner node {0} does not have the hull of its rank among the inner nodes")]
+    /// The hull index of an inner node is wrong.
+    #[error("the n-th inner node, node {0}, does not refer to the n-th hull")]
     Hull(u32),
-    /// [`Hierarchy::depth`] is not the number of nodes on the longest way down.
-    #[error("the depth is {found} and said to be {said}")]
+    /// [`Hierarchy::depth`] is not the number of nodes on the longest path from the root to a leaf.
+    #[error("the depth is {found}, but the tree states {said}")]
     Depth {
-        /// Counted.
+        /// The depth that was counted.
         found: usize,
-        /// The fault of the tree.
+        /// The depth that the tree states.
         said: usize,
     },
     /// A vertex of a child's hull lies above a face of the node's hull.
-    #[error("the hull of node {node} does not enclose that of its child {child}: a vertex is {height:e} outside")]
+    #[error("the hull of node {node} does not contain the hull of its child {child}: a vertex is {height:e} outside")]
     Enclosure {
-        /// The node.
+        /// Index of the node.
         node: u32,
-        /// Its child.
+        /// Index of the child.
         child: u32,
-        /// Above the plane of a face of the node's hull, model units.
+        /// Height of the vertex above the plane of a face of the node's hull, in model units.
         height: f64,
     },
-    /// A vertex of a piece is outside the ball or the box of a node above it.
-    #[error("the {bound} of node {node} does not hold piece {piece}")]
+    /// A vertex of a piece is outside the sphere or the box of one of the nodes above it.
+    #[error("the {bound} of node {node} does not contain piece {piece}")]
     Bound {
-        /// The node.
+        /// Index of the node.
         node: u32,
-        /// The piece.
+        /// Index of the piece.
         piece: u32,
-        /// Which bound.
+        /// `"sphere"` or `"box"`.
         bound: &'static str,
     },
 }
 
 impl Hierarchy {
-    /// Walks the tree and returns what is broken first. `pieces` and `coplanar` are those of
+    /// Checks the invariants of the tree. `pieces` and `coplanar` must be the arguments of
     /// [`Self::build`].
     ///
     /// # Errors
-    /// The first broken invariant, with the node or piece where it is.
+    /// Returns the first broken invariant, with its node or piece.
     pub fn validate(&self, pieces: &[Polytope], coplanar: f64) -> Result<(), HierarchyFault> {
         let parents = self.validate_tree(pieces.len())?;
         for node in 0..self.nodes.len() as u32 {
@@ -75,7 +75,7 @@ impl Hierarchy {
         (0..self.nodes.len() as u32).step_by(step).try_for_each(|leaf| self.validate_bounds(leaf, pieces, &parents))
     }
 
-    /// Step 1; returns each node's parent, the root being its own.
+    /// Does step 1. Returns the parent of each node; the root counts as its own parent.
     fn validate_tree(&self, pieces: usize) -> Result<Vec<u32>, HierarchyFault> {
         let mut parents: Vec<Option<u32>> = vec![None; self.nodes.len()];
         let mut depths = Vec::with_capacity(self.nodes.len());
@@ -119,7 +119,7 @@ impl Hierarchy {
         }
     }
 
-    /// Step 2 for one child.
+    /// Does step 2 for one child.
     fn validate_enclosure(
         &self,
         node: u32,
@@ -129,7 +129,7 @@ impl Hierarchy {
     ) -> Result<(), HierarchyFault> {
         let (hull, inside) = (self.polytope(node, pieces), self.polytope(child, pieces));
         let (planes, vertices) = (hull.planes(), inside.vertices());
-        // All planes against as many vertices as the limit allows, at least one.
+        // Checks as many vertices as the limit allows, at least one, against all planes.
         let step = (planes.len() * vertices.len()).div_ceil(VALIDATED_HEIGHTS);
         let size = vertices.iter().fold(0.0, |size: f64, v| size.max(v.abs().max_element()));
         let limit = coplanar + WELL_FORMED_ROUNDING * size;
@@ -139,7 +139,7 @@ impl Hierarchy {
         }
     }
 
-    /// Step 3 for one leaf and all nodes above it; an inner node has nothing to check.
+    /// Does step 3 for one leaf and all nodes above it. Does nothing if `leaf` is an inner node.
     fn validate_bounds(&self, leaf: u32, pieces: &[Polytope], parents: &[u32]) -> Result<(), HierarchyFault> {
         let NodeKind::Leaf { piece } = self.node(leaf).kind else { return Ok(()) };
         let vertices = pieces[piece as usize].vertices();
@@ -202,7 +202,7 @@ mod tests {
             let fault = |change: &dyn Fn(&mut Hierarchy)| {
                 let mut broken = whole.clone();
                 change(&mut broken);
-                broken.validate(&pieces, COPLANAR).expect_err("a broken tree")
+                broken.validate(&pieces, COPLANAR).expect_err("validate accepts a broken tree")
             };
             let what = format!("seed {SEED:#x}, case {case}, leaf {leaf}, node {node}");
 

@@ -1,19 +1,20 @@
 //! Merges the coplanar triangles of a hull into planar faces.
 //!
-//! 1. The largest triangle without a face starts a new face. Its plane supports the whole hull
-//!    exactly and stays the face's plane, so a chain of merges causes no drift.
-//! 2. The face grows across sides to triangles whose corners lie within the merge distance below
-//!    that plane, and only so that it stays a disc with a simple border and does not fold over a
-//!    sharp edge.
-//! 3. A vertex inside one face is dropped. A vertex of only two faces lies on a straight side and
-//!    is dropped from both.
-//! 4. A face that has no three corners left, that is turned over or has a reflex corner, or whose
-//!    dropped vertices do not lie on the side that replaces them (two faces at a tiny angle), has
-//!    merged too much. Its triangles are merged anew with a smaller merge distance, then with exact
-//!    coplanarity. If that fails too, every triangle is a face.
+//! 1. The largest triangle that has no face yet starts a new face. Its plane supports the whole
+//!    hull exactly. It stays the plane of the face, so repeated merges cause no drift.
+//! 2. The face grows across sides to triangles whose corners lie within the merge distance
+//!    below that plane. A triangle joins only if the face stays a disc with a simple border and
+//!    does not fold over a sharp edge.
+//! 3. A vertex in the interior of a face is dropped. A vertex of only two faces lies on a straight
+//!    side of both and is dropped from both.
+//! 4. A face is invalid in four cases: it has fewer than three corners left, it is turned over, it
+//!    has a reflex corner, or its dropped vertices do not lie on the sides that replace them. The
+//!    last case happens if two faces meet at a tiny angle. The triangles of invalid faces are
+//!    merged again with a smaller merge distance, and at last with exact coplanarity. If this fails
+//!    too, every triangle becomes a face.
 //!
-//! Vertices nearer to each other than the merge distance are not welded here; the mesh is already
-//! welded.
+//! This module does not weld vertices that are closer than the merge distance, because the mesh is
+//! already welded.
 
 use glam::DVec3;
 
@@ -33,13 +34,13 @@ const NONE: u32 = u32::MAX;
 
 /// The assignment of triangles to faces.
 struct Faces {
-    /// The face of each triangle.
+    /// Index of each triangle's face.
     of: Vec<u32>,
-    /// For each face, its first triangle and that triangle's normal.
+    /// For each face, its first triangle and the unit normal of that triangle.
     founders: Vec<(u32, DVec3)>,
 }
 
-/// The polytope with merged faces, and for each of its vertices the point.
+/// Returns the polytope with merged faces, and for each of its vertices the index of the point.
 pub(super) fn merged(points: &[DVec3], shell: &Shell, coplanar: f64) -> Result<(Polytope, Vec<u32>), Unmergeable> {
     let mut distances = vec![coplanar; shell.triangles.len()];
     for pass in 0..=HULL_MERGE_PASSES {
@@ -62,9 +63,9 @@ pub(super) fn merged(points: &[DVec3], shell: &Shell, coplanar: f64) -> Result<(
             }
         }
     }
-    // Exact coplanarity is not transitive: on a lattice that rounding has bent, some points are
-    // exactly coplanar and some are not, and a vertex between two faces need not lie on a straight
-    // side. Every triangle alone is a face.
+    // Exact coplanarity is not transitive. On a lattice with rounding errors, some points are
+    // exactly coplanar and others are not. Then a vertex between two faces may lie off the straight
+    // side. Therefore each triangle becomes a face.
     match assemble(points, shell, &unmerged(points, shell), 0.0) {
         Ok(Some(answer)) => Ok(answer),
         Ok(None) => Err(Unmergeable { collinear: Vec::new() }),
@@ -72,13 +73,15 @@ pub(super) fn merged(points: &[DVec3], shell: &Shell, coplanar: f64) -> Result<(
     }
 }
 
-/// Triangles so narrow that their normal is rounding noise.
+/// Error: some triangles are so narrow that their normals consist of rounding errors.
 pub(super) struct Unmergeable {
-    /// The corners opposite their longest sides: points that lie, up to rounding, on a segment
-    /// between other points.
+    /// The corner of each such triangle that is opposite the longest side. Up to rounding, it lies
+    /// on a segment between other points.
     pub(super) collinear: Vec<u32>,
 }
 
+/// Returns the corner opposite the longest side of each triangle that is marked in `spoilt`, sorted
+/// and without duplicates.
 fn middles(points: &[DVec3], shell: &Shell, spoilt: &[bool]) -> Vec<u32> {
     let middle = |corners: &[u32; 3]| {
         let side = |k: usize| points[corners[k] as usize].distance_squared(points[corners[(k + 1) % 3] as usize]);
@@ -102,8 +105,8 @@ fn unmerged(points: &[DVec3], shell: &Shell) -> Faces {
     Faces { of: (0..shell.triangles.len() as u32).collect(), founders }
 }
 
-/// If an invalid face cannot shrink, its neighbours are the cause: it is a triangle with a corner
-/// on another face's side.
+/// Marks the neighbours of invalid faces that cannot shrink. Such a face is a single triangle with
+/// a corner on the side of another face, so the neighbours have merged too much.
 fn spoil_neighbours(shell: &Shell, faces: &Faces, distances: &[f64], spoilt: &mut [bool]) {
     let at_end: Vec<u32> = (0..faces.of.len() as u32)
         .filter(|&t| spoilt[faces.of[t as usize] as usize] && distances[t as usize] <= 0.0)
@@ -115,7 +118,7 @@ fn spoil_neighbours(shell: &Shell, faces: &Faces, distances: &[f64], spoilt: &mu
     }
 }
 
-/// Steps 1 and 2, with the merge distance of each founding triangle.
+/// Does steps 1 and 2. Each face uses the merge distance of its first triangle.
 fn grow_faces(points: &[DVec3], shell: &Shell, distances: &[f64]) -> Faces {
     let corners = |t: u32| shell.triangles[t as usize].map(|v| points[v as usize]);
     let mut order: Vec<(f64, u32)> = (0..shell.triangles.len() as u32)
@@ -162,8 +165,9 @@ fn grow_faces(points: &[DVec3], shell: &Shell, distances: &[f64]) -> Faces {
     faces
 }
 
-/// True if a face that is a disc stays one when triangle `t` joins it: through one side with the
-/// far corner new to the face, or through two.
+/// Returns true if a face that is a disc stays a disc when triangle `t` joins it. This holds if `t`
+/// shares one side with the face and its opposite corner is not yet in the face, or if it shares
+/// two sides.
 fn keeps_a_disc(shell: &Shell, face_of: &[u32], touched: &[u32], t: u32, face: u32) -> bool {
     let shared = shell.neighbours[t as usize].map(|n| face_of[n as usize] == face);
     match shared.iter().filter(|&&s| s).count() {
@@ -173,17 +177,17 @@ fn keeps_a_disc(shell: &Shell, face_of: &[u32], touched: &[u32], t: u32, face: u
     }
 }
 
-/// Steps 3 and 4. Returns `Err` with the faces that have merged too much, or `Ok(None)` if some
-/// have but it is not known which.
-#[allow(clippy::type_complexity, reason = "the three outcomes of one private step")]
+/// Does steps 3 and 4. Returns `Err` with the invalid faces, or `Ok(None)` if it is not known which
+/// faces are invalid.
+#[allow(clippy::type_complexity, reason = "a private function with three outcomes")]
 fn assemble(
     points: &[DVec3],
     shell: &Shell,
     faces: &Faces,
     coplanar: f64,
 ) -> Result<Option<(Polytope, Vec<u32>)>, Vec<bool>> {
-    // A border passes each of its vertices once, so the number of faces at a vertex is the number
-    // of borders that leave it.
+    // A border visits each of its vertices once. Therefore the number of faces at a vertex equals
+    // the number of border sides that start there.
     let mut valence = vec![0u32; points.len()];
     let mut first_side = vec![(NONE, 0); faces.founders.len()];
     for (t, corners) in shell.triangles.iter().enumerate() {
@@ -212,8 +216,8 @@ fn assemble(
             spoilt[face] = true;
             continue;
         };
-        // The founding plane supports the hull; when its own corners are gone, lower it onto what
-        // is left.
+        // The plane of the first triangle supports the hull. If all corners of that triangle are
+        // dropped, move the plane down to the remaining points.
         let founded = shell.triangles[seed as usize].into_iter().any(stays);
         let supported = if founded { &corners } else { &kept };
         let offset = supported.iter().map(|&v| normal.dot(points[v as usize])).fold(f64::NEG_INFINITY, f64::max);
@@ -228,15 +232,15 @@ fn assemble(
     Ok(Polytope::from_faces(vertices, &loops, planes, provenance).ok().map(|polytope| (polytope, kept)))
 }
 
-/// The border of the face that lies left of `first`, a side of it given as triangle and corner;
-/// `None` when the face has no border.
+/// Returns the vertices of a face's border, starting with the side `first` (triangle and corner).
+/// Returns `None` if the face has no border.
 fn border_from(shell: &Shell, face_of: &[u32], first: (u32, usize)) -> Option<Vec<u32>> {
     let face = *face_of.get(first.0 as usize)?;
     let mut border = Vec::new();
     let (mut t, mut k) = first;
     loop {
         border.push(shell.triangles[t as usize][k]);
-        // Turn about the side's head, inside the face, to the next side of the border.
+        // Rotate about the head of the side, inside the face, to the next side of the border.
         k = (k + 1) % 3;
         loop {
             let across = shell.neighbours[t as usize][k];
@@ -256,8 +260,9 @@ fn border_from(shell: &Shell, face_of: &[u32], first: (u32, usize)) -> Option<Ve
     }
 }
 
-/// The corners of a border that stay, when they make a convex polygon about `normal` and every
-/// vertex that goes lies on the side that replaces it, all within the merge distance.
+/// Returns the corners of a border that stay. Returns `None` unless, within the merge distance,
+/// they form a convex polygon about `normal` and each dropped vertex lies on the side that replaces
+/// it.
 fn straightened(
     points: &[DVec3],
     mut border: Vec<u32>,
@@ -268,7 +273,7 @@ fn straightened(
     let first = border.iter().position(|&v| stays(v))?;
     border.rotate_left(first);
     let at = |v: u32| points[v as usize];
-    // How far `v` lies left of the way from `tail` to `head`.
+    // Distance of `v` to the left of the line from `tail` to `head`.
     let inside = |v: u32, tail: u32, head: u32| normal.dot(unit(at(head) - at(tail)).cross(at(v) - at(tail)));
     let mut corners = vec![border[0]];
     let mut dropped = 0;
@@ -279,8 +284,8 @@ fn straightened(
             continue;
         }
         let tail = border[k - dropped - 1];
-        // With exact coplanarity what goes lies on the side exactly, but for the rounding of the
-        // test.
+        // With exact coplanarity, dropped vertices lie exactly on the side. The test is skipped,
+        // because it could only fail by its own rounding errors.
         if coplanar > 0.0 && border[k - dropped..k].iter().any(|&v| inside(v, tail, head).abs() > coplanar) {
             return None;
         }

@@ -1,16 +1,16 @@
-//! Normals of triangles to full precision, however thin the triangle.
+//! Computes normals of triangles to full precision, even for very thin triangles.
 //!
-//! A plain cross product of a needle's sides loses more digits the thinner the needle is. A plane
-//! with such a normal does not support the hull. Here differences and products carry their rounding
-//! errors along (Dekker's double-double), so that the result is right to about 1e-31 of the product
-//! of the sides.
+//! A plain cross product of two sides loses digits if the triangle is thin, and a plane with such a
+//! normal does not support the hull. Here each difference and each product is stored with its
+//! rounding error (Dekker's double-double numbers). The error of the result is about 1e-31 of the
+//! product of the side lengths.
 
 use glam::DVec3;
 
-/// (b − a) × (c − a), rounded once.
+/// Returns (b − a) × (c − a), rounded once.
 pub(super) fn cross_of(a: DVec3, b: DVec3, c: DVec3) -> DVec3 {
-    // Uses the two shorter sides: they cancel least, and the result does not depend on which corner
-    // comes first.
+    // Uses the two shorter sides, because they cause the least cancellation. The result then does
+    // not depend on which corner comes first.
     let (ab, bc, ca) = (a.distance_squared(b), b.distance_squared(c), c.distance_squared(a));
     let [a, b, c] = if bc >= ab && bc >= ca {
         [a, b, c]
@@ -25,13 +25,13 @@ pub(super) fn cross_of(a: DVec3, b: DVec3, c: DVec3) -> DVec3 {
     DVec3::new(minor(u[1], w[2], u[2], w[1]), minor(u[2], w[0], u[0], w[2]), minor(u[0], w[1], u[1], w[0]))
 }
 
-/// The unit vector along `v`, which may be of any non-zero length; zero for zero.
+/// Returns the unit vector along `v`, without overflow or underflow; zero if `v` is zero.
 pub(super) fn unit(v: DVec3) -> DVec3 {
     let largest = v.abs().max_element();
     if largest > 0.0 { (v / largest).normalize() } else { DVec3::ZERO }
 }
 
-/// p·q − r·s of numbers given as rounded value and rounding error.
+/// Returns p·q − r·s. Each argument is a pair of rounded value and rounding error.
 fn minor(p: (f64, f64), q: (f64, f64), r: (f64, f64), s: (f64, f64)) -> f64 {
     let (pq, pq_error) = exact_product(p.0, q.0);
     let (rs, rs_error) = exact_product(r.0, s.0);
@@ -40,14 +40,14 @@ fn minor(p: (f64, f64), q: (f64, f64), r: (f64, f64), s: (f64, f64)) -> f64 {
     high + (low + (pq_error - rs_error) + crossed)
 }
 
-/// x − y as rounded value and rounding error (Knuth).
+/// Returns x − y as rounded value and rounding error (Knuth's two-sum).
 fn exact_difference(x: f64, y: f64) -> (f64, f64) {
     let difference = x - y;
     let taken = x - difference;
     (difference, (x - (difference + taken)) + (taken - y))
 }
 
-/// x·y as rounded value and rounding error.
+/// Returns x·y as rounded value and rounding error.
 fn exact_product(x: f64, y: f64) -> (f64, f64) {
     let product = x * y;
     (product, x.mul_add(y, -product))
@@ -58,9 +58,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_normal_of_a_needle_keeps_its_digits() {
-        // 1 + 2^-52 − 1 along y over a side of length 3: the plain product of unshifted coordinates
-        // has no digits left.
+    fn the_normal_of_a_needle_is_exact() {
+        // The triangle has a side of length 3 and a height of 2^-52 along y. A plain cross product
+        // would have no correct digit.
         let height = f64::EPSILON;
         let (a, b, c) = (DVec3::ONE, DVec3::new(4.0, 1.0, 1.0), DVec3::new(2.0, 1.0 + height, 1.0));
         assert_eq!(cross_of(a, b, c), DVec3::new(0.0, 0.0, 3.0 * height));

@@ -1,16 +1,18 @@
-//! The convex polygon of points that lie in a plane but for rounding.
+//! Computes the convex hull of points that lie in one plane, up to rounding.
 //!
-//! 1. Project along the axis nearest to the plane's normal: dropping a coordinate is exact.
-//! 2. Monotone chain with exact orientation (Andrew 1979): a strictly convex polygon.
-//! 3. Drop corners that lie within the merge distance of the chord between the corners that stay.
+//! 1. Project the points along the coordinate axis nearest to the plane's normal. This drops one
+//!    coordinate, so it is exact.
+//! 2. Compute the strictly convex hull with a monotone chain and exact orientation tests (Andrew
+//!    1979).
+//! 3. Drop corners that lie within the merge distance of the chord between the remaining corners.
 
 use glam::DVec3;
 
 use super::normal::{cross_of, unit};
 
-/// The corners of the convex polygon, counter-clockwise seen from the side that `normal` points to;
-/// fewer than three when the points are collinear. `points` must be distinct and in lexicographic
-/// order.
+/// Returns the corners of the convex polygon, counter-clockwise as seen from the side to which
+/// `normal` points. Returns fewer than three corners if the points are collinear. `points` must be
+/// distinct and in lexicographic order.
 pub(super) fn convex_polygon_corners(points: &[DVec3], normal: DVec3, coplanar: f64) -> Vec<u32> {
     let steep = normal.abs();
     let axis = if steep.x >= steep.y && steep.x >= steep.z {
@@ -28,7 +30,8 @@ pub(super) fn convex_polygon_corners(points: &[DVec3], normal: DVec3, coplanar: 
     without_straight_corners(points, corners, coplanar)
 }
 
-/// The unit normal of a convex polygon that is planar but for rounding, on the side of `roughly`.
+/// Returns the unit normal of a convex polygon that is planar up to rounding. Of the two opposite
+/// normals it returns the one nearer to `roughly`.
 pub(super) fn fitted_normal(polygon: &[DVec3], roughly: DVec3) -> DVec3 {
     let area: DVec3 = polygon[1..].windows(2).map(|side| cross_of(polygon[0], side[0], side[1])).sum();
     let normal = unit(area);
@@ -41,7 +44,7 @@ pub(super) fn fitted_normal(polygon: &[DVec3], roughly: DVec3) -> DVec3 {
     }
 }
 
-/// Returns true if three points lie on one line; exact.
+/// Returns true if three points lie exactly on one line.
 pub(super) fn collinear(a: DVec3, b: DVec3, c: DVec3) -> bool {
     (0..3).all(|axis| {
         let [a, b, c] = [a, b, c].map(|p| robust::Coord { x: p[(axis + 1) % 3], y: p[(axis + 2) % 3] });
@@ -49,7 +52,7 @@ pub(super) fn collinear(a: DVec3, b: DVec3, c: DVec3) -> bool {
     })
 }
 
-/// The strictly convex hull of points in the plane, counter-clockwise.
+/// Returns the corners of the strictly convex hull of points in the plane, counter-clockwise.
 fn monotone_chain(flat: &[[f64; 2]]) -> Vec<u32> {
     let mut order: Vec<u32> = (0..flat.len() as u32).collect();
     let key = |k: u32| flat[k as usize].map(|x| x + 0.0);
@@ -83,15 +86,15 @@ fn monotone_chain(flat: &[[f64; 2]]) -> Vec<u32> {
     chain
 }
 
-/// Keeps a corner only when the chord that would replace it and its dropped neighbours misses
-/// one of them by more than the merge distance.
+/// Drops corners that are nearly straight. A run of corners is dropped only if all of them lie
+/// within the merge distance of the chord that replaces them.
 fn without_straight_corners(points: &[DVec3], corners: Vec<u32>, coplanar: f64) -> Vec<u32> {
     let n = corners.len();
     if n <= 3 {
         return corners;
     }
     let at = |k: usize| points[corners[k % n] as usize];
-    // The corner farthest from the middle is a true one.
+    // Start at the corner farthest from the middle, because it is never nearly straight.
     let middle = corners.iter().map(|&v| points[v as usize]).sum::<DVec3>() / n as f64;
     let mut start = 0;
     for k in 1..n {

@@ -1,33 +1,38 @@
-//! Quickhull with exact signs: the triangulated hull of a point set of non-zero volume.
+//! Quickhull with exact signs: computes the triangulated hull of a point set of non-zero volume.
 //!
-//! Every point outside the hull so far waits at one facet that it lies strictly above. A round
-//! takes a facet with waiting points:
+//! Each point outside the current hull is in the list of one facet below it; it lies strictly
+//! above that facet. Each round takes a facet whose list is not empty:
 //!
-//! 1. The apex is the point that waits highest above the facet (in floating point: any choice is
-//!    correct).
-//! 2. The facets strictly below the apex are found by flooding across edges.
-//! 3. Their border, the horizon, is one simple ring; a cone of new facets from the apex closes it.
-//! 4. The points that waited at the removed facets wait at a new facet that they lie above, or are
-//!    inside.
+//! 1. The apex is the point of the list that is highest above the facet. Floating-point heights are
+//!    sufficient, because the hull is correct for any point of the list.
+//! 2. A flood fill across edges finds the visible facets, which are the facets strictly below the
+//!    apex.
+//! 3. The border of the visible facets, the horizon, is one simple ring. New facets from the
+//!    horizon to the apex replace the visible facets.
+//! 4. Each point in the list of a removed facet moves to the list of a new facet below it. If there
+//!    is no such facet, the point is inside the hull.
 //!
-//! Exact signs are sufficient if coplanar counts as *not above*. Seen from the apex, the facets
-//! strictly below it project one to one onto a convex polygon. So they form a disc, no side of the
-//! horizon is in line with the apex, and no new facet is degenerate. At a side of the horizon, the
-//! new facet's normal is a non-negative combination of the normals of the two facets there. So a
-//! point above both is above the new facet, and step 4 loses no outside point.
+//! Exact signs are sufficient if a coplanar point counts as *not above*. Seen from the apex, the
+//! visible facets project one to one onto a convex polygon. Therefore they form a disc, no side of
+//! the horizon is collinear with the apex, and no new facet is degenerate.
+//!
+//! At a side of the horizon, the normal of the new facet is a non-negative combination of two
+//! normals: those of the visible facet and of the outer facet at that side. Therefore a point above
+//! both facets is above the new facet, and step 4 loses no outside point.
 
 use glam::DVec3;
 
 use super::HullError;
 
-/// A closed triangulated surface, counter-clockwise seen from outside.
+/// A closed triangulated surface. Its triangles are counter-clockwise as seen from outside.
 pub(super) struct Shell {
     pub(super) triangles: Vec<[u32; 3]>,
     /// `neighbours[t][k]` is the triangle across the side from corner k to corner k + 1.
     pub(super) neighbours: Vec<[u32; 3]>,
 }
 
-/// Positive when `d` lies below the plane of `abc`, seen counter-clockwise from above; exact.
+/// Returns a positive number if `d` lies below the plane of `abc`, negative if above, and zero if
+/// on it. "Above" is the side from which `abc` is counter-clockwise. The sign is exact.
 pub(super) fn orientation(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> f64 {
     let [a, b, c, d] = [a, b, c, d].map(|p| robust::Coord3D { x: p.x, y: p.y, z: p.z });
     robust::orient3d(a, b, c, d)
@@ -38,22 +43,21 @@ const NONE: u32 = u32::MAX;
 struct Facet {
     corners: [u32; 3],
     neighbours: [u32; 3],
-    /// First of the linked list of points that wait here.
+    /// First point of the linked list of points above this facet.
     waiting: u32,
     alive: bool,
-    /// The last round that saw the facet from its apex.
+    /// The last round in which the facet was visible from the apex.
     seen: u32,
 }
 
 struct Builder<'a> {
     points: &'a [DVec3],
     facets: Vec<Facet>,
-    /// Places of removed facets.
+    /// Indices of removed facets, for reuse.
     free: Vec<u32>,
-    /// For each waiting point, the next one at its facet.
+    /// For each point in a list, the next point of the list.
     next: Vec<u32>,
-    /// For each vertex of the current horizon, the new facet whose side on the horizon starts
-    /// there.
+    /// For each vertex of the current horizon, the new facet whose horizon side starts there.
     starts: Vec<u32>,
     visible: Vec<u32>,
     horizon: Vec<(u32, u32, u32)>,
@@ -61,7 +65,7 @@ struct Builder<'a> {
     round: u32,
 }
 
-/// The hull of distinct `points`, grown from a tetrahedron whose last corner lies strictly below
+/// Computes the hull of distinct `points`. The last corner of `tetrahedron` must lie strictly below
 /// the plane of the first three.
 pub(super) fn quickhull(points: &[DVec3], tetrahedron: [u32; 4]) -> Result<Shell, HullError> {
     let mut builder = Builder {
@@ -97,7 +101,7 @@ impl Builder<'_> {
         for (corners, neighbours) in facets {
             self.facets.push(Facet { corners, neighbours, waiting: NONE, alive: true, seen: 0 });
         }
-        // From the last to the first, so that the lists are in ascending order.
+        // Adds the points from the last to the first, so that the lists are in ascending order.
         for p in (0..self.points.len() as u32).rev().filter(|p| ![a, b, c, d].contains(p)) {
             if let Some(facet) = (0..4).find(|&f| self.is_above(f, p)) {
                 self.wait(facet, p);
@@ -132,8 +136,8 @@ impl Builder<'_> {
         best
     }
 
-    /// Floods from `facet` over all that `apex` lies above; collects them and the sides of their
-    /// border.
+    /// Collects the facets that are visible from `apex`, starting at `facet`, and the sides of
+    /// their border.
     fn find_visible(&mut self, facet: u32, apex: u32) {
         self.visible.clear();
         self.horizon.clear();
@@ -159,7 +163,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Puts a facet from each side of the horizon to the apex in place of the visible ones.
+    /// Replaces the visible facets by one new facet from each side of the horizon to the apex.
     fn raise_cone(&mut self, apex: u32) -> Result<(), HullError> {
         for &v in &self.visible {
             self.facets[v as usize].alive = false;
@@ -182,7 +186,7 @@ impl Builder<'_> {
             }
             self.cone.push(place);
             let turned = &mut self.facets[outer as usize];
-            // The outer facet runs along the side the other way.
+            // The outer facet lists this side in the opposite direction.
             let Some(k) = (0..3).find(|&k| turned.corners[k] == head && turned.corners[(k + 1) % 3] == tail) else {
                 return Err(HullError::Inconsistent);
             };
@@ -207,7 +211,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// Finds new facets for the points that waited at the removed ones.
+    /// Moves the points in the lists of the removed facets to the new facets.
     fn move_waiting(&mut self, apex: u32) {
         let cone = std::mem::take(&mut self.cone);
         for k in 0..self.visible.len() {

@@ -1,4 +1,4 @@
-//! Identities that every hull must satisfy, over point sets of every degeneracy.
+//! Checks the properties that every hull must have, on regular and degenerate point sets.
 
 use glam::{DQuat, DVec3};
 
@@ -28,19 +28,19 @@ fn volume(polytope: &Polytope) -> f64 {
     sum / 6.0
 }
 
-/// Checks every property of a hull of these points; `what` names the set.
+/// Checks all properties of a hull of `points`. Failure messages start with `what`.
 fn assert_hull(points: &[DVec3], hull: &Hull, coplanar: f64, what: &str) {
     let slack = 2.0 * coplanar + 1e-13 * size_of(points);
     match hull {
         Hull::Point { input } => {
             let p = points[*input as usize];
-            assert!(points.iter().all(|q| q.distance(p) <= slack), "{what}: not a point");
+            assert!(points.iter().all(|q| q.distance(p) <= slack), "{what}: the points differ");
         }
         Hull::Segment { inputs } => {
             let [p, q] = inputs.map(|k| points[k as usize]);
             for &x in points {
                 let nearest = p + (q - p) * crate::algebra::closest_on_segment(x, p, q);
-                assert!(x.distance(nearest) <= slack, "{what}: {x} off the segment");
+                assert!(x.distance(nearest) <= slack, "{what}: {x} is off the segment");
             }
         }
         Hull::Polygon { polytope, inputs } | Hull::Solid { polytope, inputs } => {
@@ -77,7 +77,7 @@ fn polygon(points: &[DVec3], coplanar: f64, what: &str) -> Polytope {
     }
 }
 
-/// A grid over the surface and inside of the unit cube, n steps a side.
+/// Returns the points of a grid in the unit cube, with `n` steps per side.
 fn grid(n: u32) -> Vec<DVec3> {
     let steps = 0..=n;
     let mut points = Vec::new();
@@ -92,7 +92,7 @@ fn grid(n: u32) -> Vec<DVec3> {
 }
 
 #[test]
-fn a_cube_of_grid_points_has_six_faces_however_it_is_turned() {
+fn a_turned_cube_of_grid_points_has_six_faces() {
     let mut random = Random::new(SEED);
     for turn in 0..20 {
         let rotation = if turn == 0 { DQuat::IDENTITY } else { rotation(&mut random) };
@@ -110,7 +110,7 @@ fn exactly_coplanar_facets_merge_at_distance_zero() {
 }
 
 #[test]
-fn flat_sets_are_polygons() {
+fn flat_sets_give_polygons() {
     let square: Vec<DVec3> = grid(4).into_iter().map(|p| DVec3::new(p.x, p.y, 3.0)).collect();
     let plate = polygon(&square, 0.0, "square");
     assert_eq!(plate.vertices().len(), 4);
@@ -130,7 +130,7 @@ fn flat_sets_are_polygons() {
 }
 
 #[test]
-fn three_points_are_a_two_sided_triangle() {
+fn three_points_give_a_two_sided_triangle() {
     for scale in [1e-6, 1.0, 1e3] {
         let points = [DVec3::X * scale, DVec3::Y * scale, DVec3::Z * scale];
         let plate = polygon(&points, 1e-9 * scale, "triangle");
@@ -140,19 +140,19 @@ fn three_points_are_a_two_sided_triangle() {
 }
 
 #[test]
-fn points_and_segments_say_so() {
+fn points_and_segments_are_recognised() {
     let p = DVec3::new(0.1, 0.2, 0.3);
     assert!(matches!(convex_hull(&[p], 0.0), Ok(Hull::Point { input: 0 })));
     assert!(matches!(convex_hull(&[p, p, p], 0.0), Ok(Hull::Point { input: 0 })));
     assert!(matches!(convex_hull(&[p, p + DVec3::X * 1e-12], 1e-9), Ok(Hull::Point { .. })));
     let line: Vec<DVec3> = (0..9).map(|k| DVec3::ONE * f64::from((k * 4) % 9)).collect();
-    let Ok(Hull::Segment { mut inputs }) = convex_hull(&line, 0.0) else { panic!("not a segment") };
+    let Ok(Hull::Segment { mut inputs }) = convex_hull(&line, 0.0) else { panic!("the hull is not a segment") };
     inputs.sort_unstable();
     assert_eq!(inputs.map(|k| line[k as usize].x), [0.0, 8.0]);
 }
 
 #[test]
-fn bad_input_is_refused() {
+fn bad_input_gives_an_error() {
     assert_eq!(convex_hull(&[], 1e-9).unwrap_err(), HullError::Empty);
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let points = [DVec3::ZERO, DVec3::new(0.0, bad, 0.0)];
@@ -162,7 +162,7 @@ fn bad_input_is_refused() {
 }
 
 #[test]
-fn the_order_of_the_points_changes_nothing() {
+fn the_hull_does_not_depend_on_point_order() {
     let mut random = Random::new(SEED);
     for round in 0..60 {
         let n = 4 + random.below(40);
@@ -181,7 +181,7 @@ fn the_order_of_the_points_changes_nothing() {
 }
 
 #[test]
-fn random_sets_of_every_kind_have_good_hulls() {
+fn random_sets_of_every_kind_have_valid_hulls() {
     let mut random = Random::new(SEED);
     for round in 0..4000 {
         let n = 1 + random.below(60);
@@ -224,7 +224,7 @@ fn random_sets_of_every_kind_have_good_hulls() {
 }
 
 #[test]
-fn wild_scales_never_panic() {
+fn extreme_scales_never_panic() {
     let mut random = Random::new(SEED);
     let mut refused = 0;
     for _ in 0..3000 {
@@ -244,11 +244,11 @@ fn wild_scales_never_panic() {
         refused += u32::from(matches!(convex_hull(&points, 0.0), Err(HullError::Inconsistent)));
         let _ = convex_polygon(&points, points[0], 1e-9 * scale);
     }
-    assert!(refused < 300, "seed {SEED:#x}: {refused} sets refused");
+    assert!(refused < 300, "seed {SEED:#x}: {refused} sets gave an error");
 }
 
 #[test]
-fn a_large_sphere_is_a_good_hull() {
+fn many_points_on_a_sphere_have_a_valid_hull() {
     let mut random = Random::new(SEED);
     let points: Vec<DVec3> = (0..3000).map(|_| random.vector().normalize_or_zero()).collect();
     let ball = solid(&points, 1e-9, "sphere");
@@ -256,9 +256,10 @@ fn a_large_sphere_is_a_good_hull() {
     assert!((volume(&ball) - 4.0 / 3.0 * std::f64::consts::PI).abs() < 0.02);
 }
 
-/// Captured: lattices off the origin, which rounding bends by an ulp, were refused as inconsistent.
+/// Regression test: lattices away from the origin have rounding errors of an ulp, and once gave
+/// [`HullError::Inconsistent`].
 #[test]
-fn a_lattice_that_rounding_has_bent_has_a_hull() {
+fn a_lattice_with_rounding_errors_has_a_hull() {
     let mut random = Random::new(SEED);
     for case in 0..3000 {
         let n = 8 + random.below(120);

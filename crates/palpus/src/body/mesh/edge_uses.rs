@@ -1,15 +1,16 @@
-//! Which sides of triangles lie on each edge.
+//! Groups the sides of triangles by edge.
 
-/// The sides of all triangles grouped by undirected edge: a side is `3 t + k`, groups are ordered
-/// by the edge's vertices, sides within a group by number.
+/// The sides of all triangles, grouped by undirected edge. A side has the number `3 t + k`. The
+/// groups are sorted by the vertices of their edge, and the sides of a group by their number.
 pub(crate) struct EdgeUses {
     starts: Vec<u32>,
     sides: Vec<u32>,
 }
 
 impl EdgeUses {
-    /// Groups the sides of `triangles` over `vertex_count` vertices: a counting sort by the edge's
-    /// lower vertex, then a small sort within each vertex's bucket.
+    /// Groups the sides of `triangles`. All vertex indices must be less than `vertex_count`. A
+    /// counting sort by the edge's lower vertex is followed by a small sort within each vertex's
+    /// bucket.
     pub(crate) fn new(vertex_count: usize, triangles: &[[u32; 3]]) -> Self {
         let ends = |side: usize| {
             let triangle = triangles[side / 3];
@@ -23,7 +24,8 @@ impl EdgeUses {
         for v in 0..vertex_count {
             bucket_starts[v + 1] += bucket_starts[v];
         }
-        // An entry packs the upper vertex and the side, so that sorting numbers sorts edges.
+        // An entry combines the upper vertex and the side in one number, so that sorting numbers
+        // sorts edges.
         let mut entries = vec![0_u64; 3 * triangles.len()];
         let mut next = bucket_starts.clone();
         for side in 0..3 * triangles.len() {
@@ -45,7 +47,7 @@ impl EdgeUses {
         Self { starts, sides: entries.iter().map(|&entry| entry as u32).collect() }
     }
 
-    /// The sides that use each edge, edge by edge.
+    /// Returns the sides that use each edge, edge by edge.
     pub(crate) fn edges(&self) -> impl Iterator<Item = &[u32]> {
         self.starts.windows(2).map(|range| &self.sides[range[0] as usize..range[1] as usize])
     }

@@ -1,13 +1,13 @@
-//! Which triangle lies across each edge, and how the surface bends there.
+//! Finds the triangle across each edge, and how the surface bends there.
 //!
 //! Side `k` of a triangle runs from its corner `k` to its corner `k + 1`. Two triangles are
-//! neighbours across an edge when they are the only two that use it and run along it in opposite
-//! directions; everything else (a boundary, an edge of three or more triangles, two triangles of
-//! opposite orientation) has no neighbour, and nothing panics.
+//! neighbours across an edge if no other triangle uses the edge and their sides run along it in
+//! opposite directions. There is no neighbour across a boundary, across an edge of three or more
+//! triangles, and between two triangles of opposite orientation.
 //!
-//! 1. Sort the sides of all triangles by their undirected edge, in linear time ([`EdgeUses`]).
+//! 1. Group the sides of all triangles by their undirected edge ([`EdgeUses`]).
 //! 2. Pair the two sides of each manifold edge.
-//! 3. Classify the edge: coplanar within the register's tolerance, else convex or reflex by an
+//! 3. Classify each edge: coplanar within [`tolerance::COPLANAR`], else convex or reflex by an
 //!    exact predicate.
 
 use glam::DVec3;
@@ -17,26 +17,27 @@ use crate::body::Mesh;
 use crate::body::mesh::edge_uses::EdgeUses;
 use crate::body::mesh::triangle_pair::side_of_plane;
 
-/// How the surface bends at one side of a triangle.
+/// Kind of an edge, by how the surface bends there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum EdgeKind {
     /// No other triangle uses the edge.
     Open,
-    /// Three or more triangles use the edge, or two that disagree about which side is outside.
+    /// Three or more triangles use the edge, or two triangles that disagree on which side is
+    /// outside.
     NonManifold,
-    /// The neighbour bends away from the outside: a ridge.
+    /// The surface bends away from the outside, as at a ridge.
     Convex,
-    /// The neighbour lies in the same plane, within [`tolerance::COPLANAR`] of the mesh's bounding
+    /// Both triangles lie in one plane, within [`tolerance::COPLANAR`] times the mesh's bounding
     /// diagonal.
     Coplanar,
-    /// The neighbour bends towards the outside: a valley.
+    /// The surface bends towards the outside, as in a valley.
     Reflex,
 }
 
 /// The neighbour of each side of each triangle of a mesh.
 #[derive(Clone, Debug)]
 pub struct HalfEdges {
-    /// For side `3 t + k` the side across, or `u32::MAX`.
+    /// For side `3 t + k`, the side on the other triangle; `u32::MAX` if there is no neighbour.
     twins: Vec<u32>,
     kinds: Vec<EdgeKind>,
 }
@@ -63,22 +64,24 @@ impl HalfEdges {
         answer
     }
 
-    /// The triangle across side `k` of triangle `t`, and the index of the common edge there; `None`
-    /// if there is no unique neighbour of the same orientation.
+    /// Returns the triangle across side `k` of triangle `t`, and the number of the common side
+    /// in that triangle; `None` if there is no neighbour.
     #[inline]
     pub fn neighbour(&self, t: u32, k: usize) -> Option<(u32, usize)> {
         let twin = self.twins[3 * t as usize + k];
         (twin != u32::MAX).then_some((twin / 3, (twin % 3) as usize))
     }
 
-    /// How the surface bends at side `k` of triangle `t`; the same seen from either side.
+    /// Returns the kind of the edge at side `k` of triangle `t`. Both triangles at an edge have the
+    /// same result.
     #[inline]
     pub fn kind(&self, t: u32, k: usize) -> EdgeKind {
         self.kinds[3 * t as usize + k]
     }
 
-    /// The angle in radians by which the normal turns across side `k` of triangle `t`: positive at
-    /// a convex edge, negative at a reflex one, in (−π, π]; `None` where there is no neighbour.
+    /// Returns the angle (rad) by which the normal turns across side `k` of triangle `t`, in (−π,
+    /// π]. It is positive at a convex edge and negative at a reflex edge. Returns `None` if there
+    /// is no neighbour.
     pub fn bend(&self, mesh: &Mesh, t: u32, k: usize) -> Option<f64> {
         let (other, _) = self.neighbour(t, k)?;
         let corners = mesh.triangle_points(t);
@@ -88,22 +91,23 @@ impl HalfEdges {
     }
 }
 
-/// The vertex at which side `side` (3 t + k) starts.
+/// Returns the vertex at which side `side` (3 t + k) starts.
 fn tail(triangles: &[[u32; 3]], side: u32) -> u32 {
     triangles[(side / 3) as usize][(side % 3) as usize]
 }
 
-/// The corner points of the triangle of `side`, turned so that the side runs from the first to the
-/// second.
+/// Returns the corner points of the triangle of `side`, rotated so that the side runs from the
+/// first to the second.
 fn turned(mesh: &Mesh, side: u32) -> [DVec3; 3] {
     let p = mesh.triangle_points(side / 3);
     let k = (side % 3) as usize;
     [p[k], p[(k + 1) % 3], p[(k + 2) % 3]]
 }
 
-/// Coplanar when each triangle's far corner is within `height_tolerance` of the other's plane and
-/// neither folds back onto the other; else the exact side of the far corner decides. A fold of
-/// opening angle zero counts as reflex, so that no patch grows across it.
+/// Classifies the edge between two triangles. It is coplanar if each triangle's opposite corner
+/// lies within `height_tolerance` of the other's plane and the triangles do not fold onto each
+/// other. Otherwise the exact side of the opposite corner decides. A fold of opening angle zero
+/// counts as reflex, so that no patch grows across it.
 fn classify(mesh: &Mesh, first: u32, second: u32, height_tolerance: f64) -> EdgeKind {
     let ([a, b, c], [_, _, d]) = (turned(mesh, first), turned(mesh, second));
     let (n_first, n_second) = (mesh.triangle_normal(first / 3), mesh.triangle_normal(second / 3));
@@ -125,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn edges_bend_as_the_apex_lies() {
+    fn edge_kind_and_bend_follow_the_apex_height() {
         for (height, kind) in [
             (-1.0, EdgeKind::Convex),
             (1.0, EdgeKind::Reflex),
@@ -145,13 +149,13 @@ mod tests {
     }
 
     #[test]
-    fn a_fold_back_is_no_plane() {
+    fn a_fold_of_angle_zero_is_reflex() {
         let mesh = mesh(&[[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [1., 1., 0.]], &[[0, 1, 2], [1, 0, 3]]);
         assert_eq!(HalfEdges::new(&mesh).kind(0, 0), EdgeKind::Reflex);
     }
 
     #[test]
-    fn a_fin_has_no_neighbours() {
+    fn an_edge_of_three_triangles_has_no_neighbours() {
         let vertices = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., -1., 0.], [0., 0., 1.]];
         let edges = HalfEdges::new(&mesh(&vertices, &[[0, 1, 2], [1, 0, 3], [0, 1, 4]]));
         assert_eq!((edges.neighbour(0, 0), edges.kind(0, 0)), (None, EdgeKind::NonManifold));

@@ -1,15 +1,15 @@
-//! The state of a mesh: closed or open, manifold, self-intersecting, inverted; and the repairs that
-//! made it a mesh.
+//! Diagnoses a mesh: open or non-manifold edges, self-intersections, components, and the
+//! repairs that were made.
 //!
-//! 1. Edges: used by one triangle (boundary), by three or more (non-manifold), or by two that
-//!    disagree.
-//! 2. Vertices whose triangles form more than one fan are *pinched*: parts of the surface touch
-//!    there.
-//! 3. Components: closed or open, and the genus of closed ones by Euler's formula, pinched vertices
-//!    taken apart.
-//! 4. Self-intersections: pairs of triangles that cross, overlap in a plane or touch, by exact
-//!    tests of all pairs whose boxes overlap. The number of tests is bounded.
-//! 5. Notices of these findings for the user ([`Notice`]).
+//! 1. Count the edges of one triangle (boundary), the edges of three or more triangles
+//!    (non-manifold), and the edges of two triangles that disagree on which side is outside.
+//! 2. Count *pinched* vertices, whose triangles form more than one fan. Two parts of the surface
+//!    touch there.
+//! 3. For each component, find whether it is closed, and compute the genus of closed components by
+//!    Euler's formula. A pinched vertex counts once per fan.
+//! 4. Count self-intersections: pairs of triangles that cross, overlap in a plane or touch. All
+//!    pairs whose boxes overlap are tested exactly, up to a maximum number of tests.
+//! 5. Report the findings to the user as [`Notice`]s.
 
 mod components;
 mod notice;
@@ -24,29 +24,30 @@ use components::{Fans, components};
 pub use notice::Notice;
 pub use self_intersections::SelfIntersections;
 
-/// Health of a mesh.
+/// Diagnosis of a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Health {
-    /// Changes that were made to the file's polygons.
+    /// Changes that were made to the polygons of the file.
     pub cleaning: Cleaning,
-    /// Each component, in the order of its first triangle.
+    /// Diagnosis of each component, in the order of the components' first triangles.
     pub components: Vec<ComponentHealth>,
-    /// Edges that a single triangle uses.
+    /// Number of edges that a single triangle uses.
     pub boundary_edges: usize,
-    /// Edges that three or more triangles use.
+    /// Number of edges that three or more triangles use.
     pub non_manifold_edges: usize,
-    /// Edges of two triangles that disagree about which side is outside.
+    /// Number of edges of two triangles that disagree on which side is outside.
     pub disagreeing_edges: usize,
-    /// Vertices at which parts of the surface touch that share no edge there.
+    /// Number of vertices where parts of the surface touch without sharing an edge.
     pub pinched_vertices: usize,
-    /// Each edge is used as often in either direction: the surface has no boundary.
+    /// True if each edge is used equally often in both directions. The surface then has no
+    /// boundary.
     pub closed: bool,
-    /// `None` if self-intersections were not tested.
+    /// Self-intersections; `None` if they were not tested.
     pub self_intersections: Option<SelfIntersections>,
 }
 
 impl Health {
-    /// Everything but self-intersections, in linear time.
+    /// Computes everything except self-intersections, in linear time.
     pub fn quick(mesh: &Mesh, edges: &HalfEdges, cleaning: Cleaning) -> Self {
         let mut health = Self {
             cleaning,
@@ -79,22 +80,24 @@ impl Health {
         health
     }
 
-    /// Everything, self-intersections included.
+    /// Computes everything, including self-intersections.
     pub fn full(mesh: &Mesh, edges: &HalfEdges, tree: &TriangleTree, cleaning: Cleaning) -> Self {
         Self { self_intersections: Some(SelfIntersections::count(mesh, tree)), ..Self::quick(mesh, edges, cleaning) }
     }
 
-    /// Each edge has one or two triangles, which agree, and no vertex is pinched.
+    /// Returns true if each edge has one triangle or two triangles that agree, and no vertex is
+    /// pinched.
     pub fn is_manifold(&self) -> bool {
         self.non_manifold_edges + self.disagreeing_edges + self.pinched_vertices == 0
     }
 
-    /// Number of handles of all components together, when the surface is closed and manifold.
+    /// Returns the sum of the genera of all components; `None` if the surface is not closed or not
+    /// manifold.
     pub fn genus(&self) -> Option<usize> {
         if self.closed && self.is_manifold() { self.components.iter().map(|c| c.genus).sum() } else { None }
     }
 
-    /// All notices for the user, the most important first.
+    /// Returns all notices for the user, the most important first.
     pub fn notices(&self) -> Vec<Notice> {
         let cleaning = &self.cleaning;
         let mut notices = Vec::new();

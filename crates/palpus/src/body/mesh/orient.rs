@@ -1,17 +1,20 @@
-//! Components of a mesh, turned so that their triangles agree and their normals point outward.
+//! Finds the components of a mesh, and orients each so that its triangles agree and its normals
+//! point outward.
 //!
-//! 1. Triangles are connected across edges that exactly two of them use. Walking across those
-//!    edges, each triangle is turned to agree with the one before; if most of a component would
-//!    turn, the others turn instead.
-//! 2. A component is closed when each of its edges is used as often in either direction. The sign
-//!    of its volume then tells its orientation. Open components keep the file's orientation.
-//! 3. Closed components nest. An outermost one of negative volume is inside out, and with it
-//!    everything in it: all of it is turned. A component inside another and of opposite sign is a
-//!    cavity and stays as it is. Only if the file's orientation is inconsistent within a component
-//!    does the nesting depth decide: even is solid, odd is a cavity.
+//! 1. Triangles are connected across edges that exactly two of them use. Starting from one
+//!    triangle, each connected triangle is flipped if it disagrees with its neighbour. If this
+//!    would flip most triangles of a component, the other triangles are flipped instead.
+//! 2. A component is closed if each of its edges is used equally often in both directions. The
+//!    sign of its volume then gives its orientation. Open components keep the orientation of the
+//!    file.
+//! 3. Closed components can be nested. If an outermost component has a negative volume, it and all
+//!    components inside it are inside out, and all their triangles are flipped. A component inside
+//!    another one, with the opposite sign, is a cavity and stays as it is. If the file's
+//!    orientation is inconsistent within a component, the nesting depth decides instead: an even
+//!    depth is solid, an odd depth is a cavity.
 //!
-//! A component lies inside another if its box and its sample vertices do. If components cross,
-//! neither is inside the other.
+//! A component lies inside another if its bounding box and a sample of its vertices do. If
+//! components cross, neither counts as inside the other.
 
 use glam::DVec3;
 
@@ -19,24 +22,24 @@ use crate::algebra::tolerance;
 use crate::body::mesh::edge_uses::EdgeUses;
 use crate::body::{Aabb, TriangleTree};
 
-/// Findings and changes of orienting.
+/// The components and the changes that [`orient`] made.
 #[derive(Clone, Debug, Default)]
 pub(in crate::body) struct Orientation {
-    /// For each triangle its component.
+    /// The component of each triangle.
     pub(in crate::body) component: Vec<u32>,
-    /// For each component: no boundary, and its triangles agree.
+    /// For each component, true if it has no boundary and its triangles agree.
     pub(in crate::body) closed: Vec<bool>,
-    /// All edges of the mesh are used as often in either direction.
+    /// True if each edge of the mesh is used equally often in both directions.
     pub(in crate::body) balanced: bool,
-    /// Triangles turned to agree with their neighbours.
+    /// Number of triangles that were flipped to agree with their neighbours.
     pub(in crate::body) turned: usize,
-    /// Components that were inside out.
+    /// Number of components that were inside out.
     pub(in crate::body) inverted: usize,
-    /// Components that cannot be turned to agree.
+    /// Number of components whose triangles cannot be oriented consistently.
     pub(in crate::body) one_sided: usize,
 }
 
-/// Turns `triangles` as the module's description says.
+/// Orients `triangles` by the steps of the module's description.
 pub(in crate::body) fn orient(vertices: &[DVec3], triangles: &mut [[u32; 3]]) -> Orientation {
     let uses = EdgeUses::new(vertices.len(), triangles);
     let Agreement { component, members, turn, one_sided } = Agreement::new(&uses, triangles);
@@ -63,15 +66,16 @@ pub(in crate::body) fn orient(vertices: &[DVec3], triangles: &mut [[u32; 3]]) ->
         }
     }
     if answer.inverted > 0 && !answer.balanced {
-        // Turning a whole component can also repair or break the orientation at edges that it
-        // shares with others.
+        // Flipping a component can also repair or break the orientation at edges that it shares
+        // with other components.
         let uses = EdgeUses::new(vertices.len(), triangles);
         answer.balanced = Balance::new(&uses, triangles, &answer.component, members.len()).whole;
     }
     answer
 }
 
-/// Components, and which triangles must turn for each to agree with its first triangle.
+/// The components, and which triangles must be flipped to agree with the first triangle of their
+/// component.
 struct Agreement {
     component: Vec<u32>,
     members: Vec<Vec<u32>>,
@@ -107,7 +111,8 @@ impl Agreement {
                         continue;
                     }
                     let other = (twin / 3) as usize;
-                    // Neighbours that agree run along their edge in opposite directions.
+                    // Two triangles agree if their sides run along the common edge in opposite
+                    // directions.
                     let turn = answer.turn[t as usize] != (start(side) == start(twin));
                     if answer.component[other] == u32::MAX {
                         answer.component[other] = c;
@@ -125,9 +130,11 @@ impl Agreement {
     }
 }
 
-/// Is each edge used as often in either direction, by each component and by all together?
+/// Result of counting the directions in which each edge is used.
 struct Balance {
+    /// For each component, true if it uses each edge equally often in both directions.
     closed: Vec<bool>,
+    /// True if the whole mesh uses each edge equally often in both directions.
     whole: bool,
 }
 
@@ -152,7 +159,8 @@ impl Balance {
     }
 }
 
-/// Six times the signed volume of a closed set of triangles, about its first corner.
+/// Returns six times the signed volume of a closed set of triangles, computed relative to the first
+/// corner.
 fn volume(vertices: &[DVec3], triangles: &[[u32; 3]], members: &[u32]) -> f64 {
     let point = |v: u32| vertices[v as usize];
     let origin = members.first().map_or(DVec3::ZERO, |&t| point(triangles[t as usize][0]));
@@ -163,7 +171,7 @@ fn volume(vertices: &[DVec3], triangles: &[[u32; 3]], members: &[u32]) -> f64 {
     members.iter().map(six).sum()
 }
 
-/// The closed components that have to be turned whole.
+/// Returns the closed components that are inside out.
 fn inside_out(
     vertices: &[DVec3],
     triangles: &[[u32; 3]],
@@ -182,14 +190,14 @@ fn inside_out(
         if !trusted[c] {
             return (volumes[c] < 0.0) == holders.len().is_multiple_of(2);
         }
-        // The outermost enclosing component lies in no other. Its sign decides for everything
-        // inside it.
+        // The outermost enclosing component lies in no other component. Its sign decides for all
+        // components inside it.
         holders.iter().any(|&h| around[h].is_empty() && volumes[h] < 0.0)
     };
     candidates.iter().copied().filter(|&c| inverted(c)).collect()
 }
 
-/// For each component, the closed components that it lies inside of.
+/// Returns for each component the closed components that enclose it.
 fn containers(
     vertices: &[DVec3],
     triangles: &[[u32; 3]],
@@ -211,7 +219,7 @@ fn containers(
             let tree =
                 tree.get_or_insert_with(|| TriangleTree::over(vertices, triangles, members[outer].clone(), true));
             let step = members[inner].len().div_ceil(tolerance::NESTING_SAMPLES);
-            // Samples on the outer surface itself do not decide.
+            // Sample vertices on the outer component's surface are skipped.
             let mut windings = members[inner]
                 .iter()
                 .step_by(step)

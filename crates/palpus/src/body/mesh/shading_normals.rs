@@ -1,12 +1,14 @@
-//! Per-corner normals for force shading, split at creases \[MS96\].
+//! Computes per-corner normals for force shading, split at creases \[MS96\].
 //!
-//! The normal at a corner of a triangle is the mean of the normals of the faces around that vertex,
-//! weighted by their angles there, so that it does not matter how a flat face is cut into triangles
-//! (G. Thürmer, C. Wüthrich, *Computing vertex normals from polygonal facets*, 1998). Only the
-//! faces that can be reached around the vertex without crossing a crease take part: sharp edges
-//! stay sharp, and a triangle with creases on both sides of a corner keeps its own normal there. A
-//! crease is an edge where the normal turns by more than the crease angle, or that has no unique
-//! neighbour.
+//! The normal at a corner of a triangle is the mean of the normals of the faces around that vertex.
+//! Each normal is weighted by the face's angle at the vertex. Therefore the result does not depend
+//! on how a flat face is cut into triangles (G. Thürmer, C. Wüthrich, *Computing vertex normals
+//! from polygonal facets*, 1998).
+//!
+//! The mean includes only the faces that can be reached around the vertex without crossing a
+//! crease. Therefore sharp edges stay sharp, and a triangle with creases on both sides of a corner
+//! has its face normal there. An edge is a crease if the normal turns by more than the crease
+//! angle, or if it is not shared by exactly two triangles that agree on which side is outside.
 
 use glam::DVec3;
 
@@ -19,8 +21,8 @@ pub struct ShadingNormals {
 }
 
 impl ShadingNormals {
-    /// The normals of `mesh` with creases where the normal turns by more than `crease_angle`
-    /// (radians; at 0 every bend is a crease, at π none is).
+    /// Computes the normals of `mesh`. An edge is a crease if the normal turns there by more than
+    /// `crease_angle` (rad). With 0 every bent edge is a crease, with π no bent edge is.
     pub fn new(mesh: &Mesh, edges: &HalfEdges, crease_angle: f64) -> Self {
         let count = mesh.triangles().len() as u32;
         let fans = Fans {
@@ -40,42 +42,43 @@ impl ShadingNormals {
             let normal = sum.try_normalize();
             for &(t, k) in &fan {
                 done[3 * t as usize + k] = true;
-                // Normals that cancel leave each face its own.
+                // If the normals cancel, each triangle gets its face normal.
                 corners[t as usize][k] = normal.unwrap_or(fans.normals[t as usize]);
             }
         }
         Self { corners }
     }
 
-    /// The unit normal at corner `k` of triangle `t`.
+    /// Returns the unit normal at corner `k` of triangle `t`.
     #[inline]
     pub fn corner(&self, t: u32, k: usize) -> DVec3 {
         self.corners[t as usize][k]
     }
 
-    /// The unit normal at a point of triangle `t`, given by the weights of its corners (not
-    /// negative, of sum 1).
+    /// Returns the interpolated unit normal at a point of triangle `t`. `weights` are the
+    /// barycentric coordinates of the point; they are not negative and their sum is 1.
     pub fn at(&self, t: u32, weights: DVec3) -> DVec3 {
         let corners = &self.corners[t as usize];
         let sum = corners[0] * weights.x + corners[1] * weights.y + corners[2] * weights.z;
-        // Opposite normals cancel only between needles. Then use the nearest corner's normal.
+        // Opposite normals can cancel only between needles. In that case use the normal of the
+        // nearest corner.
         sum.try_normalize().unwrap_or(corners[weights.max_position()])
     }
 
-    /// The unit normal at the point of triangle `t` that is nearest to `p`.
+    /// Returns the interpolated unit normal at the point of triangle `t` that is nearest to `p`.
     pub fn at_point(&self, mesh: &Mesh, t: u32, p: DVec3) -> DVec3 {
         self.at(t, mesh.corner_weights(t, p))
     }
 }
 
-/// The angle of triangle `t` at its corner `k`.
+/// Returns the angle (rad) of triangle `t` at its corner `k`.
 fn corner_angle(mesh: &Mesh, t: u32, k: usize) -> f64 {
     let p = mesh.triangle_points(t);
     let (u, v) = (p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k]);
     u.angle_between(v)
 }
 
-/// Memory for walks around vertices.
+/// The data for walks around vertices.
 struct Fans<'a> {
     edges: &'a HalfEdges,
     normals: Vec<DVec3>,
@@ -83,12 +86,13 @@ struct Fans<'a> {
 }
 
 impl Fans<'_> {
-    /// The corners around the vertex of corner `start` that can be reached from it without crossing
-    /// a crease.
+    /// Collects the corners around the vertex of corner `start` that can be reached without
+    /// crossing a crease.
     fn collect(&self, start: (u32, usize), fan: &mut Vec<(u32, usize)>) {
         fan.clear();
         let mut first = start;
-        // Clockwise to the crease, if there is one, then counter-clockwise to the next.
+        // Walk clockwise to the first crease, if there is one. Then walk counter-clockwise to the
+        // next crease.
         while let Some(before) = self.clockwise(first) {
             first = before;
             if first == start {
@@ -103,13 +107,15 @@ impl Fans<'_> {
         }
     }
 
-    /// The next corner of the vertex, seen from outside, across the side that starts there.
+    /// Returns the next corner at the vertex, clockwise as seen from outside, across the side that
+    /// starts there; `None` at a crease.
     fn clockwise(&self, (t, k): (u32, usize)) -> Option<(u32, usize)> {
         let (other, j) = self.edges.neighbour(t, k)?;
         self.smooth(t, other).then_some((other, (j + 1) % 3))
     }
 
-    /// The next corner of the vertex, seen from outside, across the side that ends there.
+    /// Returns the next corner at the vertex, counter-clockwise as seen from outside, across the
+    /// side that ends there; `None` at a crease.
     fn counter_clockwise(&self, (t, k): (u32, usize)) -> Option<(u32, usize)> {
         let (other, j) = self.edges.neighbour(t, (k + 2) % 3)?;
         self.smooth(t, other).then_some((other, j))
@@ -127,7 +133,7 @@ mod tests {
     use crate::body::shapes::{cuboid, torus};
 
     #[test]
-    fn a_box_stays_flat_below_its_crease_and_rounds_above() {
+    fn a_box_is_shaded_round_only_above_90_degrees() {
         let mesh = cuboid(DVec3::ZERO, DVec3::new(1.0, 2.0, 3.0));
         let edges = HalfEdges::new(&mesh);
         let sharp = ShadingNormals::new(&mesh, &edges, 1.5);
@@ -137,14 +143,15 @@ mod tests {
                 assert!((sharp.corner(t, k) - mesh.triangle_normal(t)).length() < 1e-15);
                 let outward = mesh.triangle_points(t)[k] - DVec3::new(0.5, 1.0, 1.5);
                 let expected = outward.signum() / 3.0_f64.sqrt();
-                // Equal by symmetry only because the weights are angles: the diagonals differ.
+                // The result is symmetric although the diagonals of the faces are not, because the
+                // weights are angles.
                 assert!((round.corner(t, k) - expected).length() < 1e-15);
             }
         }
     }
 
     #[test]
-    fn a_fine_torus_has_the_normals_of_a_torus_without_jumps() {
+    fn normals_of_a_fine_torus_are_accurate_and_continuous() {
         let mesh = torus(1.0, 0.4, 64, 48);
         let edges = HalfEdges::new(&mesh);
         let shading = ShadingNormals::new(&mesh, &edges, 0.6);
@@ -164,8 +171,8 @@ mod tests {
     }
 
     #[test]
-    fn a_crease_of_a_wedge_parts_its_two_sides_only() {
-        // Two gentle slopes meet in a ridge of 90°: along it each keeps its own normal.
+    fn a_ridge_keeps_the_face_normals_of_both_slopes() {
+        // Two slopes meet in a ridge of 90°. Along the ridge each slope keeps its face normal.
         let mesh = {
             let mut soup = crate::body::PolygonSoup::new();
             soup.vertices.extend(

@@ -1,4 +1,4 @@
-//! Meshes made of soups.
+//! Tests of building meshes from soups.
 
 use super::*;
 
@@ -25,7 +25,7 @@ fn six_volumes(mesh: &Mesh) -> f64 {
 }
 
 #[test]
-fn a_soup_of_loose_triangles_becomes_a_closed_box() {
+fn separate_triangles_become_a_closed_box() {
     let mut quads = PolygonSoup::new();
     push_box(&mut quads, DVec3::ZERO, DVec3::ONE, false);
     let mut loose = PolygonSoup::new();
@@ -47,7 +47,7 @@ fn a_soup_of_loose_triangles_becomes_a_closed_box() {
 }
 
 #[test]
-fn what_makes_no_sense_is_refused_by_element() {
+fn invalid_input_names_the_vertex_or_face() {
     let good = PolygonSoup::from_triangles(vec![DVec3::ZERO, DVec3::X, DVec3::Y], &[[0, 1, 2]]);
     let mut bad = good.clone();
     bad.vertices[1].y = f64::NAN;
@@ -68,7 +68,7 @@ fn what_makes_no_sense_is_refused_by_element() {
 }
 
 #[test]
-fn degenerate_duplicate_and_unused_are_counted() {
+fn dropped_faces_triangles_and_vertices_are_counted() {
     let mut soup = PolygonSoup::new();
     push_box(&mut soup, DVec3::ZERO, DVec3::ONE, false);
     soup.vertices.push(DVec3::splat(1e9));
@@ -82,8 +82,8 @@ fn degenerate_duplicate_and_unused_are_counted() {
 }
 
 #[test]
-fn a_cap_is_exchanged_and_leaves_no_crack() {
-    // A tetrahedron with a triangle of no area in the middle of side 0–1: corner 4 on it.
+fn replacing_a_cap_leaves_no_gap() {
+    // A tetrahedron with an extra corner 4 in the middle of edge 0–1. Triangle 0–1–4 has no area.
     let vertices = vec![DVec3::ZERO, DVec3::new(1.0, 0.0, 0.0), DVec3::Y, DVec3::Z, DVec3::new(0.5, 0.0, 0.0)];
     let triangles = [[0, 2, 1], [0, 4, 3], [4, 1, 3], [0, 1, 4], [1, 2, 3], [2, 0, 3]];
     let (mesh, cleaning) = Mesh::from_soup(&PolygonSoup::from_triangles(vertices, &triangles)).unwrap();
@@ -94,7 +94,7 @@ fn a_cap_is_exchanged_and_leaves_no_crack() {
 }
 
 #[test]
-fn contradicting_and_inverted_triangles_are_turned() {
+fn inconsistent_and_inverted_triangles_are_flipped() {
     for inward in [false, true] {
         let mut soup = PolygonSoup::new();
         push_box(&mut soup, DVec3::splat(3.0), DVec3::splat(4.0), inward);
@@ -106,8 +106,9 @@ fn contradicting_and_inverted_triangles_are_turned() {
 }
 
 #[test]
-fn cavities_stay_cavities() {
-    // (outer inward, inner inward) → (volume, inverted components)
+fn cavities_keep_their_orientation() {
+    // Columns: normals of the outer box point inward, normals of the inner box point inward,
+    // expected volume, expected number of inverted components.
     for (outer, inner, volume, inverted) in [
         (false, true, 27.0 - 1.0, 0),
         (true, false, 27.0 - 1.0, 2),
@@ -128,7 +129,7 @@ fn cavities_stay_cavities() {
 }
 
 #[test]
-fn a_band_with_one_side_is_told() {
+fn a_moebius_band_is_counted_as_one_sided() {
     let mut soup = PolygonSoup::new();
     let n = 12_u32;
     for i in 0..n {

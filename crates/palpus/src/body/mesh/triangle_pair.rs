@@ -1,39 +1,40 @@
-//! Do two triangles cross? Decided by exact predicates only.
+//! Tests whether two triangles cross, overlap or touch, with exact predicates only.
 //!
-//! Corners at the very same coordinates are shared. Common points *because* of a shared vertex or
-//! edge do not count, so neighbours in a valid mesh are [`TrianglePair::Apart`].
+//! Corners with equal coordinates are shared. The points of a shared vertex or edge do not count as
+//! common points. Therefore neighbours in a valid mesh are [`TrianglePair::Apart`].
 //!
-//! 1. Find the side of each triangle's plane on which the other's corners lie. If all lie strictly
-//!    on one side, the triangles are apart. If all lie in the plane, the triangles are coplanar,
-//!    and an exact projection that drops one coordinate decides.
-//! 2. If each triangle has corners strictly on both sides of the other's plane, each meets the
-//!    common line of the planes in an interval. They cross if the open intervals overlap, which two
-//!    more predicates decide (Guigue and Devillers, *Fast and Robust Triangle–Triangle Overlap
-//!    Test*, 2003).
-//! 3. Triangles that do not cross may still touch: an edge of one meets the other. With one shared
-//!    vertex, only the edges opposite it need a test: the common part is convex and leaves the
-//!    triangles through such an edge.
+//! 1. For each triangle, find on which side of its plane the corners of the other triangle lie. If
+//!    all lie strictly on one side, the triangles are apart. If all lie in the plane, the triangles
+//!    are coplanar. Then drop one coordinate, which is exact, and test in two dimensions.
+//! 2. If each triangle has corners strictly on both sides of the other's plane, each triangle meets
+//!    the common line of the planes in an interval. The triangles cross if the open intervals
+//!    overlap. Two more predicates decide this (Guigue and Devillers, *Fast and Robust
+//!    Triangle–Triangle Overlap Test*, 2003).
+//! 3. Triangles that do not cross touch if an edge of one meets the other. If they share one
+//!    vertex, only the two edges opposite that vertex need a test. The intersection is convex and
+//!    contains the shared vertex, so if it has more points, it reaches one of these edges.
 //!
-//! Triangles without area must not be given; their answer means nothing (nothing panics).
+//! The triangles must have a positive area. Otherwise the result is meaningless, but the functions
+//! do not panic.
 
 use glam::{DVec2, DVec3};
 
-/// How two triangles lie to one another, apart from what they share.
+/// Relation of two triangles, without the points of a shared vertex or edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TrianglePair {
-    /// No common point but those of a shared vertex or a shared edge.
+    /// The triangles have no common points except those of a shared vertex or a shared edge.
     Apart,
-    /// Common points beyond what they share, but their interiors neither cross nor overlap.
+    /// The triangles have other common points, but their interiors neither cross nor overlap.
     Touching,
-    /// Not coplanar, and their interiors have a segment in common.
+    /// The triangles are not coplanar, and their interiors have a common segment.
     Crossing,
-    /// Coplanar, and their interiors have an area in common; also two triangles of the same three
-    /// corners.
+    /// The triangles are coplanar, and their interiors have a common area. This includes two
+    /// triangles with the same three corners.
     CoplanarOverlap,
 }
 
 impl TrianglePair {
-    /// How the triangles with corners `a` and `b` lie to one another.
+    /// Returns the relation of the triangles with corners `a` and `b`.
     pub fn new(a: [DVec3; 3], b: [DVec3; 3]) -> Self {
         let sides_of_a = sides(&b, &a);
         if one_sided(sides_of_a) {
@@ -57,23 +58,25 @@ impl TrianglePair {
     }
 }
 
-/// On which side of the plane of `abc` the point `p` lies: positive where the normal (b − a) × (c −
-/// a) points to, zero in the plane. The sign is exact; the value is about six times the volume of
-/// the tetrahedron.
+/// Returns on which side of the plane of `abc` the point `p` lies. The result is positive on the
+/// side to which the normal (b − a) × (c − a) points, and zero in the plane. The sign is exact. The
+/// value is approximately six times the volume of the tetrahedron.
 #[inline]
 pub(crate) fn side_of_plane(a: DVec3, b: DVec3, c: DVec3, p: DVec3) -> f64 {
     let coord = |p: DVec3| robust::Coord3D { x: p.x, y: p.y, z: p.z };
     -robust::orient3d(coord(a), coord(b), coord(c), coord(p))
 }
 
-/// Twice the signed area of `abc`, positive counter-clockwise; the sign is exact.
+/// Returns twice the signed area of `abc`. It is positive if the corners are counter-clockwise. The
+/// sign is exact.
 #[inline]
 pub(crate) fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     let coord = |p: DVec2| robust::Coord { x: p.x, y: p.y };
     robust::orient2d(coord(a), coord(b), coord(c))
 }
 
-/// Is `p`, known to lie in the plane of `triangle`, in the closed triangle? Exact.
+/// Returns true if `p` is in the closed triangle. `p` must lie in the plane of the triangle. The
+/// test is exact.
 pub(crate) fn holds_coplanar_point(triangle: &[DVec3; 3], p: DVec3) -> bool {
     let Some(flatten) = projection(triangle) else { return false };
     let ([a, b, c], p) = (triangle.map(flatten), flatten(p));
@@ -81,7 +84,7 @@ pub(crate) fn holds_coplanar_point(triangle: &[DVec3; 3], p: DVec3) -> bool {
     turns.iter().all(|&t| t >= 0.0) || turns.iter().all(|&t| t <= 0.0)
 }
 
-/// Does the closed segment `p`–`q` meet the closed triangle? Exact.
+/// Returns true if the closed segment from `p` to `q` meets the closed triangle. The test is exact.
 pub(crate) fn segment_meets_triangle(p: DVec3, q: DVec3, triangle: &[DVec3; 3]) -> bool {
     let [a, b, c] = *triangle;
     let (side_p, side_q) = (side_of_plane(a, b, c, p), side_of_plane(a, b, c, q));
@@ -97,10 +100,10 @@ pub(crate) fn segment_meets_triangle(p: DVec3, q: DVec3, triangle: &[DVec3; 3]) 
     turns.iter().all(|&t| t >= 0.0) || turns.iter().all(|&t| t <= 0.0)
 }
 
-/// Which corners are at the same place.
+/// The corners that two triangles share.
 struct Shared {
     count: usize,
-    /// The last corner of a that is shared, and its place in b.
+    /// The last shared corner: its index in `a` and its index in `b`.
     corner: Option<(usize, usize)>,
 }
 
@@ -117,9 +120,9 @@ impl Shared {
     }
 }
 
-/// On which side of the triangle's plane each of the points lies. The predicate is slowest where
-/// the answer is zero, so the two most common such cases are tested first: corners of the triangle
-/// itself, and a plane along two axes.
+/// Returns the side of the triangle's plane on which each point lies. The exact predicate is
+/// slowest if the result is zero. Therefore the two most common zero cases are tested first: a
+/// corner of the triangle, and a point in an axis-aligned plane.
 fn sides(triangle: &[DVec3; 3], points: &[DVec3; 3]) -> [f64; 3] {
     let [a, b, c] = *triangle;
     let level = a.cmpeq(b) & b.cmpeq(c);
@@ -138,13 +141,14 @@ fn straddles(sides: [f64; 3]) -> bool {
     sides.iter().any(|&s| s > 0.0) && sides.iter().any(|&s| s < 0.0)
 }
 
-/// Both triangles straddle the other's plane: do the open intervals in which their interiors meet
-/// the common line of the planes overlap?
+/// Returns true if the two triangles cross. Each must have corners strictly on both sides of the
+/// other's plane. They cross if the open intervals overlap in which they meet the common line of
+/// the planes.
 fn intervals_overlap(a: [DVec3; 3], sides_of_a: [f64; 3], b: [DVec3; 3], sides_of_b: [f64; 3]) -> bool {
     let ([p1, mut q1, mut r1], a_above) = loner_first(a, sides_of_a);
     let ([p2, mut q2, mut r2], b_above) = loner_first(b, sides_of_b);
-    // Orient each triangle so that the other's single corner is above it. Both intervals then run
-    // in the same direction.
+    // Orient each triangle so that the other's single corner is above it. Then both intervals have
+    // the same direction.
     if !a_above {
         std::mem::swap(&mut q2, &mut r2);
     }
@@ -154,15 +158,16 @@ fn intervals_overlap(a: [DVec3; 3], sides_of_a: [f64; 3], b: [DVec3; 3], sides_o
     side_of_plane(p2, p1, q1, q2) < 0.0 && side_of_plane(p2, p1, r1, r2) > 0.0
 }
 
-/// The corners turned so that the first is alone strictly on its side of the other's plane,
-/// and whether it is above.
+/// Rotates the corners so that the first one is alone on its side of the other triangle's plane.
+/// Returns the corners, and true if the first corner is above the plane.
 fn loner_first(corners: [DVec3; 3], sides: [f64; 3]) -> ([DVec3; 3], bool) {
     let above = sides.iter().filter(|&&s| s > 0.0).count() == 1;
     let first = sides.iter().position(|&s| if above { s > 0.0 } else { s < 0.0 }).unwrap_or(0);
     ([corners[first], corners[(first + 1) % 3], corners[(first + 2) % 3]], above)
 }
 
-/// Not crossing and not coplanar: any common point beyond at most one shared vertex?
+/// Returns true if the triangles have a common point other than a shared vertex. They must not
+/// cross, must not be coplanar, and may share at most one vertex.
 fn touching(a: &[DVec3; 3], b: &[DVec3; 3], shared: &Shared) -> bool {
     if let Some((i, j)) = shared.corner {
         return segment_meets_triangle(a[(i + 1) % 3], a[(i + 2) % 3], b)
@@ -189,15 +194,16 @@ fn coplanar(a: &[DVec3; 3], b: &[DVec3; 3], shared: &Shared) -> TrianglePair {
     if touch { TrianglePair::Touching } else { TrianglePair::Apart }
 }
 
-/// A map that drops one coordinate and keeps the triangle's area; `None` when it has none in any
-/// projection.
+/// Returns a map that drops one coordinate such that the projected triangle has an area; `None` if
+/// no projection has an area.
 fn projection(triangle: &[DVec3; 3]) -> Option<fn(DVec3) -> DVec2> {
     let maps: [fn(DVec3) -> DVec2; 3] = [|p| DVec2::new(p.y, p.z), |p| DVec2::new(p.z, p.x), |p| DVec2::new(p.x, p.y)];
     maps.into_iter().find(|map| turn(map(triangle[0]), map(triangle[1]), map(triangle[2])) != 0.0)
 }
 
-/// Does the line of one side of the triangle or of the other figure (a triangle or a segment)
-/// separate the two? Strictly: leaving no common point; else leaving no common interior point.
+/// Returns true if the line of a side of one figure separates the two figures. `other` is a
+/// triangle or a segment. If `strictly` is true, the figures must have no common point; otherwise
+/// they must have no common interior point.
 fn separated(triangle: &[DVec2; 3], other: &[DVec2], strictly: bool) -> bool {
     let beyond = |p: DVec2, q: DVec2, inner: f64, points: &[DVec2]| {
         points.iter().all(|&x| {
@@ -221,9 +227,9 @@ fn separated(triangle: &[DVec2; 3], other: &[DVec2], strictly: bool) -> bool {
 
 #[cfg(test)]
 mod tests {
-    //! The oracle works on small whole numbers, where every determinant is exact, and by another
-    //! route: two convex sets meet when the origin is in the hull of all differences of their
-    //! corners. Its weakness: it knows only coordinates of a small grid.
+    //! The oracle uses a different method: two convex sets meet if the origin is in the hull of all
+    //! differences of their corners. It works on small integers, for which every determinant is
+    //! exact. Therefore it only covers coordinates on a small grid.
 
     use super::*;
     use crate::algebra::Random;
@@ -244,7 +250,8 @@ mod tests {
 
     const NOTHING: Whole = [0; 3];
 
-    /// Is the origin in the convex hull? Some simplex of the points must hold it (Carathéodory).
+    /// Returns true if the origin is in the convex hull of the points. By Carathéodory's theorem,
+    /// it is then in a simplex of four of the points.
     fn hull_holds_origin(points: &[Whole]) -> bool {
         let n = points.len();
         let mut simplices = Vec::new();
@@ -270,8 +277,8 @@ mod tests {
         })
     }
 
-    /// Returns true if the origin is in the interior of the convex hull: strictly inside of each
-    /// supporting plane through three of the points.
+    /// Returns true if the origin is in the interior of the convex hull. It must lie strictly
+    /// inside each supporting plane through three of the points.
     fn hull_holds_origin_inside(points: &[Whole]) -> bool {
         let mut planes = 0;
         for &p in points {
@@ -320,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn every_answer_agrees_with_whole_number_arithmetic() {
+    fn results_agree_with_integer_arithmetic() {
         const SEED: u64 = 0x7a3e_91c4;
         let mut random = Random::new(SEED);
         let mut seen = [0_usize; 16];
@@ -334,8 +341,8 @@ mod tests {
             };
             let (a, b) = (triangle(), triangle());
             let real = |t: [Whole; 3]| t.map(|p| DVec3::from(p.map(|x| x as f64 * 0.1)));
-            // Multiples of 0.1 are not exact; only integer coordinates keep the corners in one
-            // plane.
+            // Multiples of 0.1 are not exact, so coplanar corners would not stay coplanar. Integer
+            // coordinates are exact.
             let whole = |t: [Whole; 3]| real(t).map(|p| (p * 10.0).round());
             let answer = TrianglePair::new(whole(a), whole(b));
             assert_eq!(answer, oracle(a, b), "seed {SEED}, case {case}: {a:?} {b:?}");
@@ -346,8 +353,8 @@ mod tests {
             let shared = a.iter().filter(|p| b.contains(p)).count();
             seen[shared * 4 + answer as usize] += 1;
         }
-        // Every possible case occurred. With two shared corners triangles neither touch nor cross;
-        // with three they overlap.
+        // Checks that every possible case occurred. Triangles with two shared corners are apart or
+        // overlap. Triangles with three shared corners overlap.
         for (kind, &count) in seen.iter().enumerate() {
             let possible = kind < 8 || [8, 11, 15].contains(&kind);
             assert_eq!(count > 0, possible, "seed {SEED}, {} shared, kind {}: {count}", kind / 4, kind % 4);
@@ -355,7 +362,7 @@ mod tests {
     }
 
     #[test]
-    fn one_ulp_decides() {
+    fn the_smallest_gap_and_overlap_are_detected() {
         let floor = [DVec3::ZERO, DVec3::X * 3.0, DVec3::Y * 3.0];
         let lift = |z: f64| [DVec3::new(1.0, 1.0, z), DVec3::new(1.0, 0.5, 1.0), DVec3::new(0.5, 1.0, 1.0)];
         assert_eq!(TrianglePair::new(floor, lift(f64::MIN_POSITIVE)), TrianglePair::Apart);

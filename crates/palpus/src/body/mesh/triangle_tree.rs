@@ -1,16 +1,16 @@
 //! A bounding-volume tree over the triangles of a mesh.
 //!
-//! A binary tree of axis-aligned boxes in flat arrays, split at the median centroid of the longest
-//! axis, so its depth is at most the logarithm of the number of triangles; a node's first child
-//! follows it directly. The triangles' corners are copied in leaf order, so a query touches nothing
-//! else and allocates nothing.
+//! It is a binary tree of axis-aligned boxes in flat arrays. Each node is split at the median
+//! centroid along its longest axis. Therefore the depth is logarithmic in the number of triangles.
+//! The first child of a node directly follows the node. The corners of the triangles are copied in
+//! leaf order, so a query reads no other data. Queries do not allocate.
 //!
-//! * Overlap: the triangles whose boxes overlap a box; the pairs of the mesh's own triangles whose
-//!   boxes overlap.
-//! * Nearest point: branch and bound, nearer child first.
-//! * Rays: watertight, in that a ray cannot slip through between two triangles with a common edge
-//!   (S. Woop, C. Benthin, I. Wald, *Watertight Ray/Triangle Intersection*, 2013).
-//! * Inside and winding number: in `winding`.
+//! * Overlap: find the triangles whose boxes overlap a given box, and the pairs of triangles of the
+//!   mesh whose boxes overlap.
+//! * Nearest point: branch and bound, with the nearer child first.
+//! * Rays: the test is watertight, which means that a ray cannot pass between two triangles with a
+//!   common edge (S. Woop, C. Benthin, I. Wald, *Watertight Ray/Triangle Intersection*, 2013).
+//! * Inside test and winding number: see `winding`.
 
 mod nearest;
 mod ray;
@@ -28,15 +28,15 @@ pub use nearest::SurfacePoint;
 pub use ray::RayHit;
 use winding::Dipole;
 
-/// One box of the tree.
+/// A node of the tree with its bounding box.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Node {
     pub(crate) bounds: Aabb,
-    /// First triangle below, in leaf order.
+    /// Position of the first triangle below, in leaf order.
     pub(crate) first: u32,
     /// Number of triangles below.
     pub(crate) count: u32,
-    /// Second child; 0 for a leaf.
+    /// Index of the second child; 0 for a leaf.
     pub(crate) second: u32,
 }
 
@@ -46,30 +46,30 @@ impl Node {
         self.second == 0
     }
 
-    /// The triangles below, in leaf order.
+    /// Returns the positions of the triangles below, in leaf order.
     #[inline]
     pub(crate) fn slots(&self) -> std::ops::Range<usize> {
         self.first as usize..(self.first + self.count) as usize
     }
 }
 
-/// The tree; see the module's description.
+/// A bounding-volume tree over triangles, for overlap, nearest-point, ray and inside queries.
 #[derive(Clone, Debug)]
 pub struct TriangleTree {
     pub(crate) nodes: Vec<Node>,
     /// Far-field approximation of each node.
     dipoles: Vec<Dipole>,
-    /// Corners in leaf order.
+    /// Corners of the triangles, in leaf order.
     pub(crate) corners: Vec<[DVec3; 3]>,
-    /// Index in the mesh, in leaf order.
+    /// Indices of the triangles in the mesh, in leaf order.
     pub(crate) ids: Vec<u32>,
-    /// The triangles have no boundary and agree about which side is outside.
+    /// True if the triangles have no boundary and agree on which side is outside.
     pub(in crate::body) closed: bool,
 }
 
 impl TriangleTree {
-    /// The tree over the triangles `ids` out of `triangles`; `closed` when each edge is used as
-    /// often in either direction.
+    /// Builds the tree over the triangles with the indices `ids`. `closed` says whether each edge
+    /// is used equally often in both directions.
     pub(crate) fn over(vertices: &[DVec3], triangles: &[[u32; 3]], mut ids: Vec<u32>, closed: bool) -> Self {
         let corners_of = |id: u32| triangles[id as usize].map(|v| vertices[v as usize]);
         let mut items: Vec<(DVec3, u32)> =
@@ -86,8 +86,8 @@ impl TriangleTree {
         tree
     }
 
-    /// Appends the subtree over `items` (centroid and index, which it sorts into leaf order) and
-    /// returns its box.
+    /// Appends the subtree over `items` (centroid and index of each triangle) and returns its box.
+    /// Sorts `items` into leaf order.
     fn grow(&mut self, corners_of: &impl Fn(u32) -> [DVec3; 3], items: &mut [(DVec3, u32)]) -> Aabb {
         let index = self.nodes.len();
         let (first, count) = (self.corners.len() as u32, items.len() as u32);
@@ -109,13 +109,13 @@ impl TriangleTree {
         bounds
     }
 
-    /// The box around everything; [`Aabb::EMPTY`] without triangles.
+    /// Returns the box around all triangles; [`Aabb::EMPTY`] for a tree without triangles.
     pub fn bounds(&self) -> Aabb {
         self.nodes.first().map_or(Aabb::EMPTY, |root| root.bounds)
     }
 
-    /// Walks down all nodes that `enter` accepts, and gives `visit` the place (in leaf order) of
-    /// each triangle of the leaves reached, until it breaks.
+    /// Descends into all nodes whose box `enter` accepts. Calls `visit` with the position in leaf
+    /// order of each triangle of the leaves reached, until `visit` breaks.
     pub(in crate::body) fn descend(
         &self,
         mut enter: impl FnMut(&Aabb) -> bool,
@@ -137,8 +137,8 @@ impl TriangleTree {
         ControlFlow::Continue(())
     }
 
-    /// Calls `visit` with the index and the corners of each triangle whose own box overlaps
-    /// `query`, until it breaks.
+    /// Calls `visit` with the index and the corners of each triangle whose bounding box overlaps
+    /// `query`, until `visit` breaks.
     pub fn visit_overlapping(
         &self,
         query: &Aabb,
@@ -157,8 +157,9 @@ impl TriangleTree {
         )
     }
 
-    /// True if `is_one` holds for a triangle near `query`. It is asked for the triangles in leaves
-    /// whose boxes overlap `query` and do not lie wholly above one of `planes`, lowered by `depth`.
+    /// Returns true if `is_one` accepts a triangle near `query`. Calls `is_one` for the
+    /// triangles of certain leaves: the leaf's box overlaps `query`, and for each plane of `planes`
+    /// a part of the box lies deeper than `depth` below the plane.
     pub(in crate::body) fn any_below(
         &self,
         query: &Aabb,
@@ -177,7 +178,7 @@ impl TriangleTree {
         self.descend(|bounds| bounds.overlaps(query) && reaches_below(bounds), visit).is_break()
     }
 
-    /// Calls `visit` once with each pair of different triangles whose boxes overlap, until it
+    /// Calls `visit` once with each pair of different triangles whose boxes overlap, until `visit`
     /// breaks.
     pub fn visit_own_pairs(
         &self,
@@ -186,8 +187,8 @@ impl TriangleTree {
         if self.nodes.is_empty() { ControlFlow::Continue(()) } else { self.pairs_below(0, 0, &mut visit) }
     }
 
-    /// The pairs of one triangle below node `i` and a different one below node `j`, where `i == j`
-    /// or `i` comes first.
+    /// Visits the pairs of one triangle below node `i` and a different triangle below node `j`.
+    /// Either `i` equals `j`, or the triangles of `i` come first in leaf order.
     fn pairs_below<'a>(
         &'a self,
         i: usize,
@@ -225,14 +226,15 @@ impl TriangleTree {
     }
 }
 
-/// Nodes still to visit. The tree's depth is at most 33, so this never overflows.
+/// The stack of nodes that a traversal still has to visit. It cannot overflow, because the depth of
+/// the tree is at most 33.
 pub(in crate::body) struct Stack {
     nodes: [u32; 64],
     len: usize,
 }
 
 impl Stack {
-    /// The root, which is node 0, if there is any.
+    /// Creates a stack with the root (node 0), or an empty stack if there are no nodes.
     #[inline]
     pub(in crate::body) fn from_root(nodes: &[Node]) -> Self {
         Self { nodes: [0; 64], len: usize::from(!nodes.is_empty()) }

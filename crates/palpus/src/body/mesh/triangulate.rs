@@ -1,17 +1,18 @@
-//! Cutting polygons into triangles by ears.
+//! Cuts polygons into triangles by ear clipping.
 //!
-//! 1. Project the polygon along the coordinate axis nearest to its area normal: the projection only
-//!    drops a coordinate, so every decision below is exact about the given numbers, also for
-//!    polygons that are not planar.
-//! 2. A quad is cut along the shorter of its diagonals that lies inside.
-//! 3. Anything larger loses its ears, the one with the shortest cut first. A corner is an ear when
-//!    it turns strictly left and no other corner lies in its closed triangle. Straight corners are
-//!    no ears, so corners on a side of the polygon end in triangles of positive area and the
-//!    neighbour across that side still fits.
-//! 4. If no ear is left, the polygon crosses itself. Then the sharpest left turn is cut anyway, and
-//!    the result says so.
+//! 1. Project the polygon along the coordinate axis nearest to its area normal. The projection only
+//!    drops a coordinate. Therefore all tests below are exact for the given coordinates, even if
+//!    the polygon is not planar.
+//! 2. Cut a quad along a diagonal that lies inside. If both diagonals lie inside, take the shorter
+//!    one.
+//! 3. Cut off the ears of a larger polygon, the ear with the shortest cut first. A corner is an ear
+//!    if it turns strictly left and no other corner lies in its closed triangle. A straight corner
+//!    is not an ear. Therefore a corner on a straight side becomes a corner of triangles with
+//!    positive area, and the surface stays closed along that side.
+//! 4. If there is no ear, the polygon crosses itself. Then cut off the corner with the sharpest
+//!    left turn, and return [`Cut::SelfCrossing`].
 //!
-//! Source of the ear theorem: G. Meisters, *Polygons have ears*, 1975.
+//! Reference for the ear theorem: G. Meisters, *Polygons have ears*, 1975.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -23,17 +24,18 @@ use crate::body::mesh::triangle_pair::turn;
 /// Result of cutting one polygon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cut {
-    /// Into `n − 2` triangles of the polygon's orientation.
+    /// The polygon of `n` corners was cut into `n − 2` triangles with its orientation.
     Whole,
-    /// The polygon crosses itself in projection; its triangles cover its corners but not one
+    /// The projected polygon crosses itself. It was cut into triangles, but they do not cover a
     /// well-defined region.
     SelfCrossing,
-    /// The polygon has no area in any projection, or fewer than three corners: no triangles.
+    /// The polygon has no area in any projection, or fewer than three corners. There are no
+    /// triangles.
     Degenerate,
 }
 
-/// Cuts the polygon with corners `polygon` (indices into `points`) into triangles, appended to
-/// `triangles` with the polygon's orientation. Consecutive corners must differ.
+/// Cuts a polygon into triangles. `polygon` has the indices of its corners in `points`; consecutive
+/// corners must differ. Appends the triangles to `triangles`, with the orientation of the polygon.
 pub fn triangulate(points: &[DVec3], polygon: &[u32], triangles: &mut Vec<[u32; 3]>) -> Cut {
     if polygon.len() < 3 {
         return Cut::Degenerate;
@@ -54,8 +56,9 @@ pub fn triangulate(points: &[DVec3], polygon: &[u32], triangles: &mut Vec<[u32; 
     EarCutter::new(flat, polygon).cut(triangles)
 }
 
-/// The corners without the coordinate along which the polygon's area normal is largest, mirrored if
-/// need be so that the area is positive; `None` when the polygon has no area.
+/// Projects the corners by dropping the coordinate in which the polygon's area normal is largest.
+/// Mirrors the result if necessary, so that the area is positive. Returns `None` if the polygon has
+/// no area.
 fn project(points: &[DVec3], polygon: &[u32]) -> Option<Vec<DVec2>> {
     let origin = points[polygon[0] as usize];
     let corner = |i: usize| points[polygon[i % polygon.len()] as usize];
@@ -78,8 +81,8 @@ fn project(points: &[DVec3], polygon: &[u32]) -> Option<Vec<DVec2>> {
     Some((0..polygon.len()).map(|i| flatten(corner(i))).collect())
 }
 
-/// 0 to cut a quad from corner 0 to 2, 1 to cut it from corner 1 to 3; `None` when neither diagonal
-/// lies inside.
+/// Returns 0 for the diagonal of a quad from corner 0 to 2, and 1 for the diagonal from corner 1 to
+/// 3; `None` if neither diagonal lies inside.
 fn quad_diagonal(flat: &[DVec2], points: &[DVec3], polygon: &[u32]) -> Option<usize> {
     let inside = |i: usize, j: usize, k: usize, l: usize| {
         turn(flat[i], flat[j], flat[k]) > 0.0 && turn(flat[i], flat[k], flat[l]) > 0.0
@@ -93,18 +96,19 @@ fn quad_diagonal(flat: &[DVec2], points: &[DVec3], polygon: &[u32]) -> Option<us
     }
 }
 
-/// The ring of corners not yet cut off.
+/// The ring of corners that are not cut off yet.
 struct EarCutter<'a> {
     flat: Vec<DVec2>,
     polygon: &'a [u32],
     next: Vec<usize>,
     previous: Vec<usize>,
-    /// Corners that do not turn strictly left: the only ones that can lie in an ear. Some may be
-    /// cut off already.
+    /// Corners that do not turn strictly left. Only these can lie in an ear. Some of them may
+    /// already be cut off.
     blunt: Vec<usize>,
     alive: Vec<bool>,
-    /// Ears as (square of the cut's length, whose bits order like itself; corner; generation of the
-    /// corner). Stale entries are skipped.
+    /// Ears as tuples of squared cut length, corner and generation of the corner. The length is
+    /// stored as its bits, which have the same order as the number. Entries of an older generation
+    /// are skipped.
     ears: BinaryHeap<Reverse<(u64, usize, u32)>>,
     generation: Vec<u32>,
 }
@@ -152,7 +156,7 @@ impl<'a> EarCutter<'a> {
         turn(self.flat[self.previous[i]], self.flat[i], self.flat[self.next[i]])
     }
 
-    /// Adds corner `i` to the ears if it is an ear now, and discards its earlier entries.
+    /// Adds corner `i` to the ears if it is an ear now, and invalidates its earlier entries.
     fn offer(&mut self, i: usize) {
         self.generation[i] += 1;
         if self.is_ear(i) {
@@ -164,16 +168,16 @@ impl<'a> EarCutter<'a> {
     fn is_ear(&self, i: usize) -> bool {
         let corners = [self.previous[i], i, self.next[i]];
         let [a, b, c] = corners.map(|j| self.flat[j]);
-        // Corners that share a vertex with the ear (keyhole polygons) touch it there, and only
-        // there.
+        // In keyhole polygons, another corner can be at the same vertex as a corner of the ear.
+        // Such a corner touches the ear only at this vertex.
         let apart = |j: usize| corners.iter().all(|&corner| self.polygon[corner] != self.polygon[j]);
         let covered = |p: DVec2| turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 && turn(c, a, p) >= 0.0;
         turn(a, b, c) > 0.0 && !self.blunt.iter().any(|&j| self.alive[j] && apart(j) && covered(self.flat[j]))
     }
 
-    /// The ear with the shortest cut. A cut elsewhere can only unblock a corner. Corners next to a
-    /// cut are tested again at once. Corners that a distant cut has unblocked are found when no ear
-    /// is known and all corners are tested again.
+    /// Returns the ear with the shortest cut; `None` if there is no ear. The two corners next to a
+    /// cut are tested again after each cut. A cut can also turn a distant corner into an ear. Such
+    /// corners are found when the list of ears is empty and all corners are tested again.
     fn best_ear(&mut self) -> Option<usize> {
         if let Some(ear) = self.pop_ear() {
             return Some(ear);
@@ -250,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn corners_on_a_straight_side_keep_their_edges() {
+    fn corners_on_a_straight_side_give_no_empty_triangles() {
         let (points, polygon) = flat_polygon(&[(0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (3.0, 0.0), (3.0, 2.0), (0.0, 2.0)]);
         let mut triangles = Vec::new();
         assert_eq!(triangulate(&points, &polygon, &mut triangles), Cut::Whole);
@@ -259,8 +263,8 @@ mod tests {
     }
 
     #[test]
-    fn a_keyhole_is_cut() {
-        // A square with a square hole, joined by the bridge 0–4.
+    fn a_keyhole_polygon_is_covered_once() {
+        // A square with a square hole. The edge 0–4 connects the outer and the inner boundary.
         let (points, _) = flat_polygon(&[
             (0.0, 0.0),
             (4.0, 0.0),
@@ -280,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bow_tie_says_so_and_a_line_has_no_triangles() {
+    fn bow_tie_is_self_crossing_and_line_is_degenerate() {
         let (points, polygon) = flat_polygon(&[(0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 1.0)]);
         let mut triangles = Vec::new();
         assert_eq!(triangulate(&points, &polygon, &mut triangles), Cut::SelfCrossing);

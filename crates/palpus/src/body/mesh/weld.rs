@@ -1,12 +1,12 @@
-//! Welding of equal vertices, removal of degenerate triangles.
+//! Welds equal vertices and removes degenerate triangles.
 //!
-//! 1. [`weld`]: vertices closer than the register's tolerance become one; the first in the list
-//!    wins.
-//! 2. [`unbend_caps`]: a triangle of no area whose middle corner lies on its longest side is a
-//!    *cap*: the triangle across that side is cut there instead, which closes the surface without
-//!    moving anything.
-//! 3. [`drop_empty`]: triangles of no area that are left, and [`drop_duplicates`]: triangles of the
-//!    same three corners in whatever order, of which the first stays.
+//! 1. [`weld`] merges vertices that are closer than [`tolerance::WELD`] times the extent. The first
+//!    vertex in the list stays.
+//! 2. [`unbend_caps`] removes *caps*, which are triangles without area whose middle corner lies on
+//!    their longest side. It cuts the triangle across that side at the middle corner. This closes
+//!    the surface and moves no vertex.
+//! 3. [`drop_empty`] drops the remaining triangles without area. [`drop_duplicates`] keeps the
+//!    first of all triangles with the same three corners, in any order.
 
 use std::collections::HashMap;
 
@@ -16,16 +16,16 @@ use crate::algebra::tolerance;
 use crate::body::Aabb;
 use crate::body::mesh::edge_uses::EdgeUses;
 
-/// For each vertex the first vertex that it is merged with (itself, for most). `used` marks the
-/// vertices of faces. The other vertices are not merged and do not count for the extent (not 0)
-/// that the tolerance is relative to.
+/// Returns for each vertex the first vertex within the tolerance. For most vertices this is the
+/// vertex itself. `used` marks the vertices of faces; other vertices are not merged. The tolerance
+/// is relative to the extent of the used vertices, which must not be 0.
 pub(in crate::body) fn weld(vertices: &[DVec3], used: &[bool]) -> Vec<u32> {
     let mut answer: Vec<u32> = (0..vertices.len() as u32).collect();
     let bounds = Aabb::around(vertices.iter().zip(used).filter(|(_, used)| **used).map(|(p, _)| *p));
     let extent = (bounds.max - bounds.min).max_element();
     let reach = tolerance::WELD * extent;
-    // Cells far larger than the tolerance, so that the neighbourhood of nearly every vertex is a
-    // single cell.
+    // The cells are much larger than the tolerance, so for nearly every vertex a single cell is
+    // searched.
     let cell = tolerance::WELD_CELL * extent;
     let cell_of = |p: DVec3| ((p - bounds.min) / cell).to_array().map(|x| x.floor() as i64);
     let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::with_capacity(vertices.len());
@@ -45,13 +45,15 @@ pub(in crate::body) fn weld(vertices: &[DVec3], used: &[bool]) -> Vec<u32> {
     answer
 }
 
+/// Returns the keys of all cells from `low` to `high`, inclusive.
 fn cells_between(low: [i64; 3], high: [i64; 3]) -> impl Iterator<Item = [i64; 3]> {
     (low[0]..=high[0])
         .flat_map(move |x| (low[1]..=high[1]).flat_map(move |y| (low[2]..=high[2]).map(move |z| [x, y, z])))
 }
 
-/// The longest side (k) of a triangle without area: its height over that side is below the
-/// register's tolerance.
+/// Returns the longest side `k` of a triangle without area; `None` if the triangle has an area. A
+/// triangle has no area if its height over the longest side, divided by that side's length, is at
+/// most [`tolerance::ZERO_AREA`].
 pub(in crate::body) fn empty_over(corners: [DVec3; 3]) -> Option<usize> {
     let sides = [0, 1, 2].map(|k| corners[(k + 1) % 3] - corners[k]);
     let longest = if sides[0].length_squared() >= sides[1].length_squared() { 0 } else { 1 };
@@ -61,8 +63,9 @@ pub(in crate::body) fn empty_over(corners: [DVec3; 3]) -> Option<usize> {
     (twice_area <= tolerance::ZERO_AREA * base).then_some(longest)
 }
 
-/// Replaces each cap and its one neighbour across its longest side by two triangles that share the
-/// cap's middle corner, and returns how many. `sources` follows `triangles`.
+/// Replaces each cap and its neighbour across the longest side by two triangles that share the
+/// cap's middle corner. Leaves caps unchanged that have no unique neighbour there. Returns the
+/// number of replaced caps. `sources` stays parallel to `triangles`.
 pub(in crate::body) fn unbend_caps(vertices: &[DVec3], triangles: &mut [[u32; 3]], sources: &mut [u32]) -> usize {
     let mut repaired = 0;
     for _ in 0..tolerance::CAP_ROUNDS {
@@ -106,13 +109,14 @@ pub(in crate::body) fn unbend_caps(vertices: &[DVec3], triangles: &mut [[u32; 3]
     repaired
 }
 
-/// Drops the triangles of no area and returns how many.
+/// Drops the triangles without area and returns their number.
 pub(in crate::body) fn drop_empty(vertices: &[DVec3], triangles: &mut Vec<[u32; 3]>, sources: &mut Vec<u32>) -> usize {
     let keep: Vec<bool> = triangles.iter().map(|t| empty_over(t.map(|v| vertices[v as usize])).is_none()).collect();
     retain(triangles, sources, &keep)
 }
 
-/// Drops every triangle that has the same three corners as an earlier one and returns how many.
+/// Drops every triangle that has the same three corners as an earlier triangle, and returns the
+/// number of dropped triangles.
 pub(in crate::body) fn drop_duplicates(triangles: &mut Vec<[u32; 3]>, sources: &mut Vec<u32>) -> usize {
     let mut keys: Vec<([u32; 3], u32)> = triangles
         .iter()

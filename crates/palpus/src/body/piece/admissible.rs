@@ -1,26 +1,27 @@
-//! The normals that a piece owns: those of the source mesh, not of the hull \[K02 §3.4\].
+//! Admissible normals of pieces: the normals of the source mesh, not of the hull \[K02 §3.4\].
 //!
-//! A piece is the hull of a patch. The surface that the hull added is *virtual*: it is not part of
-//! the mesh, and no contact may push through it. The normals that a contact of the piece may have
-//! are those that its patch has on the source mesh:
+//! A piece is the hull of a patch. The faces that the hull added are *virtual*: they are not
+//! part of the mesh, and no contact force may act along their normals. A normal is admissible if
+//! the patch has it on the source mesh. The admissible normals are:
 //!
-//! * the normal of each face of the piece in which triangles of the patch lie;
-//! * along an edge of such a face at which the mesh bends outward, the arc from that face's normal
-//!   to the true normal on the other side, whichever piece that belongs to; the arc's end, the
-//!   neighbour's normal, is owned too (*borrowed*);
-//! * along an edge at which the mesh bends inward, nothing but the face's normal;
-//! * at a vertex, every direction along which no neighbour of the vertex on the mesh lies higher.
+//! * The normal of each face of the piece in which triangles of the patch lie. Such a face is an
+//!   *own face*.
+//! * At an edge of an own face where the mesh bends outward: the arc from the face's normal to the
+//!   normal of the mesh on the other side, even if that part belongs to another piece. The normal
+//!   at the end of the arc is called *borrowed*.
+//! * At an edge of an own face where the mesh bends inward: only the face's normal.
+//! * At a vertex: every direction along which no neighbouring mesh vertex is higher.
 //!
-//! Each of these normals supports the piece: the piece lies within the solid, so the hull's arc at
-//! a convex edge contains the true arc. At an edge where the mesh ends there is no true normal on
-//! the other side. There the arc spans a right angle, or ends with the hull's arc.
+//! Each admissible normal is a support direction of the piece. The piece lies within the solid, so
+//! the hull's arc at a convex edge contains the arc of the mesh. At a boundary edge the mesh has no
+//! normal on the other side. There the arc spans a right angle, limited by the hull's arc.
 //!
-//! Borrowed normals make the minimum over a piece's normals continuous in the pose. Where an edge
-//! pair ceases to exist at the end of an arc, the normal at that end has the same depth. So has the
-//! neighbour's own face at the same pose.
+//! Borrowed normals make the minimum depth over a piece's normals continuous in the pose. At the
+//! pose where an edge pair disappears at the end of an arc, the borrowed normal there has the same
+//! depth. The neighbour's own face has the same depth too.
 //!
-//! Deviation from \[K02\], which distinguishes original and virtual features but does not limit an
-//! edge's arc.
+//! This deviates from \[K02\]. The paper distinguishes original and virtual features, but does not
+//! limit the arc of an edge.
 
 mod apart;
 mod build;
@@ -36,23 +37,23 @@ use crate::algebra::tolerance::{ADMISSIBLE_ANGLE, ADMISSIBLE_TRIANGLES};
 use crate::body::decompose::facet::NONE;
 use crate::body::{Feature, Mesh, Piece, Polytope, Provenance};
 
-/// The own normals of all pieces of a body, in flat arrays.
+/// The admissible normals of all pieces of a body, in flat arrays.
 #[derive(Clone, Debug, Default)]
 pub struct Admissible {
     pieces: Vec<Range>,
     faces: Vec<OwnFace>,
     borrowed: Vec<Borrowed>,
     arcs: Vec<OwnArc>,
-    /// For each piece's vertices the mesh vertex there, or [`NONE`].
+    /// For each vertex of each piece, the mesh vertex at the same position, or [`NONE`].
     corners: Vec<u32>,
     caps: Vec<Cap>,
     ring_starts: Vec<u32>,
     ring: Vec<u32>,
-    /// Largest distance of a plane's vertices from the plane, metres.
+    /// Largest distance of the vertices of a planar face from its plane (m).
     noise: f64,
 }
 
-/// Ends of a piece's entries in each array.
+/// End of a piece's entries in each array.
 #[derive(Clone, Copy, Debug, Default)]
 struct Range {
     faces: u32,
@@ -61,38 +62,41 @@ struct Range {
     corners: u32,
 }
 
-/// A face of a piece in which original triangles lie.
+/// A face of a piece in which triangles of its patch lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OwnFace {
-    /// Index in the polytope.
+    /// Index of the face in the polytope.
     pub face: u32,
-    /// True if the triangles cover all of it.
+    /// True if the triangles cover the whole face.
     pub whole: bool,
 }
 
-/// A normal that a piece owns as the end of an arc: that of the mesh beyond one of its edges.
+/// A borrowed normal of a piece: the normal of the mesh beyond one of its edges, at the end of the
+/// edge's arc.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Borrowed {
-    /// The supporting plane of the piece with that normal; it holds the edge.
+    /// The supporting plane of the piece with that normal. The plane contains the edge. Offset in
+    /// metres.
     pub plane: Plane,
-    /// Index in the polytope.
+    /// Index of the edge in the polytope.
     pub edge: u32,
 }
 
-/// The normals that a piece owns along an edge: an arc of a great circle.
+/// The admissible normals at an edge: an arc of a great circle on the Gauss sphere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OwnArc {
-    /// Index in the polytope.
+    /// Index of the edge in the polytope.
     pub edge: u32,
-    /// The plane to the left of the edge. Numbers below the face count are faces of the polytope;
-    /// the following ones are borrowed planes.
+    /// Number of the plane to the left of the edge. A number less than the face count is a face of
+    /// the polytope. Otherwise the number minus the face count is an index into
+    /// [`OwnNormals::borrowed`].
     pub left: u32,
-    /// The plane to the right.
+    /// Number of the plane to the right of the edge, as for `left`.
     pub right: u32,
 }
 
 impl Admissible {
-    /// The own normals of piece `k`, whose shape is `polytope`.
+    /// Returns the admissible normals of piece `k`, whose shape is `polytope`.
     #[inline]
     pub fn of<'a>(&'a self, k: u32, polytope: &'a Polytope, mesh: &'a Mesh) -> OwnNormals<'a> {
         let (from, to) = (self.pieces[k as usize], self.pieces[k as usize + 1]);
@@ -104,17 +108,18 @@ impl Admissible {
             borrowed: &self.borrowed[from.borrowed as usize..to.borrowed as usize],
             arcs: &self.arcs[from.arcs as usize..to.arcs as usize],
             corners: &self.corners[from.corners as usize..to.corners as usize],
-            // The list is empty while the caps are being found.
+            // The list of caps is empty while they are being computed.
             cap: self.caps.get(k as usize).copied().unwrap_or(Cap::WHOLE),
         }
     }
 
-    /// The most arcs that a piece has.
+    /// Returns the largest number of arcs of a piece.
     pub fn most_arcs(&self) -> usize {
         self.pieces.windows(2).map(|pair| (pair[1].arcs - pair[0].arcs) as usize).max().unwrap_or(0)
     }
 
-    /// True if no neighbour of mesh vertex `v` is higher than it along `outward`.
+    /// Returns true if no neighbour of mesh vertex `v` is higher than `v` along `outward`, within
+    /// [`ADMISSIBLE_ANGLE`] and the noise.
     fn is_highest(&self, mesh: &Mesh, v: u32, outward: DVec3) -> bool {
         if v == NONE {
             return false;
@@ -129,7 +134,7 @@ impl Admissible {
     }
 }
 
-/// The own normals of one piece.
+/// The admissible normals of one piece.
 #[derive(Clone, Copy, Debug)]
 pub struct OwnNormals<'a> {
     all: &'a Admissible,
@@ -143,43 +148,43 @@ pub struct OwnNormals<'a> {
 }
 
 impl<'a> OwnNormals<'a> {
-    /// The piece's shape.
+    /// Returns the shape of the piece.
     #[inline]
     pub fn polytope(&self) -> &'a Polytope {
         self.polytope
     }
 
-    /// Holds every direction that the piece owns.
+    /// Returns a cap that contains all admissible normals of the piece.
     #[inline]
     pub fn cap(&self) -> Cap {
         self.cap
     }
 
-    /// Its faces with original triangles, by ascending index.
+    /// Returns the faces in which triangles of the patch lie, by ascending index.
     #[inline]
     pub fn faces(&self) -> &'a [OwnFace] {
         self.faces
     }
 
-    /// Its borrowed normals.
+    /// Returns the borrowed normals, by ascending index of their edge.
     #[inline]
     pub fn borrowed(&self) -> &'a [Borrowed] {
         self.borrowed
     }
 
-    /// Its edges with arcs, by ascending index.
+    /// Returns the arcs, by ascending index of their edge.
     #[inline]
     pub fn arcs(&self) -> &'a [OwnArc] {
         self.arcs
     }
 
-    /// The normals at the two ends of an arc, left and right.
+    /// Returns the unit normals at the two ends of an arc, left and right.
     #[inline]
     pub fn ends(&self, arc: &OwnArc) -> [DVec3; 2] {
         [arc.left, arc.right].map(|plane| self.plane(plane).normal)
     }
 
-    /// The plane of a number as stored in the arcs.
+    /// Returns the plane with the number `index`, as stored in [`OwnArc::left`].
     #[inline]
     pub fn plane(&self, index: u32) -> Plane {
         match (index as usize).checked_sub(self.polytope.face_count()) {
@@ -188,19 +193,21 @@ impl<'a> OwnNormals<'a> {
         }
     }
 
-    /// The own face of that index, if it is one.
+    /// Returns the own face with index `face`; `None` if no triangles of the patch lie in that
+    /// face.
     #[inline]
     pub fn own_face(&self, face: u32) -> Option<&'a OwnFace> {
         self.faces.binary_search_by_key(&face, |own| own.face).ok().map(|k| &self.faces[k])
     }
 
-    /// The arc along an edge, if it has one.
+    /// Returns the arc of an edge; `None` if it has no arc.
     #[inline]
     pub fn arc_at(&self, edge: u32) -> Option<&'a OwnArc> {
         self.arcs.binary_search_by_key(&edge, |arc| arc.edge).ok().map(|k| &self.arcs[k])
     }
 
-    /// The feature on which the plane of that number lies.
+    /// Returns the feature in the plane with the number `index`: the face itself, or the edge of a
+    /// borrowed normal.
     #[inline]
     pub fn feature(&self, index: u32) -> Feature {
         match (index as usize).checked_sub(self.polytope.face_count()) {
@@ -209,15 +216,16 @@ impl<'a> OwnNormals<'a> {
         }
     }
 
-    /// The number of the plane that is borrowed along an edge, if one is.
+    /// Returns the number of the borrowed plane of an edge; `None` if the edge has no borrowed
+    /// plane.
     #[inline]
     pub fn borrowed_at(&self, edge: u32) -> Option<u32> {
         let found = self.borrowed.binary_search_by_key(&edge, |borrowed| borrowed.edge).ok()?;
         Some((self.polytope.face_count() + found) as u32)
     }
 
-    /// True if the piece owns `direction` (unit, in its frame) along an edge that is perpendicular
-    /// to it, within [`ADMISSIBLE_ANGLE`].
+    /// Returns true if `direction` is admissible at `edge`, within [`ADMISSIBLE_ANGLE`].
+    /// `direction` is a unit vector in the piece's frame, perpendicular to the edge.
     pub fn edge_faces(&self, edge: u32, direction: DVec3) -> bool {
         match self.arc_at(edge) {
             Some(arc) => self.arc_holds(arc, direction),
@@ -242,16 +250,15 @@ impl<'a> OwnNormals<'a> {
         let edge = self.polytope.edge(arc.edge);
         let along = self.polytope.vertex(edge.head) - self.polytope.vertex(edge.tail);
         let slack = ADMISSIBLE_ANGLE * along.length();
-        // True between the two ends: not before the left one and not after the right one, along the
-        // shorter arc.
+        // The direction must lie after the left end and before the right end, on the shorter arc.
         along.dot(left.cross(direction)) >= -slack
             && along.dot(direction.cross(right)) >= -slack
             && direction.dot(left + right) > 0.0
     }
 
-    /// True if `point` on `feature` lies on the surface of the mesh and `outward` (unit; both in
-    /// the piece's frame) is a direction that the surface has there, within [`ADMISSIBLE_ANGLE`]
-    /// and the surface's noise. The direction is one that supports the piece there.
+    /// Returns true if `point` on `feature` lies on the mesh and `outward` is an admissible normal
+    /// at that point, within [`ADMISSIBLE_ANGLE`] and the surface's noise. `outward` must be a unit
+    /// vector and a support direction of the piece at `point`. Both are in the piece's frame.
     pub fn holds(&self, piece: &Piece, feature: Feature, point: DVec3, outward: DVec3) -> bool {
         match feature {
             Feature::Face(face) => {
@@ -264,14 +271,16 @@ impl<'a> OwnNormals<'a> {
         }
     }
 
-    /// True if the piece owns `direction` (unit, in its frame, one that supports it at the vertex):
-    /// some face of the mesh there looks to its side, and no neighbour of the vertex on the mesh
-    /// lies higher.
+    /// Returns true if `direction` is admissible at `vertex`. This holds under two conditions. The
+    /// normal of an own face at the vertex has a positive component along `direction`, and no
+    /// neighbouring mesh vertex is higher along `direction`. `direction` must be a unit vector in
+    /// the piece's frame and a support direction at the vertex.
     pub fn vertex_owns(&self, vertex: u32, direction: DVec3) -> bool {
         self.vertex_faces(vertex, direction) && self.all.is_highest(self.mesh, self.corners[vertex as usize], direction)
     }
 
-    /// True if an own face at the vertex looks to the side of `direction`.
+    /// Returns true if the normal of an own face at the vertex has a positive component along
+    /// `direction`.
     fn vertex_faces(&self, vertex: u32, direction: DVec3) -> bool {
         let faces_it = |face| self.own_face(face).is_some() && self.polytope.plane(face).normal.dot(direction) > 0.0;
         self.polytope.ring(vertex).iter().any(|spoke| faces_it(spoke.left))
@@ -283,8 +292,8 @@ struct Sides {
     right: u32,
 }
 
-/// True if `point`, in the plane of the triangles, lies on one of them; a point on a face with more
-/// than [`ADMISSIBLE_TRIANGLES`] counts as on one.
+/// Returns true if `point` lies on one of the triangles; it must lie in their plane. If there are
+/// more than [`ADMISSIBLE_TRIANGLES`] triangles, the test is skipped and the result is true.
 fn lies_on(triangles: &[u32], mesh: &Mesh, point: DVec3) -> bool {
     triangles.len() > ADMISSIBLE_TRIANGLES
         || triangles.iter().any(|&t| {
@@ -297,7 +306,7 @@ fn lies_on(triangles: &[u32], mesh: &Mesh, point: DVec3) -> bool {
         })
 }
 
-/// True if original triangles cover the face, wholly or for the larger part.
+/// Returns true if triangles of the mesh cover at least half of the face.
 fn is_original(polytope: &Polytope, face: u32) -> bool {
     polytope.face_provenance(face) == Provenance::Original
 }

@@ -1,10 +1,13 @@
-//! Makes polytopes from their faces, as plates, and from stored parts.
+//! Builds solid polytopes from faces and plates from polygons, and restores polytopes from stored
+//! parts.
 //!
-//! 1. Number the edges as the loops meet them first; each is met once in either direction.
-//! 2. Pair each corner of a loop with the corner at which its edge occurs again.
-//! 3. Make each vertex's ring: in each face, go from the edge that leaves the vertex to the edge
-//!    that enters it.
-//! 4. Write all indices into one list, and compute what follows from the coordinates.
+//! 1. Number the edges in the order in which they first occur in the loops. Each edge occurs once
+//!    in each direction.
+//! 2. Pair each corner of a loop with the corner at which the same edge occurs in the opposite
+//!    direction.
+//! 3. Build the ring of each vertex: in each face, go from the edge that starts at the vertex to
+//!    the edge that ends there.
+//! 4. Write all indices into one list, and compute the centroid, the radius and the directory.
 
 mod open_edges;
 
@@ -18,11 +21,14 @@ use crate::body::polytope::directory::Directory;
 use open_edges::OpenEdges;
 
 impl Polytope {
-    /// A solid polytope from its merged planar faces.
+    /// Builds a solid polytope from its merged planar faces.
     ///
-    /// `loops[f]` lists face `f`'s vertices counter-clockwise seen from outside; `planes` and
-    /// `provenance` are parallel to it. Convexity is the caller's promise (the hull's); topology is
-    /// checked here.
+    /// `loops[f]` has the vertices of face `f`, counter-clockwise as seen from outside. `planes[f]`
+    /// and `provenance[f]` belong to the same face. The caller must ensure that the polytope is
+    /// convex. This function checks the topology.
+    ///
+    /// # Errors
+    /// Fails if the faces do not form a closed surface.
     pub fn from_faces(
         vertices: Vec<DVec3>,
         loops: &[Vec<u32>],
@@ -33,8 +39,11 @@ impl Polytope {
         Self::from_loops(vertices, loop_starts, loop_vertices, planes, provenance)
     }
 
-    /// As [`Self::from_faces`], with the loops in one list: that of face `f` is
+    /// Does the same as [`Self::from_faces`] with all loops in one list. The loop of face `f` is
     /// `loop_vertices[loop_starts[f] .. loop_starts[f + 1]]`.
+    ///
+    /// # Errors
+    /// Fails if the faces do not form a closed surface.
     pub fn from_loops(
         vertices: Vec<DVec3>,
         loop_starts: Vec<u32>,
@@ -80,12 +89,15 @@ impl Polytope {
         Ok(polytope)
     }
 
-    /// A plate from a convex polygon, counter-clockwise seen from the side that `normal` (unit)
-    /// points to.
+    /// Builds a plate from a convex polygon. Its vertices are counter-clockwise as seen from the
+    /// side to which `normal` (unit) points.
     ///
-    /// Face 0 is the front (of the given provenance), face 1 the back (virtual), faces 2 … n + 1
-    /// the rims along the sides (virtual); rim 2 + k lies along the side from vertex k to vertex
-    /// k + 1.
+    /// Face 0 is the front and has the provenance `front`. Face 1 is the back. Faces 2 … n + 1 are
+    /// the rims; rim 2 + k lies along the side from vertex k to vertex k + 1. The back and the rims
+    /// are virtual.
+    ///
+    /// # Errors
+    /// Fails if the polygon has fewer than three vertices.
     pub fn from_polygon(vertices: Vec<DVec3>, normal: DVec3, front: Provenance) -> Result<Self, PolytopeError> {
         let n = vertices.len() as u32;
         if n < 3 {
@@ -107,11 +119,11 @@ impl Polytope {
             edges.push(Edge { tail: k, head: (k + 1) % n, left: 2 + k, right: 1 });
         }
         let mut loop_edges: Vec<u32> = (0..n).collect();
-        // The back's loop is n−1, n−2, …, 0: its side k runs from n−1−k to n−2−k, the twin of side
-        // n−2−k.
+        // The loop of the back is n−1, n−2, …, 0. Its side k runs from vertex n−1−k to vertex
+        // n−2−k, opposite to side n−2−k of the front.
         loop_edges.extend((0..n).map(|k| n + (2 * n - 2 - k) % n));
-        // A rim's loop is head → tail (the front's edge, reversed) and tail → head (the back's
-        // edge).
+        // The loop of a rim has the side head → tail along the front's edge, and the side tail →
+        // head along the back's edge.
         for k in 0..n {
             loop_edges.extend([k, n + k]);
         }
@@ -130,7 +142,7 @@ impl Polytope {
         self.rough = bulge > CRISP * self.radius || bulge > SHORT_EDGE * shortest;
     }
 
-    /// How far any vertex stands off the planes around it: see [`Self::bulge`].
+    /// Computes the value of [`Self::bulge`].
     fn measured_bulge(&self) -> f64 {
         let mut bulge = 0.0_f64;
         for v in 0..self.vertices.len() as u32 {
@@ -144,19 +156,19 @@ impl Polytope {
     }
 }
 
-/// Restores solid polytopes from their stored parts; its working memory serves one polytope after
-/// another.
+/// Restores solid polytopes from their stored parts. One restorer can restore many polytopes and
+/// reuses its memory.
 #[derive(Debug, Default)]
 pub struct PolytopeRestorer {
     skin: Skin,
     room: Room,
     originals: Vec<bool>,
-    /// For each vertex, the last face that it was met in.
+    /// For each vertex, the last face in which it occurred.
     met: Vec<u32>,
 }
 
 impl PolytopeRestorer {
-    /// Starts a polytope with the given number of vertices, at its first face.
+    /// Starts a polytope with the given number of vertices. The first face follows.
     pub fn begin(&mut self, vertices: usize) {
         let Skin { loop_starts, loop_vertices, loop_edges, edges } = &mut self.skin;
         for list in [&mut *loop_starts, loop_vertices, loop_edges] {
@@ -169,15 +181,15 @@ impl PolytopeRestorer {
         self.met.resize(vertices, u32::MAX);
     }
 
-    /// Appends a corner to the current face: its vertex, and the index of its edge if that occurred
-    /// before.
+    /// Appends a corner to the current face. `edge` is the index of the edge that starts at the
+    /// corner, or `None` if this edge occurs for the first time.
     #[inline]
     pub fn corner(&mut self, vertex: u32, edge: Option<u32>) {
         let fresh = self.skin.edges.len() as u32;
         self.skin.loop_vertices.push(vertex);
         self.skin.loop_edges.push(edge.unwrap_or(fresh));
         if edge.is_none() {
-            // Its head and right face follow.
+            // The head and the right face of the edge are set later.
             self.skin.edges.push(Edge {
                 tail: vertex,
                 head: u32::MAX,
@@ -187,7 +199,8 @@ impl PolytopeRestorer {
         }
     }
 
-    /// Ends a face; `None` if it is degenerate, or its edges differ from those met before.
+    /// Ends the current face; `original` says whether it is an original face. Returns `None` if the
+    /// face is degenerate or contradicts the earlier faces at an edge.
     pub fn end_face(&mut self, original: bool) -> Option<()> {
         let face = self.originals.len() as u32;
         let begin = *self.skin.loop_starts.last()? as usize;
@@ -214,9 +227,9 @@ impl PolytopeRestorer {
         Some(())
     }
 
-    /// Returns the polytope of the faces since [`Self::begin`], with their planes and its
-    /// [`Polytope::bulge`], which must be finite to be used; `None` if the faces make no closed
-    /// surface.
+    /// Returns the polytope of all faces since [`Self::begin`]. `planes` are the planes of the
+    /// faces, and `bulge` is the value of [`Polytope::bulge`] (m). Returns `None` if the faces do
+    /// not form a closed surface, or if a number is not finite.
     pub fn finish(&mut self, vertices: Vec<DVec3>, planes: Vec<Plane>, bulge: f64) -> Option<Polytope> {
         let Self { skin, room, originals, .. } = self;
         let euler = vertices.len() + planes.len() == skin.edges.len() + 2;
@@ -228,42 +241,42 @@ impl PolytopeRestorer {
         }
         let mut polytope = skin.assembled(room, vertices, planes, |f| originals[f], false).ok()?;
         polytope.set_bulge(bulge);
-        // A vertex with only two corners would make a fold. A vertex that is not finite makes the
-        // bounding sphere not finite.
+        // At a vertex with only two corners the surface would be folded. If a vertex is not finite,
+        // the centroid or the radius is not finite either.
         let whole = (0..polytope.vertices.len() as u32).all(|v| polytope.ring(v).len() >= 3);
         (whole && polytope.centroid.is_finite() && polytope.radius.is_finite()).then_some(polytope)
     }
 }
 
-/// A closed surface: loops of vertices and of edges, and the edges.
+/// A closed surface: loops of vertices, loops of edges, and the edges.
 #[derive(Debug, Default)]
 struct Skin {
     loop_starts: Vec<u32>,
     loop_vertices: Vec<u32>,
-    /// Each edge stands here twice.
+    /// The edges of all loops. Each edge occurs twice.
     loop_edges: Vec<u32>,
     edges: Vec<Edge>,
 }
 
-/// Memory for assembling.
+/// Working memory of [`Skin::assembled`].
 #[derive(Debug, Default)]
 struct Room {
-    /// For each edge, the corner at which it first occurred; after pairing, either of its two
-    /// corners.
+    /// For each edge, the corner at which it last occurred. The corner of an edge is the corner at
+    /// which the edge starts in a loop.
     met: Vec<u32>,
-    /// For each corner, that at which its edge runs the other way.
+    /// For each corner, the corner at which the same edge starts in the opposite direction.
     twins: Vec<u32>,
-    /// For each corner, its face.
+    /// For each corner, the index of its face.
     faces: Vec<u32>,
-    /// For each corner, the next around its vertex.
+    /// For each corner, the next corner around its vertex.
     onward: Vec<u32>,
-    /// For each vertex, its first corner.
+    /// For each vertex, its first corner in the loops.
     first: Vec<u32>,
     all: Vec<u32>,
 }
 
 impl Skin {
-    /// The polytope with this surface; its bulge is not set yet.
+    /// Builds the polytope with this surface. The caller must set the bulge afterwards.
     fn assembled(
         &self,
         room: &mut Room,
@@ -291,7 +304,8 @@ impl Skin {
         Ok(polytope)
     }
 
-    /// Begin and continuation of the ring around each vertex.
+    /// Computes the first corner of each vertex, and for each corner the next one around its
+    /// vertex.
     fn pair_corners(&self, room: &mut Room, vertices: usize) {
         const NONE: u32 = u32::MAX;
         let corners = self.loop_vertices.len();
@@ -311,8 +325,8 @@ impl Skin {
         onward.clear();
         for (f, ends) in self.loop_starts.windows(2).enumerate() {
             let (begin, end) = (ends[0] as usize, ends[1] as usize);
-            // Counter-clockwise: from the edge that leaves the vertex in the face, across it, to
-            // the edge that enters the vertex.
+            // The next corner counter-clockwise lies across the edge that enters the vertex in this
+            // face.
             onward.push(twins[end - 1]);
             onward.extend_from_slice(&twins[begin..end - 1]);
             faces.resize(end, f as u32);
@@ -322,7 +336,7 @@ impl Skin {
         }
     }
 
-    /// All lists of indices as one.
+    /// Writes all indices into one list.
     fn lists(
         &self,
         room: &mut Room,
@@ -346,7 +360,7 @@ impl Skin {
             if k >= corners {
                 return Err(PolytopeError::OpenRing(v as u32));
             }
-            // The walk ends where it began, since no two corners have the same successor.
+            // The walk returns to its first corner, because no two corners have the same successor.
             loop {
                 let neighbour = self.loop_vertices[twins[k] as usize];
                 all.extend([neighbour, self.loop_edges[k], face_of[k]]);
@@ -380,7 +394,7 @@ impl Skin {
         })
     }
 
-    /// The first vertex whose corners are not all in its ring.
+    /// Returns the first vertex for which some of its corners are not in its ring.
     fn torn_vertex(&self, ring_starts: &[u32]) -> u32 {
         let mut corners = vec![0; ring_starts.len() - 1];
         self.loop_vertices.iter().for_each(|&v| corners[v as usize] += 1);
@@ -392,7 +406,7 @@ impl Skin {
     }
 }
 
-/// Loops in one list, and where each begins.
+/// Returns the start of each loop (one entry more than loops), and all loops in one list.
 fn flattened(loops: &[Vec<u32>]) -> (Vec<u32>, Vec<u32>) {
     let mut starts = Vec::with_capacity(loops.len() + 1);
     let mut vertices = Vec::with_capacity(loops.iter().map(Vec::len).sum());

@@ -1,4 +1,4 @@
-//! The farthest vertex along a direction, by climbing from vertex to vertex.
+//! Finds the support vertex along a direction by climbing from vertex to vertex.
 
 use glam::DVec3;
 
@@ -6,13 +6,16 @@ use super::Polytope;
 use super::numbers::Numbers;
 
 impl Polytope {
-    /// The vertex farthest along `direction` and its height there, by climbing from vertex `from`.
+    /// Returns the vertex farthest along `direction` and its dot product with `direction`. Climbs
+    /// from vertex `from`.
     ///
-    /// A climb ends at a global maximum, since the polytope is convex; it moves only to strictly
-    /// higher vertices, so a plateau cannot make it cycle. On a rough polytope ([`Self::is_rough`])
-    /// the edge to the next higher vertex may be missing. There the climb ends only if no vertex of
-    /// the faces around is higher. If `from` supports a near direction, the climb visits one or two
-    /// rings, fewer vertices than [`Self::support`]; otherwise it visits more.
+    /// The climb ends at a global maximum, because the polytope is convex. It only moves to
+    /// strictly higher vertices, so it cannot cycle. On a rough polytope ([`Self::is_rough`]), the
+    /// edge to the next higher vertex may be missing. There the climb only ends if no vertex of the
+    /// adjacent faces is higher.
+    ///
+    /// If `from` is the support vertex of a similar direction, the climb visits one or two rings.
+    /// Then it is cheaper than [`Self::support`]; otherwise it is more expensive.
     #[inline]
     pub fn climb(&self, from: u32, direction: DVec3) -> (u32, f64) {
         match &self.lists.all {
@@ -21,7 +24,7 @@ impl Polytope {
         }
     }
 
-    /// A climb over one kind of list.
+    /// Climbs, with the indices in lists of type `N`.
     #[inline]
     fn climb_among<N: Copy + Into<u32>>(&self, all: &[N], from: u32, direction: DVec3) -> (u32, f64) {
         let mut best = from;
@@ -44,7 +47,8 @@ impl Polytope {
         }
     }
 
-    /// As [`Self::climb`], with the height of the highest neighbour of the vertex found.
+    /// Does the same as [`Self::climb`]. Also returns the largest dot product of `direction` with
+    /// the neighbours of the found vertex.
     #[inline]
     pub fn climb_apart(&self, from: u32, direction: DVec3) -> (u32, f64, f64) {
         match &self.lists.all {
@@ -78,8 +82,8 @@ impl Polytope {
         }
     }
 
-    /// From vertex `here`, which has no neighbour above its `height`: the highest vertex above it
-    /// among the faces around, and that vertex's height.
+    /// On a rough polytope, returns the highest vertex of the faces around vertex `here` and its
+    /// height; `None` if it is not above `height`. No neighbour of `here` may be above `height`.
     #[inline]
     fn over_missing_edge(&self, here: u32, height: f64, direction: DVec3) -> Option<(u32, f64)> {
         if self.rough { self.highest_around(here, height, direction) } else { None }

@@ -1,32 +1,32 @@
-//! Starting vertices for the search of a polytope's support, for directions without a hint.
+//! Finds the start of a support query if the caller has no hint.
 //!
-//! * A small polytope stores its coordinates in groups of four, x beside x, and tests all vertices
-//!   without a branch.
-//! * A larger one keeps a map of the sphere of directions, unfolded to a square as an octahedron
-//!   is, with about one cell per vertex; each cell stores the vertex farthest along its middle
-//!   direction. A climb from there visits one or two rings, for any number of vertices.
+//! * A small polytope stores the coordinates of its vertices in groups of four, and tests all
+//!   vertices without branches.
+//! * A larger polytope stores a map of the sphere of directions (an octahedral map on a square)
+//!   with about one cell per vertex. Each cell stores the support vertex of its middle direction. A
+//!   climb from that vertex visits one or two rings, for any number of vertices.
 
 use glam::DVec3;
 
-/// At or below this many vertices all are looked at (measured: a climb from a cell is as quick at
-/// about 30).
+/// Up to this number of vertices, all are tested. Measured: at about 30 vertices, a climb from a
+/// cell takes the same time.
 const SCAN_BELOW: usize = 32;
 
-/// Start of a support query.
+/// The data to start a support query without a hint.
 #[derive(Clone, Debug)]
 pub(in crate::body) enum Directory {
-    /// All the vertices, by fours; the last four are filled up with the first vertex.
+    /// All vertices in groups of four. The last group is filled up with the first vertex.
     Scan(Box<[Four]>),
-    /// The map of directions.
+    /// The octahedral map of directions.
     Map {
-        /// Cells along a side of the square.
+        /// Number of cells along a side of the square.
         side: u32,
         /// The vertex of each cell, row by row.
         starts: Box<[u32]>,
     },
 }
 
-/// Four vertices, by coordinates.
+/// The coordinates of four vertices.
 #[derive(Clone, Debug)]
 pub(in crate::body) struct Four {
     x: [f64; 4],
@@ -40,16 +40,17 @@ impl Four {
     }
 }
 
-/// A directory's answer for a direction.
+/// Result of [`Directory::look`].
 pub(in crate::body) enum Known {
-    /// The farthest vertex.
+    /// The support vertex.
     Farthest(u32),
-    /// One to climb from.
+    /// A vertex from which a climb is short.
     Near(u32),
 }
 
 impl Directory {
-    /// Directory of `vertices`; `climb` takes a vertex and a direction to the farthest vertex.
+    /// Builds the directory of `vertices`. `climb` returns the support vertex for a start vertex
+    /// and a direction.
     pub(in crate::body) fn new(vertices: &[DVec3], climb: impl Fn(u32, DVec3) -> u32) -> Self {
         if vertices.len() <= SCAN_BELOW {
             let (whole, rest) = vertices.as_chunks();
@@ -77,7 +78,8 @@ impl Directory {
         Self::Map { side: side as u32, starts: starts.into_boxed_slice() }
     }
 
-    /// The farthest vertex, if the polytope is small enough to test all vertices.
+    /// Returns the support vertex along `direction` if the polytope is small; `None` if it has a
+    /// map.
     #[inline]
     pub(in crate::body) fn scan(&self, direction: DVec3) -> Option<u32> {
         match self {
@@ -86,7 +88,8 @@ impl Directory {
         }
     }
 
-    /// Returns the start for `direction`, which need not be unit.
+    /// Returns the support vertex along `direction` or a vertex near it. `direction` need not have
+    /// unit length.
     #[inline]
     pub(in crate::body) fn look(&self, direction: DVec3) -> Known {
         match self {
@@ -102,7 +105,7 @@ impl Directory {
     }
 }
 
-/// The vertex farthest along `direction`.
+/// Returns the support vertex along `direction`.
 #[inline]
 fn farthest(fours: &[Four], direction: DVec3) -> u32 {
     let mut heights = [f64::NEG_INFINITY; 4];
@@ -122,8 +125,8 @@ fn farthest(fours: &[Four], direction: DVec3) -> u32 {
     places[best] as u32 + best as u32
 }
 
-/// The place of a direction on the square −1 … 1: the octahedron |x| + |y| + |z| = 1 seen from
-/// above, its lower faces folded outward.
+/// Maps a direction to the square [−1, 1]². The map projects the octahedron |x| + |y| + |z| = 1
+/// along z, with the lower faces folded outward.
 #[inline]
 fn folded(direction: DVec3) -> (f64, f64) {
     let DVec3 { x, y, z } = direction;
@@ -133,7 +136,7 @@ fn folded(direction: DVec3) -> (f64, f64) {
     if z < 0.0 { (over_u, over_v) } else { (u, v) }
 }
 
-/// The direction at a place of the square, not unit.
+/// Returns the direction at a point of the square. The result is not a unit vector.
 fn unfolded(u: f64, v: f64) -> DVec3 {
     let z = 1.0 - u.abs() - v.abs();
     if z < 0.0 { DVec3::new((1.0 - v.abs()).copysign(u), (1.0 - u.abs()).copysign(v), z) } else { DVec3::new(u, v, z) }
@@ -144,7 +147,8 @@ mod tests {
     use super::*;
     use crate::body::convex_hull;
 
-    /// Points on a lattice around the sphere: golden angles \[Swinbank and Purser 2006\].
+    /// Returns `n` points of a golden-angle lattice on a flattened sphere \[Swinbank and Purser
+    /// 2006\].
     fn lattice(n: usize) -> Vec<DVec3> {
         let point = |k: usize| {
             let z = 1.0 - (2 * k + 1) as f64 / n as f64;
@@ -155,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn folding_and_unfolding_cancel() {
+    fn unfolding_is_the_inverse_of_folding() {
         for d in lattice(97) {
             let (u, v) = folded(d);
             assert!((unfolded(u, v).normalize() - d.normalize()).length() < 1e-14, "{d}");
@@ -163,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn the_support_is_that_of_a_scan_whatever_the_size() {
+    fn support_agrees_with_a_scan_for_all_sizes() {
         for n in [4, 7, 20, 32, 33, 100, 700] {
             let polytope = convex_hull(&lattice(n), 1e-9).unwrap().into_polytope().unwrap().0;
             for d in lattice(311).into_iter().chain([DVec3::X, -DVec3::X, DVec3::Y, -DVec3::Y, DVec3::Z, -DVec3::Z]) {
@@ -172,7 +176,7 @@ mod tests {
                 let found = height(&polytope.vertex(polytope.support(d)));
                 assert!(scan - found <= 1e-15, "{n} vertices, {d}: {found}, not {scan}");
             }
-            // Any input gives a valid vertex, even NaN.
+            // Every direction gives a valid vertex, even NaN.
             for d in [DVec3::ZERO, DVec3::NAN, DVec3::INFINITY, DVec3::splat(f64::MIN_POSITIVE)] {
                 assert!((polytope.support(d) as usize) < polytope.vertices().len());
             }

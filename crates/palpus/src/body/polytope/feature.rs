@@ -1,8 +1,8 @@
-//! Names of the features of a polytope.
+//! Features of a polytope: vertices, edges and faces.
 
 use crate::body::Polytope;
 
-/// A vertex, edge or face of one polytope, by its index there.
+/// A vertex, edge or face of a polytope.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -16,7 +16,7 @@ pub enum Feature {
 }
 
 impl Feature {
-    /// A vertex of the feature of this polytope.
+    /// Returns one vertex of the feature, which belongs to `polytope`.
     #[inline]
     pub(crate) fn some_vertex(self, polytope: &Polytope) -> u32 {
         match self {
@@ -31,8 +31,8 @@ impl Feature {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FeaturePair {
-    /// On the polytope of body a.
+    /// Feature on the polytope of body a.
     pub a: Feature,
-    /// On the polytope of body b.
+    /// Feature on the polytope of body b.
     pub b: Feature,
 }

@@ -1,14 +1,14 @@
-//! Lists of indices in half the memory: 16 bits each, unless an index is too large for that.
+//! Lists of indices with 16 bits per index, or 32 bits if an index is too large.
 //!
-//! Nearly all polytopes of a body have fewer than a hundred edges, and indices are more than half
-//! of a polytope's memory. Readers get 32 bits in either case. All lists of a polytope have the
-//! same width.
+//! Nearly all polytopes of a body have fewer than a hundred edges, and indices take more than
+//! half of the memory of a polytope. Callers read 32-bit numbers in both cases. All indices of a
+//! polytope have the same width.
 
 use std::ops::Range;
 
 use super::Spoke;
 
-/// A list that does not change.
+/// A list of indices with a fixed length.
 #[derive(Clone, Debug)]
 pub(super) enum Numbers {
     /// Every index is below 2¹⁶.
@@ -35,7 +35,7 @@ impl Numbers {
         }
     }
 
-    /// The given number of entries, from `k` on.
+    /// Returns `N` entries, starting at entry `k`.
     #[inline]
     pub(super) fn some<const N: usize>(&self, k: usize) -> [u32; N] {
         match self {
@@ -58,7 +58,7 @@ impl Numbers {
         }
     }
 
-    /// Replaces a number by one that fits the list's width.
+    /// Sets entry `k`. `number` must fit the width of the list.
     pub(super) fn set(&mut self, k: usize, number: u32) {
         match self {
             Self::Narrow(numbers) => numbers[k] = number as u16,
@@ -67,7 +67,7 @@ impl Numbers {
     }
 }
 
-/// Some numbers of a list.
+/// A slice of a list.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Part<'a> {
     Narrow(&'a [u16]),
@@ -84,19 +84,19 @@ impl Part<'_> {
     }
 }
 
-/// Vertices or edges around a face, to be read one after the other or by place.
+/// The vertices or edges around a face.
 #[derive(Clone, Copy, Debug)]
 pub struct Loop<'a>(pub(super) Part<'a>);
 
 impl<'a> Loop<'a> {
-    /// How many there are.
+    /// Returns the number of entries.
     #[inline]
-    #[allow(clippy::len_without_is_empty, reason = "there is no empty one")]
+    #[allow(clippy::len_without_is_empty, reason = "it is never empty")]
     pub fn len(self) -> usize {
         self.0.len()
     }
 
-    /// The one at place `k`, which is less than their number.
+    /// Returns entry `k`, which must be less than [`Self::len`].
     #[inline]
     pub fn at(self, k: usize) -> u32 {
         match self.0 {
@@ -105,25 +105,26 @@ impl<'a> Loop<'a> {
         }
     }
 
-    /// The last one.
+    /// Returns the last entry.
     #[inline]
     pub fn last(self) -> u32 {
         self.at(self.len() - 1)
     }
 
-    /// True if the list holds this index.
+    /// Returns true if `index` is an entry.
     #[inline]
     pub fn contains(self, index: u32) -> bool {
         self.iter().any(|other| other == index)
     }
 
-    /// The triangles from the first one to each side.
+    /// Returns the triangle fan over the polygon: the triangles between the first vertex and each
+    /// side that does not touch it.
     #[inline]
     pub fn fan(self) -> impl ExactSizeIterator<Item = [u32; 3]> {
         (2..self.len()).map(move |k| [self.at(0), self.at(k - 1), self.at(k)])
     }
 
-    /// One after the other.
+    /// Returns an iterator over the entries.
     #[inline]
     pub fn iter(self) -> LoopIter<'a> {
         LoopIter(match self.0 {
@@ -132,7 +133,7 @@ impl<'a> Loop<'a> {
         })
     }
 
-    /// A copy as a list.
+    /// Copies the entries into a vector.
     pub fn to_vec(self) -> Vec<u32> {
         self.iter().collect()
     }
@@ -148,7 +149,7 @@ impl<'a> IntoIterator for Loop<'a> {
     }
 }
 
-/// See [`Loop::iter`].
+/// The iterator of [`Loop::iter`].
 #[derive(Clone, Debug)]
 pub struct LoopIter<'a>(Numbered<'a>);
 
@@ -188,23 +189,22 @@ impl Iterator for LoopIter<'_> {
 
 impl ExactSizeIterator for LoopIter<'_> {}
 
-/// Numbers of one spoke.
+/// Number of list entries per spoke.
 pub(super) const SPOKE: usize = 3;
 
-/// The spokes of a vertex, counter-clockwise seen from outside, to be read one after the other or
-/// by place.
+/// The spokes of a vertex, counter-clockwise as seen from outside.
 #[derive(Clone, Copy, Debug)]
 pub struct Ring<'a>(pub(super) Part<'a>);
 
 impl<'a> Ring<'a> {
-    /// How many there are.
+    /// Returns the number of spokes.
     #[inline]
-    #[allow(clippy::len_without_is_empty, reason = "there is no empty one")]
+    #[allow(clippy::len_without_is_empty, reason = "it is never empty")]
     pub fn len(self) -> usize {
         self.0.len() / SPOKE
     }
 
-    /// The one at place `k`, which is less than their number.
+    /// Returns spoke `k`, which must be less than [`Self::len`].
     #[inline]
     pub fn at(self, k: usize) -> Spoke {
         match self.0 {
@@ -213,13 +213,13 @@ impl<'a> Ring<'a> {
         }
     }
 
-    /// The last one.
+    /// Returns the last spoke.
     #[inline]
     pub fn last(self) -> Spoke {
         self.at(self.len() - 1)
     }
 
-    /// The spokes at some places.
+    /// Returns the spokes with the indices in `places`.
     #[inline]
     pub fn part(self, places: Range<usize>) -> Self {
         let numbers = SPOKE * places.start..SPOKE * places.end;
@@ -229,7 +229,7 @@ impl<'a> Ring<'a> {
         })
     }
 
-    /// One after the other.
+    /// Returns an iterator over the spokes.
     #[inline]
     pub fn iter(self) -> RingIter<'a> {
         RingIter(match self.0 {
@@ -260,7 +260,7 @@ fn wide_spoke(&[neighbour, edge, left]: &[u32; SPOKE]) -> Spoke {
     Spoke { neighbour, edge, left }
 }
 
-/// See [`Ring::iter`].
+/// The iterator of [`Ring::iter`].
 #[derive(Clone, Debug)]
 pub struct RingIter<'a>(Spoken<'a>);
 
@@ -305,7 +305,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn narrow_and_wide_lists_read_the_same() {
+    fn narrow_and_wide_lists_give_the_same_values() {
         for largest in [u32::from(u16::MAX), u32::from(u16::MAX) + 1] {
             let list = [7, 0, 3, largest, 5, 9];
             let mut numbers = Numbers::new(&list);

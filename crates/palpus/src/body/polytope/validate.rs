@@ -1,7 +1,7 @@
-//! The walkers that assert every invariant of the body's structures.
+//! Checks the invariants of a polytope.
 //!
-//! Builders call them at their end in debug builds, tests call them on everything. They say what is
-//! broken and where.
+//! Functions that build polytopes call these checks in debug builds, and tests call them on many
+//! polytopes. The error says which invariant is broken and where.
 
 use crate::algebra::tolerance::WELL_FORMED_ROUNDING;
 use crate::body::{Edge, Polytope, Provenance};
@@ -16,67 +16,74 @@ pub enum Malformed {
     #[error("V − E + F is {0} and not 2")]
     Euler(i64),
     /// An edge is not a side of its faces, or joins a vertex to itself.
-    #[error("edge {0} does not stand in the loops of its two faces as it says")]
+    #[error("edge {0} is not in the loops of its two faces, or joins a vertex to itself")]
     Edge(u32),
     /// A spoke disagrees with its edge or with the next spoke.
     #[error("spoke {spoke} of vertex {vertex} disagrees with its edge, its face or the next spoke")]
     Ring {
-        /// The vertex.
+        /// Index of the vertex.
         vertex: u32,
-        /// Place in its ring.
+        /// Index of the spoke in the ring.
         spoke: u32,
     },
     /// A loop has too few corners, repeats one, or disagrees with its edges.
     #[error("the loop of face {0} repeats a vertex, is too short or disagrees with its edges")]
     Loop(u32),
-    /// A rim is original, or is found on a solid.
-    #[error("face {0} has no width but is not the virtual rim of a plate")]
+    /// A rim is original, or belongs to a solid.
+    #[error("face {0} has zero width but is not a virtual rim of a plate")]
     Rim(u32),
     /// A face's normal is not of unit length.
     #[error("the normal of face {face} has length {length}")]
     NotUnit {
-        /// The face.
+        /// Index of the face.
         face: u32,
         /// Length of its normal.
         length: f64,
     },
-    /// A corner of a face is not in its plane.
+    /// A corner of a face is not in the face's plane.
     #[error("vertex {vertex} of face {face} lies {height:e} above its plane")]
     NotPlanar {
-        /// The face.
+        /// Index of the face.
         face: u32,
-        /// A corner of it.
+        /// Index of the corner's vertex.
         vertex: u32,
-        /// Above the face's plane.
+        /// Height above the face's plane, in model units.
         height: f64,
     },
-    /// A vertex next to a face is above its plane.
+    /// A vertex next to a face is above the face's plane.
     #[error("vertex {vertex} lies {height:e} above the plane of face {face}")]
     NotConvex {
-        /// The face.
+        /// Index of the face.
         face: u32,
-        /// A neighbour of one of its corners.
+        /// Index of a vertex next to a corner of the face.
         vertex: u32,
-        /// Above the face's plane.
+        /// Height above the face's plane, in model units.
         height: f64,
     },
-    /// A face's loop runs clockwise seen from the side that its normal points to.
+    /// The loop of a face is clockwise as seen from the side to which its normal points.
     #[error("the loop of face {0} runs against its normal")]
     Reversed(u32),
 }
 
 impl Polytope {
-    /// Walks the whole structure and says what is broken first.
+    /// Checks all invariants and returns the first broken one.
     ///
-    /// `coplanar` is how far, in model units, corners may lie from the plane of their face: the
-    /// merge distance that built the polytope. Convexity is tested across every edge, which for a
-    /// closed surface is enough.
+    /// `coplanar` is the largest allowed distance of a corner from the plane of its face, in model
+    /// units. It should be the merge distance with which the polytope was built. Convexity is
+    /// tested at every edge, which is sufficient for a closed surface.
+    ///
+    /// # Errors
+    /// Returns the first broken invariant.
     pub fn validate(&self, coplanar: f64) -> Result<(), Malformed> {
         self.validate_topology()?;
         self.check_planes(coplanar)
     }
 
-    /// The part of [`Self::validate`] that no rounding can spoil: what builders assert on any data.
+    /// Checks the invariants of [`Self::validate`] that do not depend on rounding: finite numbers
+    /// and correct topology.
+    ///
+    /// # Errors
+    /// Returns the first broken invariant.
     pub fn validate_topology(&self) -> Result<(), Malformed> {
         self.check_numbers()?;
         self.check_loops()?;
@@ -145,15 +152,16 @@ impl Polytope {
                 }
             }
         }
-        // Every edge has two ends, and every ring is one turn: together they account for every
-        // spoke.
+        // Each edge has two ends, and each ring goes around its vertex once. Therefore there are
+        // two spokes per edge.
         if spokes == 2 * self.edges().len() { Ok(()) } else { Err(Malformed::Ring { vertex: 0, spoke: 0 }) }
     }
 
     fn check_planes(&self, coplanar: f64) -> Result<(), Malformed> {
         let size = self.vertices().iter().fold(0.0, |size: f64, v| size.max(v.abs().max_element()));
         let rounding = WELL_FORMED_ROUNDING * size;
-        // A plate's one plane runs through the middle of its corners.
+        // The plane of a plate passes through the mean height of its corners, so some neighbours
+        // lie above it.
         let above = if self.is_flat() { rounding + coplanar } else { rounding };
         for face in 0..self.face_count() as u32 {
             let plane = self.plane(face);
@@ -178,7 +186,7 @@ impl Polytope {
                 let [first, second, third] = corners.map(|v| self.vertex(v));
                 (second - first).cross(third - first).dot(plane.normal)
             });
-            // The sign is noise for a face no wider than the rounding.
+            // For a face that is as narrow as the rounding errors, the sign is meaningless.
             if area.sum::<f64>() < -rounding * self.radius() {
                 return Err(Malformed::Reversed(face));
             }

@@ -76,7 +76,7 @@ impl Front {
         let wake = self.wakes.get(place);
         let bound = match state {
             State::Split(_) => return None,
-            State::Awake | State::Crowded => 0.0,
+            State::Awake | State::Represented | State::Crowded => 0.0,
             // Merged with its other half.
             State::Asleep if wake == NEVER => return None,
             State::Asleep => self.tolerance - self.motion_bound.since(wake),

@@ -88,6 +88,18 @@ impl Front {
 
     /// Measures a pair and puts it where it belongs; its halves go onto the stack.
     fn look(&mut self, query: &PlacedPair<'_>, place: u32, found: &mut LeafPairs, counters: &mut TraversalCounters) {
+        if self.pairs[place as usize].state == State::Represented && self.is_represented_still(query, place, counters) {
+            return;
+        }
+        if self.pairs[place as usize].known {
+            let gap = self.sighted_gap(query, place);
+            if gap > query.tolerance {
+                counters.sighted += 1;
+                self.sleep(query, place, gap);
+                self.merge(query, place, counters);
+                return;
+            }
+        }
         match self.measure(query, place, counters) {
             Measured::Apart(distance) => {
                 self.sleep(query, place, distance);
@@ -153,7 +165,9 @@ impl Front {
         }
         let (hull_a, hull_b) = query.polytopes([a, b]);
         let (gap, hub) = support_gap(hull_a, hull_b, query.pose_ba, memory.normal, memory.hub);
+        let normal = memory.normal;
         memory.hub = hub;
+        self.sight(query, place, normal, gap);
         Some(gap)
     }
 

@@ -12,22 +12,24 @@ use crate::algebra::tolerance::REST_SPREAD;
 use crate::collision::LeafPair;
 
 /// The fractional parts of multiples of the golden ratio are evenly distributed.
-const GOLDEN: f64 = 0.618_033_988_749_895;
+pub(super) const GOLDEN: f64 = 0.618_033_988_749_895;
 
 /// The last result of the pair at a place.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rest {
     /// Pieces of a and of b.
-    pieces: [u32; 2],
+    pub(super) pieces: [u32; 2],
     /// The motion bound's sum when the pair was measured.
-    since: u64,
+    pub(super) since: u64,
     /// The motion over which the result is kept, model units; 0 for none.
-    length: f32,
+    pub(super) length: f32,
+    /// The least separation of a represented pair, model units.
+    pub(super) least: f32,
 }
 
 impl Rest {
     /// A pair that is measured in each query.
-    pub(super) const NONE: Self = Self { pieces: [u32::MAX; 2], since: 0, length: 0.0 };
+    pub(super) const NONE: Self = Self { pieces: [u32::MAX; 2], since: 0, length: 0.0, least: 0.0 };
 }
 
 impl Front {

@@ -127,7 +127,7 @@ impl Front {
                 }
                 false
             }
-            State::Asleep | State::Crowded => true,
+            State::Asleep | State::Represented | State::Crowded => true,
         };
         let wake = self.wakes.get(place);
         let fits = (wake != NEVER) == is_due_at_times && self.wakes.is_known(place);

@@ -1,5 +1,5 @@
-//! The own arcs in steps 2 and 3 of the search: selects arcs, and crosses those of a with those of
-//! b.
+//! Steps 2 and 3 of the search for arcs: selects arcs of admissible normals, and crosses the arcs
+//! of a with the arcs of b.
 
 use glam::DVec3;
 
@@ -11,13 +11,13 @@ use crate::algebra::tolerance::{ADMISSIBLE_CROSSINGS, PARALLEL_EDGES};
 use crate::body::{Feature, FeaturePair, OwnArc, OwnNormals};
 use crate::collision::StopReason;
 
-/// An arc, in b's frame; for a, of the reflected body.
+/// An arc of admissible normals, in b's frame. An arc of a belongs to the reflected body −a.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Arc {
     edge: u32,
-    /// The edge's tail: a point of the body.
+    /// The tail of the edge, a point of the body (not reflected).
     tail: DVec3,
-    /// From tail to head.
+    /// Vector from the tail to the head of the edge.
     along: DVec3,
     left: DVec3,
     right: DVec3,
@@ -31,22 +31,22 @@ impl Arc {
         Self { edge: arc.edge, tail, along: head - tail, left, right }
     }
 
-    /// The same arc of the reflected a.
+    /// Returns the same arc of the reflected a, in b's frame.
     pub(super) fn reflected(self, pose_ba: &Placement) -> Self {
         let [along, left, right] = [self.along, self.left, self.right].map(|v| -pose_ba.vector(v));
         Self { edge: self.edge, tail: pose_ba.point(self.tail), along, left, right }
     }
 }
 
-/// True if the other body's vertex at `point` (in the piece's frame) lies less than `bar` below the
-/// plane at an end of the arc. If not, h is at least the bar everywhere on the arc.
+/// Returns true if the other body's vertex at `point` (in the piece's frame) lies less than `bar`
+/// below the plane at an end of the arc. If not, h is at least `bar` everywhere on the arc.
 #[inline]
 fn dips(normals: &OwnNormals<'_>, arc: &OwnArc, point: DVec3, bar: f64) -> bool {
     -normals.plane(arc.left).height(point) < bar || -normals.plane(arc.right).height(point) < bar
 }
 
 impl Search<'_> {
-    /// Every crossing of own arcs.
+    /// Tries every crossing of an arc of a with an arc of b.
     pub(super) fn arcs(&mut self, scratch: &mut AdmissibleScratch) {
         let AdmissibleScratch { arcs_a, arcs_b } = scratch;
         arcs_b.clear();
@@ -104,7 +104,7 @@ impl Search<'_> {
         }
     }
 
-    /// The facet of two edges, if their arcs cross.
+    /// Tries the facet of two edges, if their arcs cross.
     #[inline]
     pub(super) fn cross(&mut self, a: &Arc, b: &Arc) {
         let Some(across) = crossing([a.left, a.right], a.along, [b.left, b.right], b.along) else { return };

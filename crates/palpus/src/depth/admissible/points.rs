@@ -1,4 +1,4 @@
-//! The points of an admissible depth: its witness, and where the features that own the normal face
+//! The points of an admissible depth: its witness points, and the points where its features face
 //! each other.
 
 use glam::DVec3;
@@ -12,8 +12,7 @@ use crate::algebra::tolerance::FLUSH_WITNESS;
 use crate::body::{Feature, Polytope};
 
 impl Search<'_> {
-    /// The witness on the features themselves: the nearest points of the feature that owns the
-    /// normal and the other feature.
+    /// Returns the nearest points of the two features themselves (on a, on b), in b's frame.
     pub(super) fn facing(&self, found: &Found, depth: f64, clip: &mut Clip) -> (DVec3, DVec3) {
         let Found { normal, features, hub } = *found;
         let antipodal = match (features.a, features.b) {
@@ -32,16 +31,16 @@ impl Search<'_> {
                 let point_a = nearest_of(ends, self.cso.b.vertex(hub.b));
                 return (point_a, point_a + normal * depth);
             }
-            // A facet of the CSO has no other features.
+            // A facet of the CSO has no other pairs of features.
             _ => Antipodal::VertexFace { a: hub.a, b: 0 },
         };
         let corner = Corner { normal, offset: depth, antipodal, hub };
         witness(&self.cso, &Facet::at(&self.cso, &corner, FLUSH_WITNESS), &corner, clip)
     }
 
-    /// The witness points. If a vertex lies beside the feature that owns the normal, it faces a
-    /// neighbouring piece. The witness then stays at the vertex, so that the contacts of both
-    /// pieces coincide.
+    /// Returns the witness points (on a, on b) in b's frame. If the vertex lies beside the feature
+    /// with the admissible normal, it faces a neighbouring piece. Then the witness stays at the
+    /// vertex, so the contacts of both pieces coincide.
     pub(super) fn witness(&self, found: &Found, depth: f64, facing: (DVec3, DVec3)) -> (DVec3, DVec3) {
         let Found { normal, features, hub } = *found;
         match (features.a, features.b) {
@@ -65,12 +64,12 @@ impl Search<'_> {
     }
 }
 
-/// The point of a segment that is nearest to `p`.
+/// Returns the point of a segment that is nearest to `p`.
 fn nearest_of([tail, head]: [DVec3; 2], p: DVec3) -> DVec3 {
     tail.lerp(head, closest_on_segment(p, tail, head))
 }
 
-/// The mean of a feature's corners, in the polytope's frame.
+/// Returns the mean of a feature's corners, in the polytope's frame.
 fn middle(polytope: &Polytope, feature: Feature) -> DVec3 {
     match feature {
         Feature::Vertex(v) => polytope.vertex(v),

@@ -1,5 +1,5 @@
-//! The state of a proof for the next tick: its surface, and how far the bodies have moved since it
-//! was measured.
+//! State that a proof keeps for the next tick: its surface, and a bound of the bodies' motion since
+//! the surface was measured.
 
 use super::super::HubPair;
 use super::super::cso::Cso;
@@ -7,28 +7,28 @@ use super::super::inner::{Joint, Surface};
 use crate::algebra::Placement;
 use crate::algebra::tolerance::{KEPT_CORNERS, KEPT_TRIANGLES, PROOF_GATHERED};
 
-/// The state of the proofs of one pair of polytopes from tick to tick. It is valid for that pair
-/// only, at any pose; a near pose saves time.
+/// State of the proofs of one pair of polytopes from tick to tick. It is valid for that pair only,
+/// at any pose. It saves the most time if the next pose is near the previous one.
 #[derive(Clone, Debug)]
 pub struct CertificateMemory {
     pub(super) hubs: Vec<HubPair>,
     pub(super) triangles: Vec<Joint>,
-    /// For each triangle, its distance from the origin at its last measurement, plus `moved` at
-    /// that time.
+    /// For each triangle, its distance from the origin at its last measurement, plus the value of
+    /// `moved` at that time.
     pub(super) awake_at: Vec<f64>,
     /// Upper bound of the motion of any point since the whole surface was measured.
     pub(super) moved: f64,
-    /// The last pose.
+    /// The pose of the previous tick.
     pose_ba: Placement,
-    /// Identifies the pair of polytopes.
+    /// Numbers that identify the pair of polytopes.
     pair: [f64; 4],
-    /// Triangles of the surface when it was new.
+    /// Number of triangles of the surface when it was new.
     fresh: usize,
 }
 
 impl CertificateMemory {
-    /// Empty, with room for a surface of [`KEPT_CORNERS`] corners (about 12 kB). A larger surface
-    /// is not kept: the next proof starts from nothing.
+    /// Creates an empty memory, with room for a surface of [`KEPT_CORNERS`] corners (about 12 kB).
+    /// A larger surface is not kept; then the next proof starts from a tetrahedron.
     pub fn new() -> Self {
         Self {
             hubs: Vec::with_capacity(KEPT_CORNERS),
@@ -41,23 +41,24 @@ impl CertificateMemory {
         }
     }
 
-    /// Forgets the pair.
+    /// Clears the memory.
     pub fn clear(&mut self) {
         self.hubs.clear();
         self.triangles.clear();
         self.awake_at.clear();
     }
 
-    /// True if it holds a surface of these two polytopes.
+    /// Returns true if the memory contains a surface of these two polytopes.
     pub(in super::super) fn serves(&self, cso: &Cso<'_>) -> bool {
         !self.triangles.is_empty() && self.pair == pair_of(cso)
     }
 
-    /// Adds the motion from the last pose to this one.
+    /// Adds the motion from the previous pose to this one.
     pub(super) fn advance(&mut self, cso: &Cso<'_>) {
         let (from, to) = (&self.pose_ba, cso.pose_ba);
         let centre = cso.a.centroid();
-        // Twice the sine of half the angle: how far a point at unit distance from the axis moves.
+        // The distance that a point at unit distance from the axis moves (twice the sine of half
+        // the angle).
         let turn = (0..3).map(|k| (to.rotation.col(k) - from.rotation.col(k)).length_squared()).sum::<f64>() * 0.5;
         self.moved += to.point(centre).distance(from.point(centre)) + turn.sqrt() * cso.a.radius();
         self.pose_ba = *to;

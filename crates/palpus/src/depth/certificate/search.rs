@@ -1,4 +1,4 @@
-//! The search for a proof: steps 1 to 4 of the certificate.
+//! The search for a proof: steps 1 to 4 of the parent module.
 
 use glam::DVec3;
 
@@ -15,16 +15,16 @@ use crate::algebra::tolerance::{
 };
 use crate::collision::StopReason;
 
-/// Input of a proof.
+/// What a proof was based on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Ground {
     /// The pair touches.
     Touching,
-    /// A surface of an earlier tick, measured only where necessary.
+    /// A surface of an earlier tick. Only the triangles that may have come too near were measured.
     Asleep,
-    /// A surface of an earlier tick, measured as a whole and repaired.
+    /// A surface of an earlier tick. The whole surface was measured and repaired.
     Kept,
-    /// A surface grown from nothing.
+    /// A surface grown from a tetrahedron.
     Grown,
 }
 
@@ -32,15 +32,15 @@ pub(in super::super) struct Search<'s, 'p> {
     cso: &'s Cso<'p>,
     /// The direction of the least h found so far.
     best: Start,
-    /// The answer along `best`; `None` if `best` is newer than the answer.
+    /// The answer along `best`. `None` if `best` was found after the last answer.
     answer: Option<Depth>,
     /// Corners of the triangle nearest to the origin, which lies in the facet along `best` or in one
-    /// as near.
+    /// at the same distance.
     facet: Option<[HubPair; 3]>,
-    /// Moves of walks.
+    /// Number of moves of all walks.
     steps: u32,
-    /// Heights within this of the depth count as equal to it, in addition to [`PROOF_RELATIVE`] of
-    /// the depth.
+    /// Part of the tolerance: heights that differ from the depth by less than this count as equal
+    /// to it. The other part is [`PROOF_RELATIVE`] of the depth.
     rounding: f64,
     pub(in super::super) growths: u32,
     surface: &'s mut Surface,
@@ -56,7 +56,7 @@ impl<'s, 'p> Search<'s, 'p> {
         clip: &'s mut Clip,
     ) -> Self {
         let Cso { a, b, pose_ba } = *cso;
-        // Rounding is relative to the coordinates of which the CSO's points are differences.
+        // Rounding is relative to the coordinates whose differences are the points of the CSO.
         let coordinates =
             cso.size() + pose_ba.point(a.centroid()).length() + a.centroid().length() + b.centroid().length();
         let steps = answer.map_or(0, |answer| answer.steps);
@@ -73,11 +73,12 @@ impl<'s, 'p> Search<'s, 'p> {
         }
     }
 
-    /// Runs the proof, warm or cold; returns the proven answer, or the best known one.
+    /// Runs the proof, first from the memory, then from a tetrahedron. Returns the proven answer.
+    /// If no proof is found, returns the best known answer.
     pub(in super::super) fn run(&mut self, memory: &mut CertificateMemory) -> Depth {
         let outcome = match self.warm(memory) {
             Err(_) if self.answer.is_none() => self.cold(PROOF_BLIND).or_else(|_| {
-                self.believe_walk();
+                self.adopt_walk_end();
                 self.cold(PROOF_GROWTHS)
             }),
             Err(_) => self.cold(PROOF_GROWTHS),
@@ -95,8 +96,8 @@ impl<'s, 'p> Search<'s, 'p> {
         }
     }
 
-    /// The depth from nothing, in a bounded number of growths: proven if they suffice, else the
-    /// lowest direction that they found.
+    /// Finds the depth from nothing, in a bounded number of growths. Returns the proven answer. If
+    /// the growths do not suffice, returns the answer along the best direction found.
     pub(in super::super) fn run_anew(&mut self) -> Depth {
         let outcome = self.cold(PROOF_BLIND);
         let answer = if outcome.is_ok() { self.proven() } else { self.answer() };
@@ -107,7 +108,7 @@ impl<'s, 'p> Search<'s, 'p> {
         Depth { certainty: Certainty::GloballyOptimal, stop: StopReason::Converged, ..self.answer() }
     }
 
-    /// Proof from the surface that the memory holds.
+    /// Proves from the surface in the memory.
     fn warm(&mut self, memory: &mut CertificateMemory) -> Result<Ground, StopReason> {
         if self.touches()? {
             return Ok(Ground::Touching);
@@ -126,12 +127,14 @@ impl<'s, 'p> Search<'s, 'p> {
         Ok(Ground::Kept)
     }
 
-    /// Measures the triangles of the kept surface that may have come too near; true if none has.
+    /// Measures the triangles of the kept surface that may have come too near. Returns true if none
+    /// of them has.
     fn sleeps(&self, memory: &mut CertificateMemory) -> bool {
         let bar = self.bar();
         let CertificateMemory { hubs, triangles, awake_at, moved, .. } = memory;
         if *moved * f64::EPSILON > self.slack() {
-            return false; // The sums have become too coarse; they begin anew.
+            // The sum has become too coarse. A new measurement starts it again at zero.
+            return false;
         }
         for (awake_at, Joint { tips, .. }) in awake_at.iter_mut().zip(triangles) {
             let distance = *awake_at - *moved;
@@ -150,48 +153,48 @@ impl<'s, 'p> Search<'s, 'p> {
         true
     }
 
-    /// Distance from which on a triangle needs no growth.
+    /// A triangle at least this far from the origin needs no growth.
     #[inline]
     fn bar(&self) -> f64 {
         self.best.offset - self.tolerance()
     }
 
-    /// Heights within this of the depth count as equal to it.
+    /// Heights that differ from the depth by less than this count as equal to it.
     #[inline]
     fn tolerance(&self) -> f64 {
         PROOF_RELATIVE * self.best.offset.max(0.0) + self.rounding
     }
 
-    /// Heights below this are rounding: a quarter of the tolerance if the answer is known, else a
-    /// quarter of the rounding.
+    /// Heights below this are rounding. It is a quarter of the tolerance if the answer is known,
+    /// else a quarter of the rounding.
     fn slack(&self) -> f64 {
         0.25 * if self.answer.is_some() { self.tolerance() } else { self.rounding }
     }
 
     /// Replaces the best direction by the end of a walk from it. With the exact depth, fewer
-    /// triangles are near enough to grow. Triangles of nearly flush features, where rounding may
-    /// tear the surface, then mostly do not grow.
-    fn believe_walk(&mut self) {
+    /// triangles are near enough to grow. Then triangles of nearly flush features, where rounding
+    /// may tear the surface, usually do not grow.
+    fn adopt_walk_end(&mut self) {
         let Depth { hub, normal, depth, .. } = self.answer();
         self.best = Start { hub, normal, offset: depth };
     }
 
-    /// Proof from nothing, in at most so many growths.
+    /// Proves from a tetrahedron, in at most `most` growths.
     fn cold(&mut self, most: u32) -> Result<Ground, StopReason> {
         if self.touches()? {
             return Ok(Ground::Touching);
         }
         self.surface.clear(self.slack(), false);
         if !self.begin()? {
-            // The CSO has no volume. Then h is zero up to rounding along some direction, and the
-            // search has found it.
+            // The CSO has no volume. Then h is zero within rounding along some direction, and the
+            // search has found that direction.
             return if self.touches()? { Ok(Ground::Touching) } else { Err(StopReason::Stalled) };
         }
         self.grow(most)?;
         Ok(Ground::Grown)
     }
 
-    /// True if the depth is zero within rounding; an error if it is negative.
+    /// Returns true if the depth is zero within rounding. Fails if the depth is negative.
     fn touches(&self) -> Result<bool, StopReason> {
         if self.best.offset < -self.tolerance() {
             return Err(StopReason::Stalled);
@@ -199,7 +202,7 @@ impl<'s, 'p> Search<'s, 'p> {
         Ok(self.best.offset <= self.tolerance())
     }
 
-    /// A tetrahedron of supports. False if the CSO has no volume.
+    /// Creates a tetrahedron of supports. Returns false if the CSO has no volume.
     fn begin(&mut self) -> Result<bool, StopReason> {
         let Start { hub: first, normal, .. } = self.best;
         let second = self.support(-normal);
@@ -211,8 +214,9 @@ impl<'s, 'p> Search<'s, 'p> {
         Ok(self.surface.close_tetrahedron())
     }
 
-    /// Returns the support along ± `direction` on the side of `from` where the origin is, or on the
-    /// other side if that one gives no point apart from `from`; `known` for a zero direction.
+    /// Returns the support along ± `direction`, on the side of `from` where the origin is. If that
+    /// support coincides with `from`, returns the support on the other side. Returns `known` if
+    /// `direction` is zero.
     fn support_off(&mut self, known: HubPair, from: DVec3, direction: DVec3) -> HubPair {
         let Some(normal) = direction.try_normalize() else { return known };
         let normal = if normal.dot(from) <= 0.0 { normal } else { -normal };
@@ -225,13 +229,13 @@ impl<'s, 'p> Search<'s, 'p> {
         if one >= other { toward } else { away }
     }
 
-    /// The support along `normal`. Stores the direction as the best one if its h is the least so
-    /// far.
+    /// Returns the support along `normal`. Stores the direction as the best one if its h is the
+    /// least so far.
     #[inline]
     fn support(&mut self, normal: DVec3) -> HubPair {
         let (hub, offset) = self.cso.support_anew(normal);
-        // A value that is lower only by rounding does not replace the answer, whose normal is
-        // exact.
+        // A value that is lower only by rounding does not replace the answer, because the answer's
+        // normal is exact.
         if offset < self.best.offset - 0.5 * self.tolerance() {
             self.best = Start { hub, normal, offset };
             self.answer = None;
@@ -239,10 +243,12 @@ impl<'s, 'p> Search<'s, 'p> {
         hub
     }
 
-    /// The answer along the best direction, or at the end of a walk from there if that is lower.
+    /// Returns the answer along the best direction, or at the end of a walk from there if that is
+    /// lower.
     ///
-    /// If features are parallel up to rounding, the walk distinguishes corners less finely than the
-    /// proof and may end slightly above its start. Then the answer has the best direction.
+    /// If features are parallel within rounding, the walk distinguishes corners less finely than
+    /// the proof. It may then end slightly above its start. In that case the answer has the best
+    /// direction.
     fn answer(&mut self) -> Depth {
         if let Some(answer) = self.answer {
             return answer;
@@ -265,7 +271,8 @@ impl<'s, 'p> Search<'s, 'p> {
         answer
     }
 
-    /// The facet along the best direction if it is known, else the end of a walk from beside it.
+    /// Returns the facet along the best direction if it is known. Otherwise walks from a facet
+    /// beside it.
     fn walk_to_answer(&self) -> Option<Walked> {
         let known = self.facet.and_then(|hubs| Antipodal::spanned(self.cso.a, self.cso.b, hubs));
         let highest = self.best.offset + self.tolerance();
@@ -275,7 +282,8 @@ impl<'s, 'p> Search<'s, 'p> {
             .or_else(|| walk(self.cso, Antipodal::beside(self.cso, self.best.hub), None))
     }
 
-    /// Grows the surface, nearest triangle first, until it keeps the depth away from the origin.
+    /// Grows the surface, nearest triangle first, until no triangle is nearer to the origin than
+    /// the depth.
     fn grow(&mut self, most: u32) -> Result<(), StopReason> {
         let most = self.growths + most;
         loop {
@@ -309,7 +317,7 @@ impl<'s, 'p> Search<'s, 'p> {
             self.surface.compact();
             let bar = self.bar();
             debug_assert_eq!(self.surface.validate(self.cso), Ok(()));
-            debug_assert!(self.surface.nearest().offset >= bar, "a triangle comes nearer than the depth");
+            debug_assert!(self.surface.nearest().offset >= bar, "a triangle is nearer to the origin than the depth");
             memory.keep(self.cso, self.surface, bar, ground == Ground::Grown);
         }
     }

@@ -1,21 +1,22 @@
-//! A convex cell inside a solid, grown about a point.
+//! A convex cell inside a solid, grown around a seed point.
 //!
-//! 1. Visit the triangles of the surface from the nearest to the farthest from the seed, through
-//!    the triangle tree.
-//! 2. Skip a triangle that lies beyond a plane found so far. Skip a box of triangles likewise.
-//! 3. Any other triangle adds a plane that excludes it. This is the triangle's own plane if the
-//!    cell stays large and keeps the wanted point, else the plane through its point nearest to the
-//!    seed, perpendicular to the line to the seed.
-//! 4. The cell is the set of points below all planes. No point of the surface lies in its interior
-//!    and the seed lies in the solid, so the whole cell lies in the solid.
+//! 1. Visit the triangles of the surface in the triangle tree, from the nearest to the farthest
+//!    from the seed.
+//! 2. Skip a triangle that lies beyond a plane found so far. Also skip a box of triangles that lies
+//!    beyond such a plane.
+//! 3. Every other triangle adds a plane that excludes it. This is the triangle's own plane if the
+//!    cell then stays large and contains the wanted point. Otherwise it is the plane through the
+//!    triangle's point nearest to the seed, perpendicular to the line to the seed.
+//! 4. The cell is the set of points below all planes. No point of the surface lies in its interior,
+//!    and the seed lies in the solid. So the whole cell lies in the solid.
 //!
-//! The planes' common polytope comes from the hull of their dual points. Its corners are drawn
-//! towards the seed until each lies below every plane, so that rounding never puts a cell
-//! outside of its solid.
+//! The common polytope of the planes is computed as the hull of their dual points. All its corners
+//! are scaled toward the seed until each lies below every plane. So rounding never puts a part of a
+//! cell outside its solid.
 //!
 //! After R. Deits and R. Tedrake, *Computing Large Convex Regions of Obstacle-Free Space through
-//! Semidefinite Programming*, 2014, with one round of planes, and a ball in place of their
-//! ellipsoids.
+//! Semidefinite Programming*, 2014. This implementation makes only one round of planes, and uses a
+//! ball in place of their ellipsoids.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -29,15 +30,15 @@ use crate::body::{Aabb, TriangleTree, convex_hull};
 /// A convex polytope inside a solid, in the body's frame.
 #[derive(Clone, Debug)]
 pub(super) struct Cell {
-    /// Its corners.
+    /// Corners of the cell.
     pub(super) corners: Vec<DVec3>,
-    /// A point inside.
+    /// A point inside the cell.
     pub(super) center: DVec3,
-    /// Radius of a ball about `center` that lies in the cell.
+    /// Radius of a ball around `center` that lies in the cell.
     pub(super) inner: f64,
-    /// Radius of a ball about `center` that holds the cell.
+    /// Radius of a ball around `center` that contains the cell.
     pub(super) outer: f64,
-    /// Outward.
+    /// Planes of the cell, with outward normals.
     planes: Vec<Plane>,
 }
 
@@ -47,17 +48,17 @@ impl Cell {
         p.distance_squared(self.center) <= self.outer * self.outer && self.planes.iter().all(|q| q.height(p) <= 0.0)
     }
 
-    /// A cell that is one triangle and has no inside.
+    /// Returns a cell that consists of one triangle and has no inside.
     pub(super) fn flat(corners: [DVec3; 3]) -> Self {
         let center = corners.iter().sum::<DVec3>() / 3.0;
         let outer = corners.iter().map(|p| p.distance(center)).fold(0.0, f64::max);
         Self { corners: corners.to_vec(), center, inner: 0.0, outer, planes: Vec::new() }
     }
 
-    /// Grows the cell about `seed`, a point inside a solid of diagonal `size`, that keeps the point
-    /// `keep` if it can.
+    /// Grows a cell around `seed`, a point inside a solid of diagonal `size`. The cell contains the
+    /// point `keep` if possible.
     ///
-    /// `None` if the surface is too near, or too rugged for so many planes.
+    /// `None` if the surface is too near to the seed, or if the cell needs too many planes.
     pub(super) fn grow(tree: &TriangleTree, seed: DVec3, keep: DVec3, size: f64) -> Option<Self> {
         let planes = planes_about(tree, seed, keep, size)?;
         let inner = planes.iter().map(|plane| -plane.height(seed)).fold(f64::INFINITY, f64::min);
@@ -89,7 +90,7 @@ impl Cell {
     }
 }
 
-/// A node or triangle of the tree to visit, ordered by its distance from the seed.
+/// A node or a triangle of the tree to visit, ordered by its distance from the seed.
 struct Visit {
     squared: f64,
     what: What,
@@ -121,7 +122,7 @@ impl Ord for Visit {
     }
 }
 
-/// The planes of a cell; `None` if there are too many.
+/// Returns the planes of a cell. `None` if there are too many.
 fn planes_about(tree: &TriangleTree, seed: DVec3, keep: DVec3, size: f64) -> Option<Vec<Plane>> {
     let slack = CELL_BEYOND * size;
     let mut planes: Vec<Plane> = Vec::new();
@@ -168,7 +169,8 @@ fn lies_beyond(bounds: &Aabb, plane: &Plane, slack: f64) -> bool {
     plane.height(middle) - plane.normal.abs().dot(half) >= -slack
 }
 
-/// The plane that leaves a triangle outside and `seed` below.
+/// Returns a plane with the triangle above it and `seed` below it. `None` if `seed` lies on the
+/// triangle.
 fn plane_before(corners: &[DVec3; 3], seed: DVec3, keep: DVec3) -> Option<Plane> {
     let [a, b, c] = *corners;
     let nearest = closest_on_triangle(seed, a, b, c);
@@ -177,7 +179,7 @@ fn plane_before(corners: &[DVec3; 3], seed: DVec3, keep: DVec3) -> Option<Plane>
         return None;
     }
     let normal = (b - a).cross(c - a).normalize_or_zero();
-    // Rounding must not leave a corner below its own plane.
+    // Rounding must not leave a corner of the triangle below this plane.
     let offset = corners.iter().map(|p| normal.dot(*p)).fold(f64::INFINITY, f64::min);
     let own = Plane { normal, offset };
     if own.height(seed) <= -CELL_OWN_PLANE * distance && own.height(keep) <= 0.0 {

@@ -1,19 +1,19 @@
-//! The search, which gives the lower bound: a growing surface about the origin within which all
-//! translations are blocked.
+//! The search that gives the lower bound: a growing surface around the origin that encloses only
+//! blocked translations.
 //!
-//! 1. Directions are cut into cones over spherical triangles, twenty at first. Each cone stores how
-//!    far it is blocked along its three corner directions. The tetrahedron of these three points
-//!    and the origin is proven to be blocked.
+//! 1. The directions are divided into cones over spherical triangles, twenty at first. Each cone
+//!    stores how far it is blocked along its three corner directions. The tetrahedron of these
+//!    three points and the origin is proven to be blocked.
 //! 2. Take the cone whose triangle comes nearest to the origin. The least of these distances is the
 //!    lower bound.
-//! 3. Look for an obstacle that holds all three points. Replace them by the points where the corner
-//!    directions leave the obstacle. An obstacle is convex, so everything between the old triangle
-//!    and the new one is blocked.
-//! 4. If no obstacle holds all three, test the point of the triangle nearest to the origin. If it
-//!    is free, the upper bound equals the lower one and the search ends.
-//! 5. Else cut the cone in two across the triangle's longest side.
-//! 6. Now and then project such a nearest point to a free translation beside it, and slide that one
-//!    toward the origin for a better upper bound.
+//! 3. Search for an obstacle that contains all three points. Replace the points by the points where
+//!    the corner directions leave the obstacle. An obstacle is convex, so everything between the
+//!    old triangle and the new one is blocked.
+//! 4. If no obstacle contains all three points, test the point of the triangle nearest to the
+//!    origin. If it is free, the upper bound equals the lower bound and the search ends.
+//! 5. Otherwise cut the cone in two across the longest side of its triangle.
+//! 6. After every few cuts, project the nearest point of a cone to a free translation beside it,
+//!    and slide that translation toward the origin. This improves the upper bound.
 //!
 //! The search ends if the bounds are close enough or the budget is spent. Both bounds are valid at
 //! any time.
@@ -33,21 +33,21 @@ use crate::algebra::tolerance::{
     DEPTH_ROUNDING,
 };
 
-/// Directions within a spherical triangle, and how far they are blocked.
+/// Directions in a spherical triangle, and how far they are blocked.
 #[derive(Clone, Debug)]
 struct Cone {
-    /// Unit.
+    /// Corner directions, unit.
     along: [DVec3; 3],
-    /// Along each of them.
+    /// How far the cone is blocked along each corner direction.
     reach: [f64; 3],
-    /// The point of the triangle nearest to the origin, and its distance.
+    /// The point of the triangle that is nearest to the origin, and its distance from the origin.
     foot: DVec3,
     bound: f64,
-    /// Pairs of cells that may block more of the cone. Until they are needed, these are the pairs
-    /// of the parent cone. `None` means all pairs.
+    /// Pairs of cells that may block more of the cone. The pairs of the parent cone are used until
+    /// the cone is filtered. `None` means all pairs.
     candidates: Option<Arc<[Pair]>>,
     filtered: bool,
-    /// Obstacles that held points of the cone, in the order in which they did.
+    /// Obstacles that contained points of the cone, oldest first.
     chain: Vec<Key>,
     number: u64,
 }
@@ -57,7 +57,7 @@ impl Cone {
         [0, 1, 2].map(|k| self.along[k] * self.reach[k])
     }
 
-    /// The newest few obstacles.
+    /// Returns the newest obstacles of the chain.
     fn hints(&self) -> &[Key] {
         &self.chain[self.chain.len().saturating_sub(CONE_HINTS)..]
     }
@@ -95,12 +95,12 @@ impl Ord for Cone {
     }
 }
 
-/// When a search ends.
+/// The condition that ends a search.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Goal {
-    /// The gap between the bounds that is small enough.
+    /// The search ends if the gap between the bounds is at most this.
     pub(super) gap: f64,
-    /// Evaluations that may be spent.
+    /// Maximum number of evaluations.
     pub(super) budget: u64,
 }
 
@@ -109,20 +109,20 @@ pub(super) struct Search<'s, 'a> {
     scene: &'s mut Scene<'a>,
     goal: Goal,
     cones: BinaryHeap<Reverse<Cone>>,
-    /// A verified free translation, the shortest known.
+    /// The shortest known translation that is verified to be free.
     best: DVec3,
-    /// Obstacles that may hold the origin; computed when first needed.
+    /// Obstacles that may contain the origin. Computed when first needed.
     first_tries: Option<Arc<[Key]>>,
     numbered: u64,
-    /// True if the search started with the cones of an earlier one.
+    /// True if the search started with the cones of an earlier search.
     warm: bool,
 }
 
 impl<'s, 'a> Search<'s, 'a> {
-    /// Prepares a search; `free` is a verified free translation.
+    /// Prepares a search. `free` is a verified free translation.
     ///
-    /// It starts from `leaves`, the final cones of an earlier search at a near pose, or from the
-    /// initial cones if there are none.
+    /// The search starts from `leaves`, the final cones of an earlier search at a nearby pose. If
+    /// `leaves` is empty, it starts from the initial cones.
     pub(super) fn new(scene: &'s mut Scene<'a>, goal: Goal, free: DVec3, leaves: &[Leaf]) -> Self {
         let mut search = Self {
             scene,
@@ -140,10 +140,10 @@ impl<'s, 'a> Search<'s, 'a> {
         search
     }
 
-    /// Returns the lower bound, the shortest free translation and the cones at the end.
+    /// Returns the lower bound, the shortest free translation, and the final cones.
     pub(super) fn run(mut self) -> (f64, DVec3, Vec<Leaf>) {
         let mut cuts = 0;
-        // The least bound among cones that cannot be improved.
+        // The least bound of the cones that cannot be improved.
         let mut stuck = f64::INFINITY;
         while let Some(Reverse(mut cone)) = self.cones.pop() {
             let done = cone.bound.min(stuck) >= self.best.length() - self.goal.gap;
@@ -169,7 +169,8 @@ impl<'s, 'a> Search<'s, 'a> {
             let [a, b, c] = cone.corners();
             let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
             if cone.bound > 0.0 && longest <= CONE_SMALL * self.goal.gap {
-                // An obstacle that holds the foot may still miss a corner of a small cone.
+                // An obstacle that contains the foot may still not contain a corner of a small
+                // cone.
                 for corner in cone.corners() {
                     self.look_at(&mut cone, corner * (1.0 + hair / corner.length()));
                     let hints = cone.hints().to_vec();
@@ -185,7 +186,8 @@ impl<'s, 'a> Search<'s, 'a> {
                     self.cones.push(Reverse(cone));
                     continue;
                 }
-                // Perhaps a narrow wedge between obstacles. A cut is unlikely to hit its corner.
+                // This may be a narrow wedge between obstacles. A cut is unlikely to hit the
+                // wedge's corner.
                 self.seek_way_out(&cone);
                 stuck = stuck.min(cone.bound);
                 continue;
@@ -214,13 +216,13 @@ impl<'s, 'a> Search<'s, 'a> {
         self.cones.push(Reverse(cone));
     }
 
-    /// Starts with the cones of a search at a near pose and advances each through its obstacles
-    /// again.
+    /// Starts with the cones of a search at a nearby pose, and advances each cone through its
+    /// obstacles again.
     fn resume(&mut self, leaves: &[Leaf]) {
         let mut at_origin: BTreeMap<Key, bool> = BTreeMap::new();
         let mut exits: BTreeMap<(Key, [u64; 3]), f64> = BTreeMap::new();
         for leaf in leaves {
-            // Entries before the last obstacle that holds the origin are not needed.
+            // Entries before the last obstacle that contains the origin are not needed.
             let holds = |key: &Key| {
                 let ask = || self.scene.obstacle(*key).holds(DVec3::ZERO);
                 *at_origin.entry(*key).or_insert_with(ask)
@@ -228,7 +230,7 @@ impl<'s, 'a> Search<'s, 'a> {
             let first = leaf.chain.iter().rposition(holds);
             let (mut reach, mut chain) = ([0.0; 3], Vec::new());
             if let Some(first) = first {
-                // Neighbours share directions.
+                // Neighbouring cones share directions, so exits are cached.
                 let key = leaf.chain[first];
                 reach = leaf.along.map(|along| {
                     let ask = || self.scene.run_inside(key, DVec3::ZERO, along);
@@ -248,7 +250,7 @@ impl<'s, 'a> Search<'s, 'a> {
         }
     }
 
-    /// Moves the cone's triangle to the exit of the obstacle that moves it farthest; returns the
+    /// Moves the cone's triangle to the exit of the obstacle that moves it farthest. Returns the
     /// increase of the bound.
     fn advance(&mut self, cone: &mut Cone) -> f64 {
         let hints = cone.hints().to_vec();
@@ -257,8 +259,8 @@ impl<'s, 'a> Search<'s, 'a> {
             return gain;
         }
         if self.warm {
-            // An obstacle that blocked the cone at a near pose mostly blocks it here. If not, it
-            // may block a smaller cone.
+            // An obstacle that blocked the cone at a nearby pose usually blocks it here too. If
+            // not, it may block a smaller cone.
             let known = self.scene.promising(Candidates::Known, &cone.corners(), CONE_FIRST_TRIES);
             gain += self.advance_within(cone, &known);
             if gain > 0.0 || cone.bound > 0.0 && self.scene.holder(Candidates::Known, cone.foot).is_some() {
@@ -277,10 +279,10 @@ impl<'s, 'a> Search<'s, 'a> {
         gain
     }
 
-    /// The obstacles that may hold the cone's triangle, the most promising first.
+    /// Returns the obstacles that may contain the cone's triangle, the most promising first.
     fn tries(&mut self, cone: &mut Cone) -> Arc<[Key]> {
         if cone.reach == [0.0; 3] {
-            // All cones begin with the same point.
+            // All cones begin with the same point, the origin.
             let tries = || self.scene.promising(Candidates::All, &[DVec3::ZERO], CONE_TRIES).into();
             return Arc::clone(self.first_tries.get_or_insert_with(tries));
         }
@@ -288,7 +290,8 @@ impl<'s, 'a> Search<'s, 'a> {
         self.scene.promising(Candidates::Some(&candidates), &cone.corners(), CONE_TRIES).into()
     }
 
-    /// Moves the cone's triangle to the exit of the best of these obstacles.
+    /// Moves the cone's triangle to the exit of the best of these obstacles. Returns the increase
+    /// of the bound.
     fn advance_within(&mut self, cone: &mut Cone, obstacles: &[Key]) -> f64 {
         let corners = cone.corners();
         let enough = 1.5 * self.best.length();
@@ -319,8 +322,8 @@ impl<'s, 'a> Search<'s, 'a> {
         gain
     }
 
-    /// Classifies `t`, a point of the cone; `None` if it is longer than `best`. An obstacle that
-    /// holds it becomes a hint.
+    /// Classifies `t`, a point of the cone. `None` if it is longer than `best`. An obstacle that
+    /// contains it becomes a hint.
     fn look_at(&mut self, cone: &mut Cone, t: DVec3) -> Option<Place> {
         if t.length() >= self.best.length() {
             return None;
@@ -335,7 +338,7 @@ impl<'s, 'a> Search<'s, 'a> {
         };
         match place {
             Place::Free if self.scene.verified(t) => self.best = t,
-            // Either a pocket, which does not count as free, or a translation within `hair` of
+            // This is a pocket, which does not count as free, or a translation within `hair` of
             // contact.
             Place::Free => {}
             Place::Blocked(k) => cone.add(k),
@@ -344,7 +347,7 @@ impl<'s, 'a> Search<'s, 'a> {
         Some(place)
     }
 
-    /// Looks for a shorter free translation near the cone's nearest point.
+    /// Searches for a shorter free translation near the cone's nearest point.
     fn seek_way_out(&mut self, cone: &Cone) {
         let limit = self.best.length();
         if let Some(free) = project(self.scene, cone.foot, 1.5 * limit) {
@@ -355,9 +358,10 @@ impl<'s, 'a> Search<'s, 'a> {
         }
     }
 
-    /// Cuts a cone in two across its triangle's longest side.
+    /// Cuts a cone in two across the longest side of its triangle.
     fn cut(&mut self, cone: &Cone) {
-        // Before anything is blocked, the triangle is a point, and the directions' triangle is cut.
+        // Before anything is blocked, the triangle is a point. Then the triangle of the directions
+        // is cut.
         let shape = if cone.bound > 0.0 { cone.corners() } else { cone.along };
         let length = |k: usize| shape[k].distance_squared(shape[(k + 1) % 3]);
         let k = [1, 2].into_iter().fold(0, |best, k| if length(k) > length(best) { k } else { best });
@@ -376,15 +380,15 @@ impl<'s, 'a> Search<'s, 'a> {
         }
     }
 
-    /// The candidates of a cone: pairs of cells whose obstacles reach into the cone beyond its
-    /// triangle.
+    /// Returns the candidates of a cone: pairs of cells whose obstacles reach into the cone beyond
+    /// its triangle.
     fn candidates(&mut self, cone: &mut Cone) -> Arc<[Pair]> {
         let before = cone.candidates.as_ref();
         if let Some(before) = before.filter(|before| cone.filtered || before.len() < CONE_FILTER) {
             return Arc::clone(before);
         }
         let (directions, reaches) = (&cone.along, &cone.reach);
-        // The part of the cone from the old triangle to the length of the shortest known free
+        // The part of the cone between the old triangle and the length of the shortest known free
         // translation.
         let limit = self.best.length();
         let widest = closest_on_triangle(DVec3::ZERO, directions[0], directions[1], directions[2]).length();
@@ -401,7 +405,7 @@ impl<'s, 'a> Search<'s, 'a> {
     }
 }
 
-/// The directions of the corners of a regular icosahedron's faces.
+/// Returns the corner directions of the faces of a regular icosahedron.
 fn icosahedron() -> Vec<[DVec3; 3]> {
     let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
     let mut corners = Vec::new();

@@ -1,22 +1,22 @@
-//! Containment: whether one whole body lies in the other.
+//! Containment: tells which body lies completely in the other.
 
 use glam::DVec3;
 
 use crate::algebra::Pose;
 use crate::body::{Body, Mesh};
 
-/// Which body lies in the other, if their surfaces are apart.
+/// Which body lies in the other. Only defined if their surfaces do not cross.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Containment {
     /// Neither body lies in the other.
     Neither,
-    /// The whole of a lies in b's solid.
+    /// All of a lies in b's solid.
     AInB,
-    /// The whole of b lies in a's solid.
+    /// All of b lies in a's solid.
     BInA,
 }
 
-/// Which body lies in the other, if their surfaces do not cross, with a moved by `t`.
+/// Returns which body lies inside the other after a is moved by `t`. The surfaces must not cross.
 pub(super) fn containment(
     a: &Body,
     components_a: &[DVec3],
@@ -38,7 +38,7 @@ pub(super) fn containment(
     Containment::Neither
 }
 
-/// A vertex of each component.
+/// Returns one vertex of each component.
 pub(super) fn first_vertices(mesh: &Mesh) -> Vec<DVec3> {
     let mut first = vec![None; mesh.component_count()];
     for t in 0..mesh.triangles().len() as u32 {

@@ -1,4 +1,4 @@
-//! Containment at any pose, with a test of the surfaces.
+//! Containment at any pose, including a test whether the surfaces cross.
 
 use glam::DVec3;
 
@@ -17,13 +17,14 @@ pub struct ContainmentQuery<'a> {
 }
 
 impl<'a> ContainmentQuery<'a> {
-    /// Prepares the query of `a` and `b`. A body whose surface is not closed has no inside and
-    /// holds nothing.
+    /// Prepares the query for `a` and `b`. A body whose surface is not closed has no inside and
+    /// contains nothing.
     pub fn new(a: &'a Body, b: &'a Body) -> Self {
         Self { a, b, components_a: first_vertices(a.mesh()), components_b: first_vertices(b.mesh()) }
     }
 
-    /// Returns the answer with a at `pose_ba` in b's frame; exact for the vertices as placed.
+    /// Returns the result with a at `pose_ba` in b's frame. It is exact for the rounded positions
+    /// of the vertices.
     pub fn run(&self, pose_ba: &Pose) -> Containment {
         let answer = containment(self.a, &self.components_a, self.b, &self.components_b, pose_ba, DVec3::ZERO);
         if answer == Containment::Neither {

@@ -1,7 +1,7 @@
-//! The point nearest to the origin in common half-spaces, found one half-space after another (R.
-//! Seidel, *Small-Dimensional Linear Programming and Convex Hulls Made Easy*, 1991): if the newest
-//! one excludes the last answer, the new answer lies on its plane. The same step is then applied
-//! within that plane, and within lines.
+//! Finds the common point of several half-spaces that is nearest to the origin. It adds one
+//! half-space after another (R. Seidel, *Small-Dimensional Linear Programming and Convex Hulls Made
+//! Easy*, 1991). If the newest half-space does not contain the previous point, the new point lies
+//! on its plane. The same step is then applied within that plane, and within lines.
 
 use glam::DVec3;
 
@@ -12,7 +12,7 @@ use crate::algebra::tolerance::PORTAL_ROUNDING;
 pub(super) struct HalfSpace {
     /// Unit.
     pub(super) normal: DVec3,
-    /// Along the normal.
+    /// Height of the bounding plane along the normal.
     pub(super) offset: f64,
 }
 
@@ -22,8 +22,8 @@ impl HalfSpace {
     }
 }
 
-/// Returns the common point of all `spaces` nearest to the origin; `None` if they have none. The
-/// half-spaces may be violated by `slack`.
+/// Returns the point nearest to the origin that all `spaces` have in common. `None` if they have no
+/// common point. The point may lie outside a half-space by up to `slack`.
 pub(super) fn nearest_common(spaces: &[HalfSpace], slack: f64) -> Option<DVec3> {
     let mut best = DVec3::ZERO;
     for (k, space) in spaces.iter().enumerate() {
@@ -76,7 +76,7 @@ mod tests {
     const SEED: u64 = 0x51de_90b3;
 
     #[test]
-    fn nearest_common_point_beats_samples() {
+    fn nearest_common_point_is_nearer_than_samples() {
         let mut random = Random::new(SEED);
         for case in 0..300 {
             let inside = random.vector() * 2.0;

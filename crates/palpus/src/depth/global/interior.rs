@@ -2,11 +2,11 @@
 //!
 //! 1. Sample the surface: take the middle of each triangle, a point near each corner, and more
 //!    points in large triangles.
-//! 2. Below each sample, find the largest ball in the solid that touches the surface there
-//!    (shrinking ball: J. Ma, S. Bae, S. Choi, *3D Medial Axis Point Approximation Using Nearest
-//!    Neighbors and the Normal Field*, 2012).
-//! 3. In order of falling radius, grow a cell about each ball's centre, unless its sample already
-//!    lies in a cell.
+//! 2. For each sample, find the largest ball in the solid that touches the surface there (shrinking
+//!    ball: J. Ma, S. Bae, S. Choi, *3D Medial Axis Point Approximation Using Nearest Neighbors and
+//!    the Normal Field*, 2012).
+//! 3. Take the balls in order of decreasing radius. Grow a cell around the centre of each ball,
+//!    unless its sample already lies in a cell.
 //!
 //! A surface that is not closed has no inside and no cells.
 
@@ -22,32 +22,33 @@ use crate::algebra::tolerance::{
 use crate::algebra::{Workers, map_in_order};
 use crate::body::{Body, Mesh};
 
-/// Convex cells that fill a solid as far as [`GlobalDepth`](super::GlobalDepth) needs it. In the
+/// Convex cells that fill a solid well enough for [`GlobalDepth`](super::GlobalDepth), in the
 /// body's frame.
 #[derive(Clone, Debug)]
 pub struct Interior {
     pub(super) cells: Vec<Cell>,
-    /// The cells' extents and the tree of their boxes.
+    /// The extents of the cells, and the tree of their bounding boxes.
     pub(super) slabs: Vec<Slabs>,
     pub(super) tree: BoxTree,
-    /// A vertex of each component of the surface.
+    /// One vertex of each component of the surface.
     pub(super) components: Vec<DVec3>,
-    /// For a convex solid, how far its one piece reaches beyond it at most.
+    /// Upper bound of how far the piece of a convex solid reaches beyond the solid. `None` if the
+    /// solid is not convex.
     pub(super) convex: Option<f64>,
 }
 
 /// A point of the surface, and the ball below it.
 #[derive(Clone, Copy)]
 struct Sample {
-    /// Just below the surface.
+    /// A point just below the surface; the cell should contain it.
     keep: DVec3,
     center: DVec3,
     radius: f64,
 }
 
 impl Interior {
-    /// Computes the cells of `body`; the result does not depend on `workers`. `progress` receives
-    /// the fraction done, rising to one.
+    /// Computes the cells of `body`. The result does not depend on `workers`. `progress` is called
+    /// with the completed fraction, which rises to one.
     pub fn new(body: &Body, workers: &dyn Workers, progress: &mut dyn FnMut(f64)) -> Self {
         let mesh = body.mesh();
         let components = first_vertices(mesh);
@@ -72,19 +73,19 @@ impl Interior {
         Self { cells, slabs, tree: BoxTree::new(&boxes), components, convex }
     }
 
-    /// Number of cells.
+    /// Returns the number of cells.
     pub fn cell_count(&self) -> usize {
         self.cells.len()
     }
 }
 
-/// How far the one piece of a convex body reaches beyond its solid at most; `None` for other
-/// bodies.
+/// Returns an upper bound of how far the piece of a convex body reaches beyond the solid. `None` if
+/// the body is not convex.
 ///
-/// If the piece reaches beyond the triangles' planes by at most e, the solid's surface lies within
-/// e of the piece's surface. So the solid holds the piece without its outermost layer of thickness
-/// e. This in turn holds the piece shrunk towards its centroid by the share e / r, where r is the
-/// radius of a ball about the centroid in the piece.
+/// If the piece reaches beyond the planes of the triangles by at most e, the surface of the solid
+/// is at most e away from the surface of the piece. So the solid contains the piece without its
+/// outermost layer of thickness e. That contains the piece shrunk toward its centroid by the
+/// fraction e / r, where r is the radius of a ball around the centroid in the piece.
 fn shortfall(body: &Body) -> Option<f64> {
     let mesh = body.mesh();
     let [piece] = body.polytopes() else { return None };
@@ -102,7 +103,7 @@ fn shortfall(body: &Body) -> Option<f64> {
     (beyond < inner && body.tree().inside(center)).then(|| beyond / inner * outer)
 }
 
-/// Points of the surface with their outward normals.
+/// Returns points of the surface with their outward normals.
 fn sample_points(mesh: &Mesh) -> Vec<(DVec3, DVec3)> {
     let count = mesh.triangles().len();
     let stride = count.div_ceil(CELL_SAMPLES).max(1);
@@ -116,8 +117,8 @@ fn sample_points(mesh: &Mesh) -> Vec<(DVec3, DVec3)> {
         if 4 * count > CELL_SAMPLES {
             continue;
         }
-        // A square grid in the plane of the corners' weights, with rows by the triangle's share of
-        // the surface.
+        // A square grid in barycentric coordinates. The number of rows follows from the triangle's
+        // fraction of the total area.
         let share = mesh.triangle_area(t) / area * (CELL_SAMPLES - 4 * count) as f64;
         let rows = (share * 2.0).sqrt().floor() as usize;
         for i in 0..rows {
@@ -131,7 +132,8 @@ fn sample_points(mesh: &Mesh) -> Vec<(DVec3, DVec3)> {
     points
 }
 
-/// The largest ball in the solid that touches the surface at `point`.
+/// Returns the largest ball in the solid that touches the surface at `point`. `None` if it is too
+/// small.
 fn ball_below(body: &Body, point: DVec3, normal: DVec3) -> Option<Sample> {
     let size = body.size();
     let mut radius = 0.5 * size;
@@ -157,12 +159,12 @@ fn ball_below(body: &Body, point: DVec3, normal: DVec3) -> Option<Sample> {
     Some(Sample { keep, center, radius })
 }
 
-/// Grows cells until each sample lies in one. `samples` begin with the largest ball.
+/// Grows cells until each sample lies in one. `samples` is sorted by decreasing radius.
 fn cover(body: &Body, mut samples: Vec<Sample>, workers: &dyn Workers, progress: &mut dyn FnMut(f64)) -> Vec<Cell> {
     let mut cells: Vec<Cell> = Vec::new();
     let all = samples.len().max(1) as f64;
     while !samples.is_empty() && cells.len() < CELLS {
-        // The number of cells grown at once does not depend on the workers.
+        // The number of cells grown at once does not depend on the number of workers.
         let batch: Vec<Sample> = samples.drain(..samples.len().min(CELL_BATCH)).collect();
         let grow = |k: usize| Cell::grow(body.tree(), batch[k].center, batch[k].keep, body.size());
         let grown = map_in_order(workers, batch.len(), 1, grow, &mut |_| ());

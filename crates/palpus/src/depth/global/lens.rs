@@ -1,10 +1,11 @@
-//! Finds a point deep in both bodies near a crossing of their surfaces.
+//! Finds a point deep inside both bodies, near a crossing of their surfaces.
 //!
-//! 1. Go from the crossing against both outward normals, in growing steps, as long as the nearer
-//!    surface gets farther.
-//! 2. Go on away from the nearer surface, by half of its distance, as long as that helps.
+//! 1. Start at the crossing and go inward, against both outward normals, in growing steps. Stop
+//!    when the distance to the nearer surface no longer grows.
+//! 2. Then move away from the nearer surface by half of the distance to it, as long as that
+//!    increases the distance.
 //!
-//! Cells of both bodies grown about this point overlap there.
+//! Cells of both bodies that are grown around this point overlap there.
 
 use glam::DVec3;
 
@@ -12,21 +13,22 @@ use super::scene::Scene;
 use super::surfaces::Crossing;
 use crate::algebra::tolerance::{LENS_CENTERING, LENS_FIRST_STEP, LENS_STEP_GROWTH, LENS_STEPS};
 
-/// A point in both bodies.
+/// A point inside both bodies.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lens {
-    /// In a's frame.
+    /// The point in a's frame.
     pub(super) point_a: DVec3,
-    /// In b's frame.
+    /// The point in b's frame.
     pub(super) point_b: DVec3,
-    /// The nearest point of both surfaces, in b's frame.
+    /// The point of both surfaces that is nearest to it, in b's frame.
     nearest: DVec3,
-    /// Its distance.
+    /// Distance to that nearest point.
     pub(super) depth: f64,
 }
 
 impl Scene<'_> {
-    /// A point deep in both bodies near a crossing of their surfaces, with a moved by `t`.
+    /// Returns a point deep inside both bodies near a crossing of their surfaces, with a moved by
+    /// `t`. `None` if no such point is found.
     pub(super) fn lens(&self, crossing: &Crossing, t: DVec3) -> Option<Lens> {
         let size = self.a.size().min(self.b.size());
         let outward_a = self.placement.vector(self.a.mesh().triangle_normal(crossing.moving));
@@ -55,7 +57,8 @@ impl Scene<'_> {
         Some(best)
     }
 
-    /// The point `z` (b's frame) if it lies in both bodies, with a moved by `t`.
+    /// Returns the point `z` (in b's frame) with a moved by `t`. `None` if it does not lie in both
+    /// bodies.
     fn lens_at(&self, z: DVec3, t: DVec3) -> Option<Lens> {
         let point_a = self.placement.inverse_point(z - t);
         if !self.b.tree().inside(z) || !self.a.tree().inside(point_a) {

@@ -1,23 +1,24 @@
-//! The translations at which two convex cells overlap: a convex set, known by its supports.
+//! The translations at which two convex cells overlap. They form a convex set, which is given by
+//! its support points.
 //!
-//! For a cell P of the moving body and a cell Q of the fixed one these translations are the
+//! For a cell P of the moving body and a cell Q of the fixed body, these translations are the
 //! Minkowski difference {q − p}. The ray query follows G. Snethen, *XenoCollide*, Game Programming
 //! Gems 7, 2008:
 //!
-//! 1. Start from a point known to lie inside, and find three support points whose triangle (the
-//!    *portal*) the ray passes.
-//! 2. Move the portal outwards along its normal until no support point lies beyond it.
+//! 1. Start from a point that lies inside. Find three support points such that the ray passes
+//!    through their triangle (the *portal*).
+//! 2. Move the portal outward along its normal until no support point lies beyond it.
 //!
-//! The portal consists of points of the set, so the ray is certainly inside up to the portal. The
+//! The portal consists of points of the set, so the ray is inside the set up to the portal. The
 //! plane through the last support point bounds a half-space that is proven to be outside. Deviation
-//! from XenoCollide: the answer is always the distance to the portal, so a translation reported as
-//! blocked is blocked even if the search stops early.
+//! from XenoCollide: the result is always the distance to the portal. So a translation reported as
+//! blocked is blocked, even if the search stops early.
 
 use glam::DVec3;
 
 use crate::algebra::tolerance::{EXIT_TURNS, PORTAL_ROUNDING, PORTAL_STEPS};
 
-/// A convex set of translations at which two bodies overlap; in b's frame.
+/// A convex set of translations at which two bodies overlap, in b's frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Obstacle<'a> {
     /// Corners of a cell of the moving body, at translation zero.
@@ -26,44 +27,45 @@ pub(super) struct Obstacle<'a> {
     pub(super) fixed: &'a [DVec3],
     /// A translation in the set.
     pub(super) center: DVec3,
-    /// Radius of a ball about `center` that lies in the set.
+    /// Radius of a ball around `center` that lies in the set.
     pub(super) inner: f64,
-    /// Radius of a ball about `center` that holds the set.
+    /// Radius of a ball around `center` that contains the set.
     pub(super) outer: f64,
 }
 
 /// The point at which a ray leaves an obstacle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Exit {
-    /// Distance along the ray up to which it certainly runs inside.
+    /// Distance along the ray up to which the ray is proven to be inside.
     pub(super) distance: f64,
-    /// Unit, outwards.
+    /// Unit vector that points outward.
     pub(super) normal: DVec3,
     /// Every translation t with `normal · t ≥ offset` lies outside.
     pub(super) offset: f64,
 }
 
-/// A support point as a pair of corner numbers: of the moving cell, of the fixed cell.
+/// A support point as a pair of indices: a corner of the moving cell and a corner of the fixed
+/// cell.
 type Name = [u32; 2];
 
-/// Three support points by name: the triangle through which a ray was found to leave an obstacle.
+/// The names of three support points. A ray leaves an obstacle through their triangle.
 pub(super) type Gate = [Name; 3];
 
-/// Three support points about a ray, relative to its start.
+/// Three support points around a ray, relative to the start of the ray.
 struct Portal {
     v: [DVec3; 3],
     names: Gate,
 }
 
 impl Obstacle<'_> {
-    /// Returns the point of the set farthest along `direction`.
+    /// Returns the point of the set that is farthest along `direction`, and its name.
     fn support(&self, direction: DVec3) -> (DVec3, Name) {
         let (moving, p) = farthest(self.moving, -direction);
         let (fixed, q) = farthest(self.fixed, direction);
         (q - p, [moving, fixed])
     }
 
-    /// True if `t` is proven to lie in the interior.
+    /// Returns true if `t` is proven to lie in the interior.
     pub(super) fn holds(&self, t: DVec3) -> bool {
         let away = t - self.center;
         let distance = away.length();
@@ -76,20 +78,20 @@ impl Obstacle<'_> {
         self.passes(self.center, away / distance, distance)
     }
 
-    /// True if the ray from `from`, which lies inside, runs inside for more than `distance`.
+    /// Returns true if the ray from `from`, a point inside, stays inside for more than `distance`.
     fn passes(&self, from: DVec3, along: DVec3, distance: f64) -> bool {
         let Some(portal) = self.portal(from, along) else { return false };
         self.refine(portal, from, along, Some(distance)).is_some_and(|(exit, _)| exit.distance > distance)
     }
 
-    /// Returns where the ray along `along` (unit) from `from`, which must lie inside, leaves the
-    /// set.
+    /// Returns the point where the ray from `from` along `along` (unit) leaves the set. `from` must
+    /// lie inside. `None` if it does not, or if rounding prevents a result.
     pub(super) fn exit(&self, from: DVec3, along: DVec3) -> Option<Exit> {
         self.exit_by(from, along, &mut None)
     }
 
-    /// As [`Self::exit`], starting from `gate`, the portal of a near ray or pose, if the ray passes
-    /// it. Stores the portal found in `gate`.
+    /// As [`Self::exit`], starting from `gate` if the ray passes through its triangle. `gate` is
+    /// the portal of a nearby ray or pose. The portal that is found is stored in `gate`.
     pub(super) fn exit_by(&self, from: DVec3, along: DVec3, gate: &mut Option<Gate>) -> Option<Exit> {
         if self.moving.is_empty() {
             return self.exit_of_ball(from, along);
@@ -104,7 +106,7 @@ impl Obstacle<'_> {
         Some(exit)
     }
 
-    /// The portal of these support points, if the ray passes it.
+    /// Returns the portal of these support points. `None` if the ray does not pass through it.
     fn portal_at(&self, names: Gate, from: DVec3, along: DVec3) -> Option<Portal> {
         let v = names.map(|[moving, fixed]| self.fixed[fixed as usize] - self.moving[moving as usize] - from);
         let sides = [v[0].cross(v[1]).dot(along), v[1].cross(v[2]).dot(along), v[2].cross(v[0]).dot(along)];
@@ -112,8 +114,8 @@ impl Obstacle<'_> {
         passes.then_some(Portal { v, names })
     }
 
-    /// Returns the exit along the normal of a facet near `from`, which must lie inside: a local
-    /// minimum.
+    /// Returns a near exit from `from`, which must lie inside: a local minimum of the distance over
+    /// the normals of the facets.
     pub(super) fn nearest_exit(&self, from: DVec3) -> Option<Exit> {
         let mut best = self.exit(from, (from - self.center).try_normalize().unwrap_or(DVec3::X))?;
         for _ in 0..EXIT_TURNS {
@@ -137,8 +139,8 @@ impl Obstacle<'_> {
         Some(Exit { distance, normal, offset: normal.dot(self.center) + self.inner })
     }
 
-    /// Three support points whose triangle the ray passes; `None` if `from` turns out not to lie
-    /// inside.
+    /// Returns three support points such that the ray passes through their triangle. `None` if
+    /// `from` does not lie inside.
     fn portal(&self, from: DVec3, along: DVec3) -> Option<Portal> {
         let support = |direction: DVec3| {
             let (point, name) = self.support(direction);
@@ -150,7 +152,7 @@ impl Obstacle<'_> {
         }
         let mut aside = v1.cross(along);
         if aside.length_squared() <= PORTAL_ROUNDING * PORTAL_ROUNDING * v1.length_squared() {
-            // The ray meets the support point itself; choose any side.
+            // The ray passes through the support point itself. Any side will do.
             aside = along.any_orthogonal_vector();
         }
         let (mut v2, mut name2) = support(aside);
@@ -174,8 +176,8 @@ impl Obstacle<'_> {
         None
     }
 
-    /// Moves the portal outwards. With `wanted`, stops as soon as the exit is known to be nearer or
-    /// farther than that distance. Also returns the last portal.
+    /// Moves the portal outward, and also returns the last portal. With `wanted`, stops as soon as
+    /// it is known whether the exit is nearer or farther than that distance.
     fn refine(&self, portal: Portal, from: DVec3, along: DVec3, wanted: Option<f64>) -> Option<(Exit, Gate)> {
         let Portal { mut v, mut names } = portal;
         let mut best: Option<Exit> = None;
@@ -207,7 +209,8 @@ impl Obstacle<'_> {
     }
 }
 
-/// Returns which corner of the portal `next` replaces, so that the ray still passes the triangle.
+/// Returns the corner of the portal to replace by `next`, such that the ray still passes through
+/// the triangle.
 fn sub_portal(v: &[DVec3; 3], next: DVec3, along: DVec3) -> usize {
     let mut best = (f64::NEG_INFINITY, 0);
     for replaced in 0..3 {
@@ -222,7 +225,7 @@ fn sub_portal(v: &[DVec3; 3], next: DVec3, along: DVec3) -> usize {
     best.1
 }
 
-/// The number of the point farthest along `direction`, and the point.
+/// Returns the index of the point that is farthest along `direction`, and the point.
 fn farthest(points: &[DVec3], direction: DVec3) -> (u32, DVec3) {
     let mut best = (f64::NEG_INFINITY, 0);
     for (k, &p) in points.iter().enumerate() {
@@ -242,7 +245,7 @@ mod tests {
     const SEED: u64 = 0x6a7e_0001;
 
     #[test]
-    fn remembered_gate_changes_no_exit() {
+    fn cached_gate_does_not_change_exit() {
         let mut random = Random::new(SEED);
         let (mut same, mut other) = (0, 0);
         for case in 0..200 {
@@ -259,9 +262,9 @@ mod tests {
             let known = obstacle.exit_by(DVec3::ZERO, near, &mut gate).map(|exit| exit.distance);
             let cold = obstacle.exit(DVec3::ZERO, near).map(|exit| exit.distance);
             let (known, cold) = (known.unwrap_or_default(), cold.unwrap_or_default());
-            assert!((known - cold).abs() <= 1e-9, "seed {SEED:#x}, case {case}: {known} for {cold}");
+            assert!((known - cold).abs() <= 1e-9, "seed {SEED:#x}, case {case}: {known} instead of {cold}");
             *if gate == first { &mut same } else { &mut other } += 1;
         }
-        assert!(same > 20 && other > 20, "both ways are tested: {same} and {other}");
+        assert!(same > 20 && other > 20, "both cases must occur: {same} and {other}");
     }
 }

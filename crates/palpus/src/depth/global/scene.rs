@@ -1,4 +1,4 @@
-//! Both bodies at one pose: their obstacles, and the classification of single translations.
+//! Both bodies at one pose: their obstacles, and the classification of translations.
 
 mod added;
 
@@ -19,14 +19,14 @@ use crate::algebra::tolerance::{DEPTH_PROBES, DEPTH_TRIES, RECENT_HOLDERS};
 use crate::algebra::{Placement, Pose};
 use crate::body::Body;
 
-/// A pair of cells, one of each interior.
+/// A pair of cells: one of the moving body, one of the fixed body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Pair {
     moving: u32,
     fixed: u32,
 }
 
-/// Names an obstacle.
+/// Identifies an obstacle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Key {
     /// The obstacle of two prepared cells.
@@ -41,11 +41,12 @@ pub(super) type Ray = (Pair, [u64; 3]);
 /// Classification of a translation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Place {
-    /// In the obstacle of this number.
+    /// Blocked by this obstacle.
     Blocked(Key),
-    /// Verified free.
+    /// Free, verified on the surfaces.
     Free,
-    /// Neither blocked nor free could be shown: the surfaces cross by less than can be resolved.
+    /// Neither blocked nor free could be shown: the surfaces cross by less than the search
+    /// resolves.
     Unclear,
 }
 
@@ -53,20 +54,20 @@ pub(super) enum Place {
 #[derive(Clone, Debug)]
 pub(super) struct Leaf {
     pub(super) along: [DVec3; 3],
-    /// The obstacles that blocked it, in order.
+    /// The obstacles that blocked the cone, oldest first.
     pub(super) chain: Vec<Key>,
-    /// The pairs of cells that might have blocked more of it.
+    /// Pairs of cells that may have blocked more of the cone.
     pub(super) candidates: Option<Arc<[Pair]>>,
 }
 
 /// A cell of the moving body in b's frame.
 struct PlacedCell {
     center: DVec3,
-    /// True if the cell may block a translation within reach.
+    /// True if the cell may block a translation that is shorter than the reach of the search.
     near: bool,
     /// Placed when first needed.
     corners: OnceCell<Vec<DVec3>>,
-    /// Slabs of these corners, made when first needed.
+    /// Slabs of these corners, computed when first needed.
     slabs: OnceCell<Slabs>,
 }
 
@@ -81,21 +82,22 @@ pub(super) struct Scene<'a> {
     /// The cells of a in b's frame.
     cells: Vec<PlacedCell>,
     added: Vec<Added>,
-    /// Clearance of a free translation from the obstacles: shorter lengths are neither blocked nor
-    /// free.
+    /// Clearance of a free translation from the obstacles. Distances below this count neither as
+    /// blocked nor as free.
     pub(super) hair: f64,
-    /// True if pockets do not count as free.
+    /// If true, pockets do not count as free.
     outside: bool,
-    /// Obstacles looked at closely, and surfaces compared.
+    /// Number of detailed tests of obstacles and comparisons of surfaces.
     pub(super) evaluations: u64,
     scores: Vec<(f64, u32, Key)>,
-    /// The obstacles that held the last queried translations, the newest first.
+    /// The obstacles that contained recently classified translations, newest first.
     recent: Vec<Key>,
-    /// The obstacles that blocked something at this pose or at a near one, in order.
+    /// The obstacles that blocked something at this pose or at a nearby one, sorted.
     known: Vec<Key>,
-    /// Exits of rays through the origin from obstacles, at a near pose and at this one.
+    /// Exits of rays through the origin from obstacles: first those of a nearby pose, then those of
+    /// this pose.
     gates: [BTreeMap<Ray, Gate>; 2],
-    /// The last translation that the surfaces found free.
+    /// The last translation that the surfaces found to be free.
     free: Shared<Option<DVec3>>,
 }
 
@@ -135,7 +137,7 @@ impl<'a> Scene<'a> {
         self.cells = self.interior_a.cells.iter().map(place).collect();
     }
 
-    /// The placed corners of a cell of a.
+    /// Returns the corners of a cell of a in b's frame.
     fn corners(&self, k: usize) -> &[DVec3] {
         let place = || self.interior_a.cells[k].corners.iter().map(|&p| self.placement.point(p)).collect();
         self.cells[k].corners.get_or_init(place)
@@ -145,8 +147,8 @@ impl<'a> Scene<'a> {
         self.cells[k].slabs.get_or_init(|| Slabs::around(self.corners(k).iter().copied()))
     }
 
-    /// Calls `visit` with the pairs of cells whose boxes overlap if a is moved by some translation
-    /// between `low` and `high`.
+    /// Calls `visit` with each pair of cells whose boxes overlap when a is moved by some
+    /// translation between `low` and `high`.
     fn visit_pairs(&self, low: DVec3, high: DVec3, mut visit: impl FnMut(Pair)) {
         for (moving, _) in self.cells.iter().enumerate().filter(|(_, cell)| cell.near) {
             let (least, most) = self.slabs(moving).bounds();
@@ -156,7 +158,7 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// The pairs of cells that may block translations within `slabs`.
+    /// Returns the pairs of cells that may block translations within `slabs`.
     pub(super) fn pairs_meeting(&self, slabs: &Slabs) -> Vec<Pair> {
         let (low, high) = slabs.bounds();
         let mut pairs = Vec::new();
@@ -168,18 +170,18 @@ impl<'a> Scene<'a> {
         pairs
     }
 
-    /// False if the obstacle of `pair` blocks no translation within `slabs`.
+    /// Returns false only if the obstacle of `pair` blocks no translation within `slabs`.
     pub(super) fn may_meet(&self, pair: Pair, slabs: &Slabs) -> bool {
         let (moving, fixed) = self.pair_slabs(pair);
         Slabs::may_meet(moving, fixed, slabs)
     }
 
-    /// The slabs of a pair of cells: the moving one's, the fixed one's.
+    /// Returns the slabs of a pair of cells: of the moving cell, then of the fixed cell.
     fn pair_slabs(&self, pair: Pair) -> (&Slabs, &Slabs) {
         (self.slabs(pair.moving as usize), &self.interior_b.slabs[pair.fixed as usize])
     }
 
-    /// Center, inner and outer radius of an obstacle.
+    /// Returns the center, the inner radius and the outer radius of an obstacle.
     pub(super) fn ball(&self, key: Key) -> (DVec3, f64, f64) {
         match key {
             Key::Pair(Pair { moving, fixed }) => {
@@ -193,7 +195,7 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// The obstacle that `key` names.
+    /// Returns the obstacle that `key` identifies.
     pub(super) fn obstacle(&self, key: Key) -> Obstacle<'_> {
         let (center, inner, outer) = self.ball(key);
         let (moving, fixed): (&[DVec3], &[DVec3]) = match key {
@@ -205,8 +207,8 @@ impl<'a> Scene<'a> {
         Obstacle { moving, fixed, center, inner, outer }
     }
 
-    /// How far the ray along `along` (unit) from the origin runs inside of the obstacle from `from`
-    /// on, a point of both.
+    /// Returns how far the ray along `along` (unit) from the origin stays inside the obstacle
+    /// beyond `from`, which is a point of the ray and of the obstacle.
     pub(super) fn run_inside(&mut self, key: Key, from: DVec3, along: DVec3) -> f64 {
         let mut gate = None;
         let ray = match key {
@@ -223,8 +225,8 @@ impl<'a> Scene<'a> {
         exit.map_or(0.0, |exit| exit.distance)
     }
 
-    /// Up to `most` obstacles, out of `candidates` and those added, that may hold all `points`;
-    /// sorted by the depth that their slabs estimate, the deepest first.
+    /// Returns up to `most` obstacles that may contain all `points`, out of `candidates` and the
+    /// added obstacles. They are sorted by the depth that their slabs estimate, deepest first.
     pub(super) fn promising(&mut self, candidates: Candidates<'_>, points: &[DVec3], most: usize) -> Vec<Key> {
         let mut scores = std::mem::take(&mut self.scores);
         scores.clear();
@@ -260,7 +262,8 @@ impl<'a> Scene<'a> {
                 scores.push((depth, scores.len() as u32, Key::Added(k as u32)));
             }
         }
-        // Ties are in the order in which they were found: that of the cells.
+        // Obstacles with equal depth stay in the order in which they were found, which is the order
+        // of the cells.
         let order = |p: &(f64, u32, Key), q: &(f64, u32, Key)| q.0.total_cmp(&p.0).then(p.1.cmp(&q.1));
         if scores.len() > most {
             scores.select_nth_unstable_by(most, order);
@@ -272,14 +275,14 @@ impl<'a> Scene<'a> {
         answer
     }
 
-    /// Remembers that `key` blocked something.
+    /// Notes that the obstacle `key` blocked something.
     pub(super) fn note(&mut self, key: Key) {
         if let Err(place) = self.known.binary_search(&key) {
             self.known.insert(place, key);
         }
     }
 
-    /// An obstacle that holds `t`, if there is one among `candidates` and the added obstacles.
+    /// Returns an obstacle that contains `t`, out of `candidates` and the added obstacles.
     pub(super) fn holder(&mut self, candidates: Candidates<'_>, t: DVec3) -> Option<Key> {
         if let Some(k) = self.recent.iter().position(|&key| self.obstacle(key).holds(t)) {
             self.recent[..=k].rotate_right(1);
@@ -308,8 +311,8 @@ impl<'a> Scene<'a> {
         None
     }
 
-    /// Classifies `t`. If no known obstacle holds it, the surfaces decide, and an obstacle may be
-    /// added.
+    /// Classifies `t`. If no known obstacle contains it, the surfaces decide, and an obstacle may
+    /// be added.
     pub(super) fn classify(&mut self, candidates: Candidates<'_>, t: DVec3) -> Place {
         let place = self.place(candidates, t);
         if let Place::Blocked(Key::Added(k)) = place {
@@ -320,7 +323,8 @@ impl<'a> Scene<'a> {
 
     fn place(&mut self, candidates: Candidates<'_>, t: DVec3) -> Place {
         if !self.known.is_empty() && matches!(candidates, Candidates::All) {
-            // Near the last answer, a translation is mostly free or blocked by one of few obstacles.
+            // Near the previous answer, a translation is usually free or blocked by one of a few
+            // obstacles.
             if let Some(&k) = self.known.iter().find(|&&key| self.obstacle(key).holds(t)) {
                 return Place::Blocked(k);
             }
@@ -334,7 +338,7 @@ impl<'a> Scene<'a> {
         self.probe(t)
     }
 
-    /// Classifies `t` by the surfaces, and adds an obstacle if they cross.
+    /// Classifies `t` by the surfaces. If they cross, adds an obstacle.
     fn probe(&mut self, t: DVec3) -> Place {
         self.evaluations += DEPTH_PROBES as u64;
         let crossings = self.surfaces.crossings(t, DEPTH_PROBES);
@@ -372,12 +376,13 @@ impl<'a> Scene<'a> {
         Place::Unclear
     }
 
-    /// True if `t` is free by the judgement of the surfaces alone, and counts as a way out.
+    /// Returns true if `t` is free according to the surfaces alone. With `outside`, a must also be
+    /// able to leave from there.
     pub(super) fn verified(&self, t: DVec3) -> bool {
         self.free(t) && (!self.outside || self.surfaces.escapes(t))
     }
 
-    /// True if `t` is free by the judgement of the surfaces alone.
+    /// Returns true if `t` is free according to the surfaces alone.
     fn free(&self, t: DVec3) -> bool {
         if self.free.get() == Some(t) {
             return true;
@@ -389,17 +394,17 @@ impl<'a> Scene<'a> {
         free
     }
 
-    /// Which body lies in the other, without a translation.
+    /// Returns which body lies in the other, without a translation.
     pub(super) fn containment(&self) -> Containment {
         self.surfaces.containment(DVec3::ZERO)
     }
 }
 
-/// Which obstacles to test, in addition to the added ones.
+/// The obstacles to test, in addition to the added ones.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Candidates<'a> {
     All,
     Some(&'a [Pair]),
-    /// Candidates that blocked a translation at this pose or at a near one.
+    /// Candidates that blocked a translation at this pose or at a nearby one.
     Known,
 }

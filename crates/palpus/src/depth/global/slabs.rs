@@ -1,17 +1,17 @@
-//! Slabs about convex sets: how far they reach along many axes, both ways.
+//! Slabs around convex sets: their extent along many axes, in both directions.
 //!
 //! Along an axis, the extent of a Minkowski difference is the sum of the extents of both sets. So
 //! the least remaining extent along these axes is an upper bound of the depth of a translation in
-//! an obstacle. This bound rejects most obstacles and ranks the others. With only the seven axes
-//! through a cube's faces and corners, the best obstacle is rarely among the first dozen; with the
-//! axes used here it mostly is.
+//! an obstacle. This bound rejects most obstacles and ranks the others. If only the seven axes
+//! through the faces and corners of a cube are used, the best obstacle is rarely among the first
+//! twelve. With the axes used here it usually is.
 //!
-//! Slabs only choose the order of obstacles, so they are kept in single precision.
+//! Slabs only choose the order of obstacles, so they are stored in single precision.
 
 use glam::{DVec3, Vec3};
 
-/// Directions of the axes, not of unit length: along a cube's edges, to its corners and the
-/// middles of its edges, and between these. The last repeat the first, to fill the last block.
+/// Directions of the axes, not of unit length: along the edges of a cube, to its corners and to the
+/// middles of its edges, and between these. The last axes repeat the first, to fill the last block.
 #[rustfmt::skip]
 const AXES: [[i8; 3]; LANES] = [
     [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, -1, -1], [1, -1, 1], [1, 1, -1], [1, 1, 1], [0, 1, -1],
@@ -23,16 +23,16 @@ const AXES: [[i8; 3]; LANES] = [
 
 const LANES: usize = 40;
 
-/// Axes that are compared at once.
+/// Number of axes that are compared at once.
 const BLOCK: usize = 8;
 
-/// The axes as unit vectors, one array a coordinate.
+/// The axes as unit vectors, with one array per coordinate.
 const UNIT: [[f32; LANES]; 3] = {
     let mut unit = [[0.0; LANES]; 3];
     let mut k = 0;
     while k < LANES {
         let [x, y, z] = AXES[k];
-        // One over the length.
+        // One over the length of the axis.
         let scale = match x * x + y * y + z * z {
             1 => 1.0,
             2 => std::f32::consts::FRAC_1_SQRT_2,
@@ -56,7 +56,7 @@ pub(super) struct Slabs {
 }
 
 impl Slabs {
-    /// The least slabs around `points`.
+    /// Returns the smallest slabs around `points`.
     pub(super) fn around(points: impl IntoIterator<Item = DVec3>) -> Self {
         let mut slabs = Self { low: [f32::INFINITY; LANES], high: [f32::NEG_INFINITY; LANES] };
         for p in points {
@@ -72,14 +72,14 @@ impl Slabs {
         slabs
     }
 
-    /// The corners of the box along the frame's axes.
+    /// Returns the lowest and the highest corner of the box along the axes of the frame.
     pub(super) fn bounds(&self) -> (DVec3, DVec3) {
         let corner = |at: &[f32; LANES]| Vec3::new(at[0], at[1], at[2]).as_dvec3();
         (corner(&self.low), corner(&self.high))
     }
 
-    /// Upper bound of the depth of `points` in the obstacle of a moving set and a fixed one with
-    /// these slabs. If it is not positive, at least one point lies outside.
+    /// Returns an upper bound of the depth of `points` in the obstacle of a moving and a fixed set.
+    /// If it is not positive, at least one point lies outside.
     pub(super) fn depth(moving: &Self, fixed: &Self, points: &Self) -> f64 {
         let mut least = f32::INFINITY;
         for block in 0..LANES / BLOCK {
@@ -97,7 +97,7 @@ impl Slabs {
         f64::from(least)
     }
 
-    /// False only if no translation in the hull of `points` lies in the obstacle.
+    /// Returns false only if no translation in the hull of `points` lies in the obstacle.
     pub(super) fn may_meet(moving: &Self, fixed: &Self, points: &Self) -> bool {
         (0..LANES / BLOCK).all(|block| {
             let mut meets = true;
@@ -110,7 +110,7 @@ impl Slabs {
     }
 }
 
-/// `min` without the handling of NaN, which takes several instructions.
+/// Returns the smaller value. Faster than `min`, because it does not handle NaN.
 fn lesser(p: f32, q: f32) -> f32 {
     if p < q { p } else { q }
 }
@@ -125,14 +125,14 @@ pub(super) struct BoxTree {
 struct BoxNode {
     low: DVec3,
     high: DVec3,
-    /// Second child; the first follows its parent. 0 for a leaf.
+    /// Index of the second child. The first child follows its parent. 0 for a leaf.
     second: u32,
-    /// Number of a leaf's box.
+    /// Number of the box of a leaf.
     item: u32,
 }
 
 impl BoxTree {
-    /// The tree over `boxes`, numbered in their order.
+    /// Returns the tree over `boxes`. The number of a box is its index.
     pub(super) fn new(boxes: &[(DVec3, DVec3)]) -> Self {
         let mut tree = Self { nodes: Vec::with_capacity(2 * boxes.len()) };
         let mut items: Vec<u32> = (0..boxes.len() as u32).collect();
@@ -165,7 +165,7 @@ impl BoxTree {
         self.grow(boxes, second);
     }
 
-    /// Calls `visit` with the number of each box that overlaps the one from `low` to `high`.
+    /// Calls `visit` with the number of each box that overlaps the box from `low` to `high`.
     pub(super) fn visit(&self, low: DVec3, high: DVec3, visit: &mut dyn FnMut(u32)) {
         if self.nodes.is_empty() {
             return;

@@ -1,12 +1,12 @@
-//! Queries of both surfaces: whether they cross, their distance, and whether one lies inside the
+//! Queries on both surfaces: whether they cross, their distance, and whether one lies inside the
 //! other body.
 //!
-//! These queries verify every free translation. They share nothing with the cells that prove
+//! These queries verify every free translation. They are independent of the cells that prove
 //! translations blocked: they use exact predicates on pairs of triangles ([`TrianglePair`]) and
 //! exact winding numbers.
 //!
-//! Boxes of the moving body are first placed during the traversal, slightly too large. After some
-//! queries at one pose, all boxes are placed once, with their exact size.
+//! At first the boxes of the moving body are placed during the traversal, and are slightly too
+//! large. After several queries at one pose, all boxes are placed once with their exact size.
 
 use std::cell::{Cell, OnceCell};
 use std::cmp::Reverse;
@@ -22,11 +22,11 @@ use crate::body::{Aabb, Body, TrianglePair, TriangleTree};
 /// A pair of triangles that cross.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Crossing {
-    /// A point near both, in b's frame.
+    /// A point near both triangles, in b's frame.
     pub(super) point: DVec3,
-    /// Triangle of the moving body, by its index in the mesh.
+    /// Triangle of the moving body, as its index in the mesh.
     pub(super) moving: u32,
-    /// Triangle of the fixed body.
+    /// Triangle of the fixed body, as its index in the mesh.
     pub(super) fixed: u32,
 }
 
@@ -38,8 +38,8 @@ pub(super) struct Surfaces<'a> {
     components_a: &'a [DVec3],
     components_b: &'a [DVec3],
     placement: Placement,
-    /// Number of queries so far, and the exact boxes of the moving body's tree in b's frame, once
-    /// enough queries justify them.
+    /// Number of queries so far. After enough queries, `exact` has the exact boxes of the moving
+    /// body's tree in b's frame.
     questions: Cell<u32>,
     exact: OnceCell<Vec<Aabb>>,
 }
@@ -59,8 +59,8 @@ impl Boxes<'_> {
         }
     }
 
-    /// False only if the boxes of a node, moved by `t`, and `fixed` are apart along an axis of the
-    /// moving body.
+    /// Returns false only if a node's box, moved by `t`, and `fixed` are separate along an axis of
+    /// the moving body.
     fn overlap_turned(&self, node: u32, t: DVec3, fixed: &Aabb) -> bool {
         if self.exact.is_some() {
             return true;
@@ -88,7 +88,7 @@ impl<'a> Surfaces<'a> {
         }
     }
 
-    /// The box of the moving body at translation zero.
+    /// Returns the box of the moving body at translation zero, in b's frame.
     pub(super) fn moving_box(&self) -> Aabb {
         Aabb::around(self.a.mesh().vertices().iter().map(|&p| self.placement.point(p)))
     }
@@ -113,8 +113,8 @@ impl<'a> Surfaces<'a> {
         boxes
     }
 
-    /// True if the surfaces have no common point with a moved by `t`, and neither body lies in the
-    /// other.
+    /// Returns true if the surfaces have no common point with a moved by `t`, and neither body lies
+    /// in the other.
     pub(super) fn is_free(&self, t: DVec3) -> bool {
         let mut touching = false;
         self.visit_pairs(t, &mut |p, q, _| {
@@ -124,7 +124,7 @@ impl<'a> Surfaces<'a> {
         !touching && !self.nested(t)
     }
 
-    /// Up to `most` pairs of triangles whose insides cross, or at least touch, with a moved by `t`.
+    /// Returns up to `most` pairs of triangles that cross or touch, with a moved by `t`.
     pub(super) fn crossings(&self, t: DVec3, most: usize) -> Vec<Crossing> {
         let mut found = Vec::new();
         self.visit_pairs(t, &mut |p, q, (moving, fixed)| {
@@ -136,12 +136,13 @@ impl<'a> Surfaces<'a> {
         found
     }
 
-    /// Which body lies in the other, as a whole, with a moved by `t`. The surfaces must not cross.
+    /// Returns which body lies completely in the other, with a moved by `t`. The surfaces must not
+    /// cross.
     pub(super) fn containment(&self, t: DVec3) -> Containment {
         containment(self.a, self.components_a, self.b, self.components_b, &self.pose_ba, t)
     }
 
-    /// True if a component of one surface lies in the other body, with a moved by `t`.
+    /// Returns true if a component of one surface lies in the other body, with a moved by `t`.
     pub(super) fn nested(&self, t: DVec3) -> bool {
         let back = self.pose_ba.inverse();
         let closed = |body: &Body| body.mesh().is_closed();
@@ -149,9 +150,9 @@ impl<'a> Surfaces<'a> {
             || closed(self.a) && self.components_b.iter().any(|&p| self.a.tree().inside(back.point(p - t)))
     }
 
-    /// True if a, moved by `t`, can move on along a straight line until the bodies are apart for
-    /// good. `t` must be free. Each step is no longer than the distance of the surfaces, so that no
-    /// step can pass through anything.
+    /// Returns true if a, already moved by `t`, can move on along a straight line until the
+    /// bounding boxes are separate. `t` must be free. Each step is at most as long as the distance
+    /// of the surfaces, so no step can pass through a surface.
     pub(super) fn escapes(&self, t: DVec3) -> bool {
         let axes = [t.normalize_or_zero(), DVec3::X, DVec3::Y, DVec3::Z, DVec3::NEG_X, DVec3::NEG_Y, DVec3::NEG_Z];
         axes.into_iter().filter(|along| *along != DVec3::ZERO).any(|along| self.escapes_along(t, along))
@@ -168,7 +169,7 @@ impl<'a> Surfaces<'a> {
         false
     }
 
-    /// The least distance of the two surfaces with a moved by `t`, if they do not cross.
+    /// Returns the distance of the two surfaces with a moved by `t`. They must not cross.
     pub(super) fn distance(&self, t: DVec3) -> f64 {
         let (moving, fixed) = (self.a.tree(), self.b.tree());
         let mut best = f64::INFINITY;
@@ -203,8 +204,8 @@ impl<'a> Surfaces<'a> {
         best.sqrt()
     }
 
-    /// Calls `visit` with the pairs of triangles whose boxes overlap, and their indices in the
-    /// meshes, until it says true.
+    /// Calls `visit` with each pair of triangles whose boxes overlap, and with their indices in the
+    /// meshes. Stops when `visit` returns true.
     fn visit_pairs(&self, t: DVec3, visit: &mut dyn FnMut([DVec3; 3], [DVec3; 3], (u32, u32)) -> bool) {
         let (moving, fixed): (&TriangleTree, &TriangleTree) = (self.a.tree(), self.b.tree());
         if moving.nodes.is_empty() || fixed.nodes.is_empty() {
@@ -238,13 +239,13 @@ impl<'a> Surfaces<'a> {
     }
 }
 
-/// A box around a placed box.
+/// Returns a box around a placed box.
 fn placed(placement: &Placement, bounds: &Aabb) -> Aabb {
     let (middle, half) = (0.5 * (bounds.min + bounds.max), 0.5 * (bounds.max - bounds.min));
     let Placement { rotation, translation } = placement;
     let middle = placement.point(middle);
     let half = rotation.x_axis.abs() * half.x + rotation.y_axis.abs() * half.y + rotation.z_axis.abs() * half.z;
-    // Grown beyond the rounding of placed corners.
+    // Enlarges the box by more than the rounding of placed corners.
     let half = half + (half + middle.abs() + translation.abs()) * PLACED_BOX;
     Aabb { min: middle - half, max: middle + half }
 }
@@ -258,7 +259,7 @@ fn box_distance_squared(moving: &Aabb, t: DVec3, fixed: &Aabb) -> f64 {
     gap.length_squared()
 }
 
-/// Squared distance of two triangles that do not cross.
+/// Returns the squared distance of two triangles that do not cross.
 fn triangle_distance_squared(p: &[DVec3; 3], q: &[DVec3; 3]) -> f64 {
     let mut best = f64::INFINITY;
     for k in 0..3 {
@@ -271,8 +272,8 @@ fn triangle_distance_squared(p: &[DVec3; 3], q: &[DVec3; 3]) -> f64 {
     best
 }
 
-/// A point near the middle of the intersection of two triangles: the mean of the points where a
-/// side of one pierces the other.
+/// Returns a point near the middle of the intersection of two triangles. It is the mean of the
+/// points where a side of one triangle crosses the other triangle.
 fn common_point(p: [DVec3; 3], q: [DVec3; 3]) -> DVec3 {
     let mut sum = DVec3::ZERO;
     let mut count = 0.0;

@@ -1,6 +1,6 @@
-//! Identities and known depths. The oracle of small shapes is a grid of translations that only the
-//! surfaces classify. Its weakness: its resolution is the grid's. `.ci/hold_reference.py` checks
-//! exact answers of harder pairs.
+//! Identities and known depths. The oracle for small shapes is a grid of translations that only the
+//! surfaces classify; it resolves no more than the spacing of the grid. `.ci/hold_reference.py`
+//! checks exact results of more difficult pairs.
 
 mod identities;
 mod known;
@@ -14,14 +14,14 @@ use crate::algebra::{Alone, Workers};
 use crate::body::{BodySettings, PolygonSoup};
 
 fn body(soup: &PolygonSoup) -> Body {
-    Body::from_soup(soup, &BodySettings::default(), &mut |_| ()).expect("a sound body")
+    Body::from_soup(soup, &BodySettings::default(), &mut |_| ()).expect("a valid body")
 }
 
 fn interior(body: &Body) -> Interior {
     Interior::new(body, &Alone, &mut |_| ())
 }
 
-/// A prism over an outline in the plane of x and y, counter-clockwise, from z = 0 to `height`.
+/// Returns a prism from z = 0 to `height` over an outline in the xy plane (counter-clockwise).
 fn prism(outline: &[(f64, f64)], height: f64) -> PolygonSoup {
     let n = outline.len() as u32;
     let level = |z: f64| outline.iter().map(move |&(x, y)| DVec3::new(x, y, z));
@@ -38,12 +38,12 @@ fn cuboid(size: DVec3) -> PolygonSoup {
     prism(&[(0.0, 0.0), (size.x, 0.0), (size.x, size.y), (0.0, size.y)], size.z)
 }
 
-/// 2 × 2 × 1, with arms one wide.
+/// Returns an L-shaped solid of 2 × 2 × 1, with arms of width 1.
 fn ell() -> PolygonSoup {
     prism(&[(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)], 1.0)
 }
 
-/// 3 × 3 × 1, with a groove one wide and two deep.
+/// Returns a block of 3 × 3 × 1, with a groove of width 1 and depth 2.
 fn groove() -> PolygonSoup {
     let outline = [(0.0, 0.0), (3.0, 0.0), (3.0, 3.0), (2.0, 3.0), (2.0, 1.0), (1.0, 1.0), (1.0, 3.0), (0.0, 3.0)];
     prism(&outline, 1.0)

@@ -1,13 +1,13 @@
-//! Short free translations, which give the upper bound.
+//! Short free translations. They give the upper bound.
 //!
-//! * *Project*: leads from a blocked translation x to a free one beside it. Test the translation
-//!   nearest to x that lies in all half-spaces found so far. While an obstacle blocks it, add the
-//!   half-space behind the facet of that obstacle that seems nearest.
-//! * *Slide*: leads from a free translation g to a local minimum. Test the translation nearest to
-//!   the origin that lies in all half-spaces found so far (at first none). While an obstacle blocks
-//!   it, add the half-space behind the facet through which the line to g leaves that obstacle. g
-//!   lies in all of them, so the result is free and no longer than g. After L. Zhang and others,
-//!   *PolyDepth*, 2012 (G. Je and others), with exact obstacles in the place of local contact
+//! * *Project* leads from a blocked translation x to a free one beside it. It tests the translation
+//!   nearest to x that lies in all half-spaces found so far. While an obstacle blocks that
+//!   translation, it adds the half-space beyond the obstacle's facet that seems nearest.
+//! * *Slide* leads from a free translation g to a local minimum. It tests the translation nearest
+//!   to the origin that lies in all half-spaces found so far (none at first). While an obstacle
+//!   blocks that translation, it adds the half-space beyond the facet through which the line to g
+//!   leaves the obstacle. All half-spaces contain g, so the result is free and not longer than g.
+//!   After G. Je and others, *PolyDepth*, 2012, with exact obstacles in place of local contact
 //!   planes.
 
 use glam::DVec3;
@@ -16,7 +16,7 @@ use super::half_spaces::{HalfSpace, nearest_common};
 use super::scene::{Candidates, Place, Scene};
 use crate::algebra::tolerance::{DEPTH_PROJECT_STEPS, DEPTH_SLIDE_STEPS};
 
-/// Returns a free translation near `x`, if one shorter than `limit` is found.
+/// Returns a free translation near `x` that is shorter than `limit`. `None` if none is found.
 pub(super) fn project(scene: &mut Scene<'_>, x: DVec3, limit: f64) -> Option<DVec3> {
     let mut spaces: Vec<HalfSpace> = Vec::new();
     let mut t = x;
@@ -26,7 +26,7 @@ pub(super) fn project(scene: &mut Scene<'_>, x: DVec3, limit: f64) -> Option<DVe
             Place::Unclear => return None,
             Place::Blocked(k) => {
                 let exit = scene.obstacle(k).nearest_exit(t)?;
-                // Half-spaces relative to x, so that the result is the point nearest to x.
+                // The half-spaces are relative to x, so the result is the point nearest to x.
                 let offset = exit.offset + scene.hair - exit.normal.dot(x);
                 spaces.push(HalfSpace { normal: exit.normal, offset });
             }
@@ -39,7 +39,8 @@ pub(super) fn project(scene: &mut Scene<'_>, x: DVec3, limit: f64) -> Option<DVe
     None
 }
 
-/// Returns a free translation no longer than `free`, at a local minimum if it is found in time.
+/// Returns a free translation that is not longer than `free`. It is a local minimum if one is found
+/// in time.
 pub(super) fn slide(scene: &mut Scene<'_>, free: DVec3) -> DVec3 {
     let mut spaces: Vec<HalfSpace> = Vec::new();
     let mut t = DVec3::ZERO;

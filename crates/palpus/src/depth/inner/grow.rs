@@ -1,5 +1,5 @@
-//! Growing the inner surface to a further corner: a hole around it, closed by a fan about the
-//! corner.
+//! Grows the inner surface to a new corner: opens a hole around it, and closes the hole with a fan
+//! around the corner.
 
 use glam::DVec3;
 
@@ -36,24 +36,25 @@ impl Surface {
         Ok(())
     }
 
-    /// The existing tip at that point.
+    /// Returns the existing tip at the point `at`.
     #[cold]
     fn known(&self, at: DVec3) -> Option<u16> {
         let near = self.slack * self.slack;
         self.tips.iter().position(|tip| tip.at.distance_squared(at) <= near).map(|tip| tip as u16)
     }
 
-    /// Takes away the triangles around `seed` that see the point `at` or have the tip `known`
-    /// there, and lists the rim of the hole.
+    /// Removes the triangles around `seed` that face the point `at` or have the tip `known`. Lists
+    /// the rim of the hole.
     ///
-    /// The edges of each triangle are visited counter-clockwise from the edge by which it was
-    /// reached. So the rim is in order if the hole is a disk.
+    /// The edges of each triangle are visited counter-clockwise, starting from the edge through
+    /// which it was reached. So the rim is in order if the hole is a disk.
     fn open(&mut self, seed: usize, at: DVec3, known: Option<u16>) -> Result<(), Refusal> {
         const ONWARD: [[usize; 2]; 4] = [[1, 2], [2, 0], [0, 1], [0, 1]];
         let Self { joints, normals, offsets, free, ahead, rim, .. } = self;
-        // On a convex surface the new tip may lie in a neighbour's plane, beyond the edge to that
-        // neighbour. Unless the neighbour is removed too, the fan folds under it. On a surface that
-        // moved with the bodies, a triangle in that plane may already have the tip.
+        // On a convex surface, the new tip may lie in the plane of a neighbour, beyond the edge to
+        // that neighbour. Then the neighbour must be removed too, or the fan would fold under it.
+        // On a surface that moved with the bodies, a triangle in that plane may already have the
+        // tip.
         let least = if self.folded { self.slack } else { -self.slack };
         rim.clear();
         ahead.clear();
@@ -94,7 +95,7 @@ impl Surface {
         }
     }
 
-    /// True if the rim runs around once, in order.
+    /// Returns true if the rim runs around the hole once, in order.
     #[inline]
     fn is_ring(&self) -> bool {
         let Some(last) = self.rim.last() else { return false };
@@ -106,10 +107,10 @@ impl Surface {
         })
     }
 
-    /// Closes a hole whose rim is a ring with a fan about a new tip.
+    /// Closes a hole whose rim is a ring, with a fan around a new tip.
     fn fan_ring(&mut self, tip: u16) {
         let Self { tips, joints, normals, offsets, free, rim, .. } = self;
-        // Takes as many free places as the rim has edges, from the end.
+        // Takes as many free places as the rim has edges, from the end of the list.
         while free.len() < rim.len() {
             free.push(joints.len() as u16);
             let across = [Half::new(0, 0); 3];
@@ -138,7 +139,8 @@ impl Surface {
         free.truncate(rest);
     }
 
-    /// Puts the rim's edges head to tail, in one loop or several.
+    /// Sorts the edges of the rim so that each edge starts where the previous one ends. They form
+    /// one loop or several.
     fn order_rim(&mut self) -> Result<(), Refusal> {
         let mut begin = 0;
         for k in 0..self.rim.len() {
@@ -152,7 +154,7 @@ impl Surface {
         if self.rim.is_empty() { Err(Refusal::Torn) } else { Ok(()) }
     }
 
-    /// Closes the hole with triangles from the rim's edges to the tip.
+    /// Closes the hole with triangles from the edges of the rim to the tip.
     fn fan(&mut self, tip: u16) {
         let mut k = 0;
         while k < self.rim.len() {
@@ -160,7 +162,7 @@ impl Surface {
         }
     }
 
-    /// One loop of the rim, which starts at `begin`; returns where the next does.
+    /// Closes one loop of the rim, which starts at `begin`. Returns the start of the next loop.
     fn fan_loop(&mut self, tip: u16, begin: usize) -> usize {
         let home = self.rim[begin].from;
         let mut first: Option<Half> = None;
@@ -168,8 +170,8 @@ impl Surface {
         let mut k = begin;
         loop {
             let Rim { from, to, outer } = self.rim[k];
-            // The edges tip → from and to → tip, of the new triangle or, where the rim has the tip
-            // itself, of the outer one.
+            // The edges tip → from and to → tip. They belong to the new triangle, or to the outer
+            // triangle if the rim itself contains the tip.
             let (entry, exit) = if to == tip {
                 (Some(outer), None)
             } else if from == tip {
@@ -185,7 +187,7 @@ impl Surface {
             }
             leaving = exit;
             k += 1;
-            // A loop may pass its first tip again; it ends where the next edge does not follow.
+            // A loop may pass its first tip again. It ends when the next edge does not start there.
             if to == home && self.rim.get(k).is_none_or(|next| next.from != to) {
                 break;
             }
@@ -197,8 +199,8 @@ impl Surface {
         k
     }
 
-    /// Puts a triangle where one was taken away, or at the end, and joins its first edge to
-    /// `outer`; the others are yet to be joined.
+    /// Puts a triangle at a free place or at the end of the list, and joins its first edge to
+    /// `outer`. The caller joins the other two edges.
     fn place(&mut self, tips: [u16; 3], outer: Half) -> u16 {
         let joint = Joint { tips, across: [outer; 3], alive: true };
         let place = match self.free.pop() {

@@ -1,10 +1,11 @@
-//! The walker of the inner surface's invariants.
+//! Checks the invariants of the inner surface.
 //!
-//! 1. Closed and oriented: across each edge lies a triangle that is alive, runs along it the other
-//!    way, and knows it.
-//! 2. Support points: each tip lies where its hub pair says, so that the CSO holds it.
-//! 3. Judged: each triangle's normal is unit and its offset no more than the height of its tips
-//!    along it.
+//! 1. Closed and oriented: the triangle across each edge is alive, runs along the edge in the
+//!    opposite direction, and has this triangle as its neighbour there.
+//! 2. Support points: each tip is the difference of the two vertices of its hub pair, so the CSO
+//!    contains it.
+//! 3. Measured: each triangle has a unit normal, and its offset is not more than the height of
+//!    any of its tips along the normal.
 
 use super::super::cso::Cso;
 use super::{Half, Joint, Surface};
@@ -13,10 +14,11 @@ use crate::algebra::tolerance::WELL_FORMED_ROUNDING;
 /// A broken invariant of an inner surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(in crate::depth) enum SurfaceFault {
-    /// A triangle names a tip that does not exist, or one twice.
+    /// A triangle has a tip that does not exist, or has one tip twice.
     #[error("triangle {0} does not have three tips of the surface")]
     Tips(usize),
-    /// The triangle across an edge was taken away, runs the same way, or names another one across.
+    /// The triangle across an edge was removed, runs along the edge in the same direction, or has
+    /// another neighbour there.
     #[error("side {side} of triangle {triangle} does not lie between two triangles that run opposite ways")]
     Open {
         /// The triangle.
@@ -25,16 +27,15 @@ pub(in crate::depth) enum SurfaceFault {
         side: usize,
     },
     /// A tip is not the difference of its two vertices at this pose.
-    #[error("tip {0} does not lie where its hub pair does")]
+    #[error("tip {0} is not the difference of the two vertices of its hub pair")]
     Support(usize),
-    /// The normal is not unit, or a tip lies lower along it than the offset.
-    #[error("the normal or the offset of triangle {0} is not that of its tips")]
+    /// The normal is not unit, or a tip is lower along it than the offset.
+    #[error("the normal or the offset of triangle {0} does not fit its tips")]
     Judged(usize),
 }
 
 impl Surface {
-    /// Walks the whole surface, which stands at the pose of `cso`, and returns what is broken
-    /// first.
+    /// Checks the whole surface at the pose of `cso`. Returns the first broken invariant.
     pub(in crate::depth) fn validate(&self, cso: &Cso<'_>) -> Result<(), SurfaceFault> {
         (0..self.joints.len()).filter(|&k| self.joints[k].alive).try_for_each(|k| {
             self.validate_joint(k)?;
@@ -47,7 +48,7 @@ impl Surface {
         self.tips.iter().enumerate().try_for_each(stays)
     }
 
-    /// Step 1 for one triangle.
+    /// Checks invariant 1 for one triangle.
     fn validate_joint(&self, triangle: usize) -> Result<(), SurfaceFault> {
         let Joint { tips, across, .. } = self.joints[triangle];
         let [p, q, r] = tips;
@@ -66,7 +67,7 @@ impl Surface {
         }
     }
 
-    /// Step 3 for one triangle; one of no height has no normal.
+    /// Checks invariant 3 for one triangle. A triangle of zero height has no normal.
     fn validate_judgement(&self, triangle: usize) -> Result<(), SurfaceFault> {
         let (normal, offset) = (self.normals[triangle], self.offsets[triangle]);
         let height = |&tip: &u16| normal.dot(self.tips[usize::from(tip)].at);
@@ -98,7 +99,7 @@ mod tests {
         convex_hull(&points, 1e-10).unwrap().into_polytope().unwrap().0
     }
 
-    /// A surface that was grown a few times from a tetrahedron.
+    /// Returns a surface that was grown several times from a tetrahedron.
     fn grown(cso: &Cso<'_>, random: &mut Random) -> Surface {
         let mut surface = Surface::new();
         surface.clear(1e-12, false);
@@ -118,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn each_broken_invariant_is_named() {
+    fn validate_names_the_broken_invariant() {
         let mut random = Random::new(SEED);
         for case in 0..50 {
             let (a, b) = (ball(&mut random, 20), ball(&mut random, 30));

@@ -1,4 +1,4 @@
-//! The outlines of those faces or edges of a piece that are flat enough for a patch (step 1 of
+//! The outlines of the faces or edges of a piece that are flat enough for a patch (step 1 of
 //! [`super`]).
 
 use glam::{DVec2, DVec3};
@@ -8,21 +8,23 @@ use crate::algebra::Placement;
 use crate::algebra::tolerance::{PATCH_FACES, PATCH_SIDES};
 use crate::body::{Feature, Polytope, Provenance};
 
-/// The faces, or else the edges, of one piece that nearly lie in the contact plane.
+/// The faces of one piece that nearly lie in the contact plane. If there is no such face, the
+/// edges.
 #[derive(Clone, Debug)]
 pub(super) struct Outlines {
     list: [Outline; PATCH_FACES],
     pub(super) count: usize,
-    /// No face or edge flatter than this is left out.
+    /// All faces and edges flatter than this are in the list (tangent of the angle to the contact
+    /// plane).
     pub(super) slope: f64,
 }
 
-/// A polygon, counter-clockwise about the normal, or a segment; in the contact frame.
+/// A polygon (counter-clockwise about the normal) or a segment, in the contact frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Outline {
     corners: [DVec2; PATCH_SIDES],
     pub(super) count: usize,
-    /// The height at the origin, and how it grows.
+    /// The height above the contact plane at the origin, and its gradient.
     height: f64,
     rise: DVec2,
     pub(super) feature: Feature,
@@ -40,19 +42,21 @@ impl Side {
         [self.from, self.from + self.along]
     }
 
-    /// Distance of `p` on the inner side of this side's line, times the side's length.
+    /// Returns the signed distance of `p` from this side's line times the side's length. Positive
+    /// on the inner side.
     pub(super) fn inward(&self, p: DVec2) -> f64 {
         self.along.perp_dot(p - self.from)
     }
 
-    /// The nearest point of its line to `p`, if that is between its ends.
+    /// Returns the point of the side's line that is nearest to `p`. `None` if it is not between the
+    /// side's ends.
     pub(super) fn foot(&self, p: DVec2) -> Option<DVec2> {
         let share = self.along.dot(p - self.from) / self.along.length_squared();
         (0.0..=1.0).contains(&share).then(|| self.from + self.along * share)
     }
 }
 
-/// The contact plane's axes and origin, in the frame of one of the bodies.
+/// The axes and the origin of the contact plane, in the frame of one of the bodies.
 #[derive(Clone, Copy)]
 pub(super) struct Frame {
     pub(super) origin: DVec3,
@@ -67,7 +71,7 @@ impl Frame {
         Self { origin: touch.point_a.midpoint(touch.point_b), x, y, z: touch.normal }
     }
 
-    /// The same frame, in the frame of a body whose pose is `place`.
+    /// Returns the same frame in the coordinates of a body whose pose is `place`.
     pub(super) fn seen_from(&self, place: &Placement) -> Self {
         let axis = |axis| place.inverse_vector(axis);
         Self { origin: place.inverse_point(self.origin), x: axis(self.x), y: axis(self.y), z: axis(self.z) }
@@ -112,7 +116,8 @@ impl Outline {
         Side { from, along: self.corners[(k + 1) % self.count] - from }
     }
 
-    /// Outline of a face; `turned` for one whose loop runs clockwise about the normal.
+    /// Returns the outline of a face. `turned` is true for a face whose loop runs clockwise about
+    /// the normal.
     fn of_face(polytope: &Polytope, face: u32, frame: &Frame, turned: bool) -> Self {
         let mut outline = Self { feature: Feature::Face(face), ..Self::NONE };
         let corners = polytope.face_vertices(face);
@@ -132,7 +137,7 @@ impl Outline {
         outline
     }
 
-    /// Outline of an edge; `None` if it stands upright.
+    /// Returns the outline of an edge. `None` if the edge is perpendicular to the contact plane.
     fn of_edge(polytope: &Polytope, edge: u32, frame: &Frame) -> Option<Self> {
         let ends = polytope.edge(edge);
         let [tail, head] = [ends.tail, ends.head].map(|v| frame.point(polytope.vertex(v)));
@@ -152,8 +157,8 @@ impl Outlines {
         &self.list[..self.count]
     }
 
-    /// Step 1, for the piece whose surface looks along `outward` (1: with the normal, −1: against
-    /// it).
+    /// Step 1 for one piece. `outward` is 1 if the piece's surface faces along the normal, and −1
+    /// if it faces the opposite way.
     pub(super) fn gather(&mut self, polytope: &Polytope, feature: Feature, frame: &Frame, outward: f64, slope: f64) {
         (self.count, self.slope) = (0, slope);
         if let Feature::Vertex(v) = feature
@@ -187,7 +192,7 @@ impl Outlines {
         }
     }
 
-    /// Step 1 where no face is flat enough.
+    /// Step 1 if no face is flat enough.
     fn gather_edges(&mut self, polytope: &Polytope, feature: Feature, frame: &Frame) {
         match feature {
             Feature::Face(_) => {}
@@ -212,14 +217,14 @@ impl Outlines {
     }
 }
 
-/// True if `along` rises by less than `slope` over the contact plane.
+/// Returns true if `along` rises by less than `slope` over the contact plane.
 fn is_flat(along: DVec3, frame: &Frame, slope: f64) -> bool {
     let rise = frame.z.dot(along);
     rise * rise < slope * slope * (along.length_squared() - rise * rise)
 }
 
-/// True if no edge at vertex `v` is flat, and therefore no face there. Most single contact points
-/// are of this kind, and need no further work.
+/// Returns true if no edge at vertex `v` is flat. Then no face there is flat either. Most single
+/// contact points are of this kind and need no further work.
 fn is_steep(polytope: &Polytope, v: u32, frame: &Frame, slope: f64) -> bool {
     let from = polytope.vertex(v);
     polytope.ring(v).iter().all(|spoke| !is_flat(polytope.vertex(spoke.neighbour) - from, frame, slope))
@@ -228,10 +233,10 @@ fn is_steep(polytope: &Polytope, v: u32, frame: &Frame, slope: f64) -> bool {
 /// The search for faces that are flat enough.
 struct NearFaces<'p> {
     polytope: &'p Polytope,
-    /// Unit, in the piece's frame: out of the piece, towards the other one.
+    /// Unit vector in the piece's frame: out of the piece, toward the other piece.
     up: DVec3,
     slope: f64,
-    /// With the square of their slope.
+    /// Each face with the square of its slope.
     faces: [(u32, f64); 2 * PATCH_FACES],
     count: usize,
 }
@@ -256,7 +261,7 @@ impl NearFaces<'_> {
         }
     }
 
-    /// Looks across the sides of all faces that were found.
+    /// Visits the neighbours of all faces that were found.
     fn spread(&mut self) {
         let mut next = 0;
         while next < self.count {

@@ -1,4 +1,4 @@
-//! Corners of flush overlaps with known answers.
+//! Tests of the corners of flush overlaps with known results.
 
 use std::f64::consts::{FRAC_PI_4, TAU};
 
@@ -25,7 +25,7 @@ fn cuboid(half: DVec3) -> Polytope {
     solid(&(0..8).map(|k| DVec3::new(sign(k & 1), sign(k & 2), sign(k & 4)) * half).collect::<Vec<_>>())
 }
 
-/// An upright prism of `sides` sides.
+/// Returns an upright prism with `sides` sides.
 fn drum(sides: u32, radius: f64, half: f64) -> Polytope {
     let corner = |k: u32| {
         let angle = TAU * f64::from(k / 2) / f64::from(sides);
@@ -34,11 +34,11 @@ fn drum(sides: u32, radius: f64, half: f64) -> Polytope {
     solid(&(0..2 * sides).map(corner).collect::<Vec<_>>())
 }
 
-/// The corners of bodies that are apart, with the exact distance.
+/// Returns the patch corners of two bodies that are apart, and their exact distance.
 fn corners(a: &Polytope, b: &Polytope, pose: &Pose) -> (Vec<Corner>, f64) {
     let place = pose.placement();
     let answer = march(a, b, &place, initial_features(a, b, &place));
-    let Proximity::Disjoint(closest) = answer.proximity else { panic!("they overlap") };
+    let Proximity::Disjoint(closest) = answer.proximity else { panic!("the bodies overlap") };
     let touch = Touch {
         features: closest.features,
         point_a: closest.point_a,
@@ -50,13 +50,13 @@ fn corners(a: &Polytope, b: &Polytope, pose: &Pose) -> (Vec<Corner>, f64) {
     (patch.corners().to_vec(), closest.distance)
 }
 
-/// Each expected place (m, in the plane z = 0) is that of exactly one corner, whose separation is
-/// given beside it.
+/// Asserts that exactly one corner lies at each expected place (m, in the plane z = 0) and has the
+/// separation (m) that is given with the place.
 fn assert_corners(found: &[Corner], expected: &[(DVec3, f64)]) {
     assert_eq!(found.len(), expected.len(), "{found:?}");
     for (place, separation) in expected {
         let is_it = |corner: &&Corner| (corner.midpoint - *place).truncate().length() < 1e-6;
-        let corner = found.iter().find(is_it).unwrap_or_else(|| panic!("none at {place}: {found:?}"));
+        let corner = found.iter().find(is_it).unwrap_or_else(|| panic!("no corner at {place}: {found:?}"));
         assert!((corner.separation - separation).abs() < 1e-6, "{corner:?}, expected {separation}");
     }
 }
@@ -67,25 +67,25 @@ fn block() -> Polytope {
     cuboid(HALF)
 }
 
-/// Its top is at z = 0.01.
+/// Returns a table whose top is at z = 0.01.
 fn table() -> Polytope {
     cuboid(DVec3::new(0.1, 0.1, 0.01))
 }
 
 #[test]
-fn a_face_on_a_face_has_the_corners_of_the_overlap() {
+fn face_on_face_gives_corners_of_overlap() {
     let gap = 1e-4;
     let (found, distance) = corners(&block(), &table(), &Pose::from_translation(DVec3::Z * (0.02 + gap)));
     assert!((distance - gap).abs() < 1e-12);
     let at = |x: f64, y: f64| (DVec3::new(x, y, 0.0), gap);
     assert_corners(&found, &[at(0.03, 0.02), at(-0.03, 0.02), at(-0.03, -0.02), at(0.03, -0.02)]);
-    // Half over the table's edge.
+    // The block's middle lies over the table's edge.
     let (found, _) = corners(&block(), &table(), &Pose::from_translation(DVec3::new(0.1, 0.0, 0.02 + gap)));
     assert_corners(&found, &[at(0.1, 0.02), at(0.07, 0.02), at(0.07, -0.02), at(0.1, -0.02)]);
 }
 
 #[test]
-fn each_corner_has_its_own_gap() {
+fn tilted_block_has_a_gap_per_corner() {
     let angle = 0.3f64.to_radians();
     let lift = HALF.x * angle.sin() + HALF.z * angle.cos() + 0.01 + 1e-4;
     let (found, distance) = corners(&block(), &table(), &Pose::new(DQuat::from_rotation_y(angle), DVec3::Z * lift));
@@ -97,21 +97,21 @@ fn each_corner_has_its_own_gap() {
 }
 
 #[test]
-fn an_edge_on_a_face_has_two_ends_and_a_point_one() {
+fn edge_on_face_gives_two_corners_vertex_one() {
     // The block stands on an edge along y.
     let turn = DQuat::from_rotation_y(FRAC_PI_4);
     let low = (HALF.x + HALF.z) * FRAC_PI_4.sin();
     let (found, _) = corners(&block(), &table(), &Pose::new(turn, DVec3::Z * (0.01 + low + 1e-4)));
     assert_eq!(found.len(), 2, "{found:?}");
     assert!((found[0].midpoint - found[1].midpoint).length() > 0.0399);
-    // On a corner.
+    // The block stands on a vertex.
     let turn = DQuat::from_rotation_x(0.6) * turn;
     let (found, _) = corners(&block(), &table(), &Pose::new(turn, DVec3::Z * 0.06));
     assert_eq!(found.len(), 1, "{found:?}");
 }
 
 #[test]
-fn nearly_parallel_edges_have_the_ends_of_their_stretch() {
+fn parallel_edges_give_ends_of_common_stretch() {
     let wedge = solid(&[
         DVec3::new(-0.02, 0.0, 0.0),
         DVec3::new(0.02, 0.0, 0.0),
@@ -134,7 +134,7 @@ fn nearly_parallel_edges_have_the_ends_of_their_stretch() {
 }
 
 #[test]
-fn no_corner_is_nearer_than_the_bodies() {
+fn corner_separation_is_at_least_the_distance() {
     let mut random = Random::new(SEED);
     let bodies = [block(), drum(7, 0.02, 0.01), drum(40, 0.02, 0.01), drum(3, 0.03, 0.01)];
     for round in 0..2000 {
@@ -158,7 +158,7 @@ fn no_corner_is_nearer_than_the_bodies() {
 }
 
 #[test]
-fn faces_with_many_sides_stay_within_a_patch() {
+fn many_sided_faces_fit_in_a_patch() {
     let (found, _) = corners(&drum(100, 0.02, 0.01), &table(), &Pose::from_translation(DVec3::Z * 0.0201));
     assert!((8..=PATCH_CORNERS + 1).contains(&found.len()), "{}", found.len());
     let reach = found.iter().map(|corner| corner.midpoint.truncate().length()).fold(0.0, f64::max);

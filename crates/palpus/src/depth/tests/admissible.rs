@@ -1,5 +1,5 @@
-//! The admissible depth of the pieces of a bumpy ball, compared with an exhaustive search of their
-//! own normals.
+//! Compares the admissible depth of the pieces of a bumpy ball with an exhaustive search over their
+//! admissible normals.
 
 use super::*;
 use crate::body::{Body, BodySettings, FeaturePair, OwnNormals, PolygonSoup};
@@ -7,8 +7,8 @@ use crate::depth::cso::Cso;
 use crate::depth::oracle::exhaustive_depth;
 use crate::depth::{AdmissibleDepth, AdmissibleScratch, admissible_depth};
 
-/// An octahedron, each triangle cut in four twice, with vertices pushed in and out: half of its
-/// edges are reflex.
+/// Returns an octahedron whose triangles are subdivided twice, with vertices moved in and out by
+/// `bumps`. Half of its edges are reflex.
 fn bumpy_ball(rng: &mut Random, bumps: f64) -> Body {
     let axes = [DVec3::X, DVec3::Y, DVec3::NEG_X, DVec3::NEG_Y];
     let mut triangles: Vec<[DVec3; 3]> = Vec::new();
@@ -39,13 +39,13 @@ fn bumpy_ball(rng: &mut Random, bumps: f64) -> Body {
     Body::from_soup(&soup, &BodySettings::default(), &mut |_| ()).unwrap()
 }
 
-/// True if a cold walk has ended in the global depth; otherwise the admissible depth is as local as
-/// the walk.
+/// Returns true if a cold walk ended at the global depth. If not, the admissible depth is also only
+/// a local minimum.
 fn is_global([a, b]: [&OwnNormals<'_>; 2], placement: &Placement, walked: &Depth) -> bool {
     walked.depth - exhaustive_depth(a.polytope(), b.polytope(), placement).0 < 1e-9
 }
 
-/// The least h over all normals that both pieces own, by exhaustive search.
+/// Returns the least h over all normals that are admissible for both pieces, by exhaustive search.
 fn exhaustive(a: &OwnNormals<'_>, b: &OwnNormals<'_>, pose_ba: &Placement) -> f64 {
     let cso = Cso { a: a.polytope(), b: b.polytope(), pose_ba };
     let support = |n: DVec3| (a.polytope().support(cso.toward_b(n)), b.polytope().support(n));
@@ -73,8 +73,9 @@ fn exhaustive(a: &OwnNormals<'_>, b: &OwnNormals<'_>, pose_ba: &Placement) -> f6
             let (axis_a, axis_b) = (along(a, arc_a.edge), along(b, arc_b.edge));
             let Some(n) = pose_ba.vector(axis_a).cross(axis_b).try_normalize() else { continue };
             for n in [n, -n] {
-                // With the left face on the left of tail → head, the normal turns from it to the
-                // right one the positive way.
+                // The left face is on the left of the direction from tail to head. So the normal
+                // turns in the positive direction from the left face's normal to the right face's
+                // normal.
                 if between(a.ends(arc_a), axis_a, cso.toward_b(n)) && between(b.ends(arc_b), axis_b, n) {
                     least = least.min(h(n));
                 }
@@ -95,7 +96,7 @@ fn solve(
 }
 
 #[test]
-fn it_is_the_least_of_all_that_both_own_and_never_less_than_the_unconstrained() {
+fn admissible_depth_agrees_with_exhaustive_search() {
     let mut rng = Random::new(SEED);
     let bodies = [bumpy_ball(&mut rng, 0.1), bumpy_ball(&mut rng, 0.02), bumpy_ball(&mut rng, 0.0)];
     let (mut moved, mut none) = (0, 0);
@@ -112,7 +113,7 @@ fn it_is_the_least_of_all_that_both_own_and_never_less_than_the_unconstrained() 
         }
         let least = exhaustive(&own_a, &own_b, &placement);
         let Some(answer) = answer else {
-            assert!(least == f64::INFINITY, "{what}: there is {least}");
+            assert!(least == f64::INFINITY, "{what}: no answer, but exhaustive search finds {least}");
             none += 1;
             continue;
         };
@@ -128,7 +129,7 @@ fn it_is_the_least_of_all_that_both_own_and_never_less_than_the_unconstrained() 
 }
 
 #[test]
-fn with_a_convex_probe_it_changes_no_faster_than_the_probe_moves() {
+fn admissible_depth_of_convex_probe_is_continuous() {
     let mut rng = Random::new(SEED);
     let probe = bumpy_ball(&mut rng, 0.0);
     let ball = bumpy_ball(&mut rng, 0.1);
@@ -138,7 +139,7 @@ fn with_a_convex_probe_it_changes_no_faster_than_the_probe_moves() {
     let (mut pairs, mut worst, mut jumps) = (0, 0.0_f64, 0);
     for _ in 0..60 {
         let own_b = ball.own_normals(rng.below(ball.pieces().len()) as u32);
-        // The probe rolls over the piece, always in touch with it.
+        // The probe rolls over the piece and always touches it.
         let middle = own_b.polytope().centroid();
         let (axis, start) = (rng.direction(), rotation(&mut rng));
         let along = rng.direction().cross(middle).normalize() * 0.3;
@@ -166,8 +167,8 @@ fn with_a_convex_probe_it_changes_no_faster_than_the_probe_moves() {
             last = depth;
         }
     }
-    // A vertex comes to own a normal across an edge of a neighbour's patch, whose arc the piece
-    // does not have.
+    // A jump can occur where a normal becomes admissible at a vertex, if the normal lies on the arc
+    // of an edge between neighbouring pieces. The piece does not have that arc.
     assert!(
         jumps <= pairs / 50_000 && pairs > 20_000,
         "{jumps} jumps of {pairs}, up to {worst} motions, seed {SEED:#x}"

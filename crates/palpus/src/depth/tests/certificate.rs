@@ -1,4 +1,5 @@
-//! Proofs against the exhaustive oracle: the robustness sweep, and the effect of reused memories.
+//! Compares proofs with the exhaustive oracle, in a sweep over difficult poses. Also tests the
+//! effect of a reused memory.
 
 use super::*;
 use crate::collision::{StopReason, initial_features, march};
@@ -6,7 +7,7 @@ use crate::depth::oracle::exhaustive_depth;
 
 const SWEEP_SEED: u64 = 0x5eed_ce27;
 
-/// How the poses of a sweep are made.
+/// How a pose of a sweep is chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Random,
@@ -20,7 +21,7 @@ enum Kind {
 const KINDS: [Kind; 6] =
     [Kind::Random, Kind::Aligned, Kind::Touching, Kind::Concentric, Kind::Contained, Kind::Coherent];
 
-/// Shapes with few edges, since the oracle tries all pairs of them.
+/// Returns shapes with few edges, because the oracle tries all pairs of edges.
 fn sweep_shapes(rng: &mut Random) -> Vec<(&'static str, Polytope)> {
     vec![
         ("cube", cuboid(DVec3::ONE)),
@@ -45,7 +46,7 @@ fn aligned(rng: &mut Random) -> DQuat {
     DQuat::from_rotation_x(quarter * rng.below(4) as f64) * DQuat::from_rotation_z(quarter * rng.below(4) as f64)
 }
 
-/// A pose of the given kind; a coherent pose is a small motion from `last`.
+/// Returns a pose of the given kind. A coherent pose is a small motion from `last`.
 fn sweep_pose(rng: &mut Random, kind: Kind, a: &Polytope, b: &Polytope, last: &Pose) -> Pose {
     let axis = [DVec3::X, DVec3::Y, DVec3::Z, -DVec3::X, -DVec3::Y, -DVec3::Z][rng.below(6)];
     let (rotation, direction, depth) = match kind {
@@ -94,7 +95,7 @@ impl Sweep {
     fn print(&self, title: &str) -> String {
         let per = |count: u64, of: u64| format!("{count} ({:.4} %)", 100.0 * count as f64 / of.max(1) as f64);
         format!(
-            "{title}: {} poses, {} overlapping, walk only local {} (worst excess {:.2e} of size), march fell back {}, longest walk {} \
+            "{title}: {} poses, {} overlapping, walk only local in {} (worst excess {:.2e} of size), distance search fell back in {}, longest walk {} \
              moves, not certified {} of which {} for budget, worst certified excess {:.1e} of size, longest proof {} growths",
             self.poses,
             self.overlapping,
@@ -110,11 +111,11 @@ impl Sweep {
     }
 }
 
-/// The checks of one pair of a sweep.
+/// Memory for the checks of a sweep.
 struct Bench {
     scratch: DepthScratch,
     memory: CertificateMemory,
-    /// Memory for proofs from nothing.
+    /// Memory for proofs without an earlier surface.
     blank: CertificateMemory,
 }
 
@@ -181,7 +182,7 @@ fn sweep(poses: u64) -> Sweep {
     while done < poses {
         let factors = [1.0, 1e-3, 1e3];
         let factor = factors[rng.below(3)];
-        // Contained, and plates against nails: the two scales may differ as well.
+        // For containment, and for plates against needles, the two scales may differ.
         let other = if rng.below(4) == 0 { factor * [0.1, 1e-3][rng.below(2)] } else { factor };
         let (name_a, a) = &shapes[rng.below(shapes.len())];
         let (name_b, b) = &shapes[rng.below(shapes.len())];
@@ -189,7 +190,7 @@ fn sweep(poses: u64) -> Sweep {
         bench.memory.clear();
         let mut pose = sweep_pose(&mut rng, Kind::Random, &a, &b, &Pose::IDENTITY);
         for _ in 0..200 {
-            // Half of the poses are coherent, so that they come in runs.
+            // Half of the poses are coherent, so coherent poses form sequences.
             let k = rng.below(2 * KINDS.len() - 2).min(KINDS.len() - 1);
             pose = sweep_pose(&mut rng, KINDS[k], &a, &b, &pose);
             let what = || {
@@ -221,7 +222,7 @@ fn sweep(poses: u64) -> Sweep {
 }
 
 #[test]
-fn proofs_agree_with_the_oracle() {
+fn proofs_agree_with_exhaustive_search() {
     let all = sweep(6_000);
     assert!(all.uncertified * 1000 <= all.overlapping, "seed {SWEEP_SEED:#x}: {all:?}");
 }
@@ -234,7 +235,7 @@ fn a_sweep_over_a_million_poses() {
 }
 
 #[test]
-fn a_cube_nearly_flush_with_a_needle_is_proven() {
+fn cube_nearly_flush_with_needle_is_proven() {
     let (a, b) = (scaled(&cuboid(DVec3::ONE), 1e-3), scaled(&prism(3, 1e-4, 1.5), 1e-3));
     let rotation =
         DQuat::from_xyzw(0.49999996597598156, -0.5000003017053002, -0.49999991008475714, -0.49999982223382916);
@@ -249,8 +250,8 @@ fn a_cube_nearly_flush_with_a_needle_is_proven() {
     assert_eq!(proven.certainty, Certainty::GloballyOptimal, "{proven:?}, {} growths", scratch.growths());
 }
 
-/// Points spread evenly over a sphere, along a spiral of golden angles \[Swinbank and Purser
-/// 2006\].
+/// Returns a polytope of points spread evenly over a sphere, along a spiral of golden angles
+/// \[Swinbank and Purser 2006\].
 fn ball(n: usize, radius: f64) -> Polytope {
     let point = |k: usize| {
         let z = 1.0 - (2 * k + 1) as f64 / n as f64;
@@ -261,7 +262,7 @@ fn ball(n: usize, radius: f64) -> Polytope {
 }
 
 #[test]
-fn round_bodies_about_one_centre_are_proven_or_say_that_they_are_not() {
+fn concentric_balls_are_proven_or_stop_at_budget() {
     let mut rng = Random::new(SWEEP_SEED);
     let mut bench =
         Bench { scratch: DepthScratch::new(), memory: CertificateMemory::new(), blank: CertificateMemory::new() };
@@ -275,7 +276,7 @@ fn round_bodies_about_one_centre_are_proven_or_say_that_they_are_not() {
         assert_identities(&a, &b, &place, &proven, &what);
         let certified = proven.certainty == Certainty::GloballyOptimal;
         assert!(certified || !proves && proven.stop == StopReason::Budget, "{what}");
-        // No face of either is nearer to its centre.
+        // A lower bound of the depth: the face of each body that is nearest to the body's centre.
         let within = |body: &Polytope| body.planes().iter().map(|plane| plane.offset).fold(f64::INFINITY, f64::min);
         assert!(proven.depth >= within(&a) + within(&b) - off, "{what}");
         assert!(proven.depth <= 1.9, "{what}");
@@ -283,7 +284,7 @@ fn round_bodies_about_one_centre_are_proven_or_say_that_they_are_not() {
 }
 
 #[test]
-fn a_pose_that_is_no_number_is_not_proven() {
+fn pose_with_nan_or_infinity_is_not_proven() {
     let body = cuboid(DVec3::ONE);
     for translation in [DVec3::NAN, DVec3::X * f64::INFINITY] {
         let place = Pose { rotation: DQuat::IDENTITY, translation }.placement();

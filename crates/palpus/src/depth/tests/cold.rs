@@ -1,4 +1,4 @@
-//! Queries without a previous answer, on random poses: aligned, concentric, nearly aligned, deep
+//! Queries without a previous answer, at random poses: aligned, concentric, nearly aligned, deep
 //! and shallow.
 
 use super::*;
@@ -7,7 +7,7 @@ use crate::depth::oracle::exhaustive_depth;
 
 #[test]
 #[allow(clippy::print_stderr, reason = "the share of local answers is a measurement to be seen")]
-fn cold_answers_hold_their_identities_and_are_nearly_always_global() {
+fn cold_answers_are_valid_and_nearly_always_global() {
     let shapes = shapes();
     let mut rng = Random::new(SEED);
     let mut scratch = DepthScratch::new();
@@ -46,15 +46,15 @@ fn cold_answers_hold_their_identities_and_are_nearly_always_global() {
     assert!(total.share() < 0.02, "seed {SEED:#x}: {} of {}", total.local, total.poses);
 }
 
-/// Turns and shifts by so little that cones, edges and faces nearly coincide.
+/// Rotates and shifts the bodies so little that cones, edges and faces nearly coincide.
 #[test]
-fn nearly_degenerate_poses_end_in_true_local_minima() {
+fn nearly_degenerate_poses_give_local_minima() {
     nearly_degenerate(SEED, 2);
 }
 
 #[test]
-#[ignore = "a sweep of some minutes"]
-fn nearly_degenerate_poses_end_in_true_local_minima_at_length() {
+#[ignore = "a sweep of several minutes"]
+fn nearly_degenerate_poses_give_local_minima_long() {
     for seed in 0..60 {
         nearly_degenerate(SEED + 1 + seed, 40);
     }
@@ -86,9 +86,9 @@ fn nearly_degenerate(seed: u64, rounds: usize) {
         if exact >= 0.0 {
             assert!(answer.depth >= exact - 1e-12 * size, "{what}: {} below {exact}", answer.depth);
             assert_eq!(answer.stop, crate::collision::StopReason::Converged, "{what}");
-            // A minimum of h is a local one if the bodies have common points after separation.
-            // Flush features may be tilted by the angle. A point that is off by x then changes h
-            // only by x · angle, which the walk cannot resolve below rounding.
+            // The end of a walk is a local minimum of h if the bodies have common points after the
+            // separation. Flush features may be tilted by `tilt`. Then a point that is off by x
+            // changes h only by x · `tilt`, which the walk cannot resolve below rounding.
             let stray = 2e-9 + 3.0 * tilt.min(FLUSH_WITNESS) + 3e-14 / tilt.max(FLUSH_WITNESS);
             assert_points_on_bodies(a, b, &placement, &answer, stray, &what);
             total.add(answer.depth, exact, size);
@@ -98,7 +98,7 @@ fn nearly_degenerate(seed: u64, rounds: usize) {
 }
 
 #[test]
-fn moving_by_the_depth_parts_the_bodies_and_moving_by_less_does_not() {
+fn moving_by_depth_separates_the_bodies_exactly() {
     let shapes = shapes();
     let mut rng = Random::new(SEED);
     let mut scratch = DepthScratch::new();
@@ -117,23 +117,23 @@ fn moving_by_the_depth_parts_the_bodies_and_moving_by_less_does_not() {
             let moved = Pose { translation: pose.translation + answer.normal * (share * answer.depth), ..pose };
             exhaustive_depth(a, b, &moved.placement()).0
         };
-        assert!(left(1.0) <= 1e-9 * size, "{what}: {} left", left(1.0));
+        assert!(left(1.0) <= 1e-9 * size, "{what}: still {} deep", left(1.0));
         if answer.depth <= exact + 1e-9 * size {
             assert!(left(1.0) >= -1e-9 * size, "{what}: {} apart", left(1.0));
-            assert!(left(0.9) > 0.05 * exact, "{what}: apart too early");
+            assert!(left(0.9) > 0.05 * exact, "{what}: separated by less than the depth");
         }
     }
 }
 
-/// Bodies whose faces are flat only within the merge distance, as those of meshes are.
+/// Tests bodies whose faces are flat only within the merge distance, as the faces of meshes are.
 #[test]
-fn faces_that_are_flat_within_the_merge_distance_change_nothing() {
+fn nearly_flat_faces_give_valid_depths() {
     rough_faces(SEED, 2500);
 }
 
 #[test]
-#[ignore = "a sweep of some minutes"]
-fn faces_that_are_flat_within_the_merge_distance_change_nothing_at_length() {
+#[ignore = "a sweep of several minutes"]
+fn nearly_flat_faces_give_valid_depths_long() {
     for seed in 0..40 {
         rough_faces(SEED + 1 + seed, 5000);
     }
@@ -158,7 +158,7 @@ fn rough_faces(seed: u64, poses: u32) {
     for k in 0..poses {
         let (i, j) = (rng.below(bodies.len()), rng.below(bodies.len()));
         let (a, b) = (&bodies[i], &bodies[j]);
-        // A face of a flush with a face of b, in half of the poses.
+        // In half of the poses, a face of a is flush with a face of b.
         let mut pose = random_pose(&mut rng, a, b);
         if rng.below(2) == 0 {
             let (n, m) =
@@ -169,7 +169,7 @@ fn rough_faces(seed: u64, poses: u32) {
         let size = a.radius() + b.radius();
         let what = format!("{i} on {j}, pose {k}, seed {seed:#x}, {pose:?}");
         let answer = depth(a, b, &placement, &[], &mut scratch);
-        // A climb follows edges, and a merged face may have a corner that no edge leads up to.
+        // A climb follows edges. A merged face may have a corner to which no rising edge leads.
         assert_identities_within(a, b, &placement, &answer, 2e-8, &what);
         let (exact, _) = exhaustive_depth(a, b, &placement);
         if exact >= 0.0 {
@@ -183,7 +183,6 @@ fn rough_faces(seed: u64, poses: u32) {
         }
     }
     assert!(total.share() < 0.02, "seed {seed:#x}: {} of {}", total.local, total.poses);
-    // Overlaps of cones over rough faces may contradict each other each time that the walk is
-    // resumed.
+    // At rough faces the overlaps of cones may be inconsistent each time the walk is resumed.
     assert!(f64::from(stalls) <= 1e-3 * f64::from(poses), "seed {seed:#x}: {stalls} stalls");
 }

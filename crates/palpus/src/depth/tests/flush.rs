@@ -1,8 +1,8 @@
-//! Face on face, edge on face, and other contacts in which many points could be the witness.
+//! Face on face, edge on face, and other contacts where many points could be the witness.
 
 use super::*;
 
-/// The depth of `a` placed in b's frame, cold.
+/// Returns the depth of `a` at `pose` in b's frame, without a previous answer.
 fn cold(a: &Polytope, b: &Polytope, pose: &Pose) -> Depth {
     let answer = depth(a, b, &pose.placement(), &[], &mut DepthScratch::new());
     assert_identities(a, b, &pose.placement(), &answer, "flush");
@@ -15,21 +15,21 @@ fn assert_near(p: DVec3, q: DVec3) {
 }
 
 #[test]
-fn a_box_on_a_table_is_held_under_the_middle_of_its_overlap() {
+fn box_on_table_has_witness_at_middle_of_overlap() {
     let (cup, table) = (cuboid(DVec3::splat(0.5)), cuboid(DVec3::new(2.0, 2.0, 0.1)));
     let answer = cold(&cup, &table, &Pose::from_translation(DVec3::new(0.3, -0.4, 0.59)));
     assert_near(answer.normal, DVec3::Z);
     assert!((answer.depth - 0.01).abs() < 1e-15);
     assert_near(answer.point_b, DVec3::new(0.3, -0.4, 0.1));
     assert_near(answer.point_a, DVec3::new(0.3, -0.4, 0.09));
-    // Half over the edge of the table: the overlap is 0.5 wide and ends at x = 2.
+    // Half of the box is over the edge of the table. The overlap is 0.5 wide and ends at x = 2.
     let answer = cold(&cup, &table, &Pose::from_translation(DVec3::new(2.0, 0.0, 0.59)));
     assert_near(answer.normal, DVec3::Z);
     assert_near(answer.point_b, DVec3::new(1.75, 0.0, 0.1));
 }
 
 #[test]
-fn a_turning_box_keeps_its_witness_in_place() {
+fn turning_box_keeps_its_witness() {
     let (cup, table) = (cuboid(DVec3::splat(0.5)), cuboid(DVec3::new(2.0, 2.0, 0.1)));
     for k in 0..50 {
         let turn = DQuat::from_rotation_z(0.1 * f64::from(k));
@@ -39,20 +39,20 @@ fn a_turning_box_keeps_its_witness_in_place() {
 }
 
 #[test]
-fn an_edge_on_a_face_is_held_at_the_middle_of_what_lies_on_it() {
-    // A box on one of its edges, which runs along y and reaches over the table's rim.
+fn edge_on_face_has_witness_at_middle_of_overlap() {
+    // The box stands on an edge that runs along y and reaches beyond the table's rim.
     let (tool, table) = (cuboid(DVec3::new(0.3, 1.0, 0.3)), cuboid(DVec3::new(2.0, 2.0, 0.5)));
     let low = 0.3 * std::f64::consts::SQRT_2;
     let turn = DQuat::from_rotation_y(std::f64::consts::FRAC_PI_4);
     let answer = cold(&tool, &table, &Pose::new(turn, DVec3::new(0.5, 1.6, 0.5 + low - 0.01)));
     assert_near(answer.normal, DVec3::Z);
     assert!((answer.depth - 0.01).abs() < 1e-12);
-    // The edge covers y from 0.6 to 2.6, the table ends at 2.
+    // The edge covers y from 0.6 to 2.6. The table ends at y = 2.
     assert_near(answer.point_b, DVec3::new(0.5, 1.3, 0.5));
 }
 
 #[test]
-fn concentric_and_identical_boxes_part_along_their_thinnest_side() {
+fn identical_boxes_separate_along_thinnest_side() {
     let tile = cuboid(DVec3::new(1.0, 0.7, 0.3));
     for turn in [DQuat::IDENTITY, DQuat::from_rotation_z(std::f64::consts::PI), DQuat::from_rotation_z(1e-15)] {
         let answer = cold(&tile, &tile, &Pose::new(turn, DVec3::ZERO));
@@ -63,19 +63,20 @@ fn concentric_and_identical_boxes_part_along_their_thinnest_side() {
 }
 
 #[test]
-fn round_fans_on_each_other_have_their_common_middle() {
+fn disk_on_disk_has_witness_at_middle_of_overlap() {
     let (lid, pot) = (prism(60, 0.5, 0.1), prism(64, 1.0, 0.2));
     let answer = cold(&lid, &pot, &Pose::new(DQuat::from_rotation_z(0.2), DVec3::new(0.1, 0.2, 0.29)));
     assert_near(answer.point_b, DVec3::new(0.1, 0.2, 0.2));
-    // More corners in sum than the clip keeps: some point of the overlap.
+    // The two disks have more corners than the clip can hold. Then the witness is any point of the
+    // overlap.
     let (lid, pot) = (prism(90, 0.5, 0.1), prism(100, 1.0, 0.2));
     let answer = cold(&lid, &pot, &Pose::from_translation(DVec3::new(0.1, 0.2, 0.29)));
     assert_near(answer.normal, DVec3::Z);
 }
 
 #[test]
-fn two_plates_that_cross_part_along_the_shorter_way_out() {
-    // A vertical plate through a horizontal one; it stands 0.2 below it.
+fn crossing_plates_separate_along_shortest_direction() {
+    // A vertical plate crosses a horizontal one and reaches 0.2 below it.
     let (tool, sheet) = (plate(4, 1.0), plate(4, 2.0));
     let turn = DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2);
     let answer = cold(&tool, &sheet, &Pose::new(turn, DVec3::new(0.0, 0.0, 0.8)));
@@ -84,7 +85,7 @@ fn two_plates_that_cross_part_along_the_shorter_way_out() {
 }
 
 #[test]
-fn a_vertex_with_more_edges_than_a_page_is_walked_like_any_other() {
+fn vertex_with_many_edges_has_global_depth() {
     let cone = |n: u32| solid(&circle(n, 1.0, 0.0).chain([DVec3::new(0.0, 0.0, -1.5)]).collect::<Vec<_>>());
     let (a, b) = (cone(90), cone(70));
     let down = DQuat::from_rotation_x(0.3);

@@ -1,18 +1,18 @@
-//! Queries that start from the last tick's answer.
+//! Queries that start from the answer of the previous tick.
 
 use super::*;
 use crate::depth::oracle::exhaustive_depth;
 
-/// A support point that moves smoothly with the direction: the mean of the vertices, the higher the
-/// heavier.
+/// Returns a support point that moves smoothly with the direction. It is a mean of the vertices, in
+/// which higher vertices have a larger weight.
 fn soft_support(polytope: &Polytope, direction: DVec3) -> DVec3 {
     let weight = |v: &DVec3| (30.0 * direction.dot(*v - polytope.centroid()) / polytope.radius()).exp();
     let total: f64 = polytope.vertices().iter().map(weight).sum();
     polytope.vertices().iter().map(|v| *v * weight(v)).sum::<DVec3>() / total
 }
 
-/// A pose at which a's support rests on b's and the offset along `normal` is `depth`, so an overlap
-/// is at most that deep.
+/// Returns a pose at which the soft supports of a and b coincide and the offset along `normal` is
+/// `depth`. So the penetration depth is at most `depth`.
 fn pose_at_depth(a: &Polytope, b: &Polytope, rotation: DQuat, normal: DVec3, depth: f64) -> Pose {
     let rest = soft_support(b, normal) - rotation * soft_support(a, rotation.conjugate() * -normal);
     let rested = Pose { rotation, translation: rest };
@@ -23,7 +23,7 @@ fn pose_at_depth(a: &Polytope, b: &Polytope, rotation: DQuat, normal: DVec3, dep
 
 #[test]
 #[allow(clippy::print_stderr, reason = "the share of local answers is a measurement to be seen")]
-fn a_body_rolled_over_another_keeps_the_global_depth_when_warm() {
+fn warm_start_keeps_global_depth_while_rolling() {
     let shapes = shapes();
     let mut rng = Random::new(SEED);
     let mut scratch = DepthScratch::new();

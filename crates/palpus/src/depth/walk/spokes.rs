@@ -1,5 +1,5 @@
-//! A supporting plane turned about a side of its facet until a spoke of the other polytope's vertex
-//! meets it.
+//! Turns a supporting plane about a side of its facet until it meets a spoke of the other
+//! polytope's vertex. A spoke is an edge at a vertex.
 
 use glam::DVec3;
 
@@ -10,17 +10,17 @@ use super::view::View;
 use crate::algebra::tolerance::FLUSH_FACET;
 use crate::body::Polytope;
 
-/// Place at which the turning plane stopped.
+/// The facet at which the turning plane stopped.
 #[derive(Clone, Copy)]
 pub(super) struct Met {
     pub(super) antipodal: Antipodal,
     pub(super) hub: HubPair,
-    /// The plane's normal, not unit, from b into a and in b's frame; for an edge pair within
-    /// rounding.
+    /// Normal of the plane, from b into a and in b's frame; not unit. For an edge pair it is exact
+    /// only within rounding.
     pub(super) normal: DVec3,
 }
 
-/// The lowest facet seen so far that is below the bar.
+/// The lowest facet found so far that is below the bar.
 pub(super) struct Lowest {
     pub(super) bar: f64,
     pub(super) met: Option<Met>,
@@ -30,14 +30,15 @@ pub(super) struct Lowest {
 pub(super) struct Spokes {
     vertex: u32,
     normal: DVec3,
-    /// The spoke that lies in the plane because its edge belongs to the facet: see [`side_of`].
+    /// The spoke that lies in the plane because its edge belongs to the facet; numbered by
+    /// [`side_of`].
     within: u32,
 }
 
 impl Spokes {
-    /// The spokes of vertex `w` over the plane of p's `normal`; `within` is the edge that lies in
-    /// it. Fails with `Odd` if the vertex does not support the plane, or another spoke is flush
-    /// with the plane.
+    /// Returns the spokes of vertex `w` relative to the plane with p's `normal`. The edge `within`
+    /// lies in that plane. Fails with `Odd` if the vertex does not support the plane, or if another
+    /// spoke is flush with it.
     #[inline]
     pub(super) fn of(view: &View<'_>, w: u32, normal: DVec3, within: Option<u32>) -> Result<Self, Odd> {
         let within = within.map_or(u32::MAX, |edge| side_of(view.q, edge));
@@ -53,14 +54,14 @@ impl Spokes {
         Ok(Self { vertex: w, normal, within })
     }
 
-    /// Turns the plane about edge `edge` of p (of which `corner` is an end) toward face `face` of
-    /// p, until a spoke meets it.
+    /// Turns the plane about edge `edge` of p toward face `face` of p, until it meets a spoke.
+    /// `corner` is an end of `edge`.
     #[inline]
     pub(super) fn turn(&self, view: &View<'_>, edge: u32, face: u32, corner: u32, lowest: &mut Lowest) {
         let end = view.p.plane(face).normal;
         let (from, to, at) = (view.facing(self.normal), view.facing(end), view.q.vertex(self.vertex));
-        // The first spoke to rise above the plane: the least share of the way at which its height
-        // is zero.
+        // The first spoke that the plane meets has the smallest fraction of the turn at which its
+        // height is zero.
         let mut first: Option<u32> = None;
         let (mut below_by, mut rises_by) = (1.0, 0.0);
         for spoke in view.q.ring(self.vertex) {
@@ -91,13 +92,15 @@ impl Spokes {
     }
 }
 
-/// The edge itself. A plate has two edges along each side; then the front's edge.
+/// Returns `edge`. A plate has a front and a back edge along each side: for both of them, returns
+/// the front edge.
 #[inline]
 fn side_of(polytope: &Polytope, edge: u32) -> u32 {
     if polytope.is_flat() { edge % (polytope.edge_count() as u32 / 2) } else { edge }
 }
 
-/// The edge itself. Of a plate's two edges along the side, the one that supports `direction`.
+/// Returns `edge`. For a plate, returns the front or back edge of the same side, whichever supports
+/// `direction`.
 #[inline]
 fn edge_toward(polytope: &Polytope, edge: u32, direction: DVec3) -> u32 {
     if !polytope.is_flat() {

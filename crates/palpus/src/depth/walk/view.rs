@@ -1,4 +1,5 @@
-//! The two polytopes of a facet, seen from the one whose face or edge the plane turns on.
+//! The two polytopes of a facet, as seen from the polytope with the face or edge on which the plane
+//! turns.
 
 use glam::DVec3;
 
@@ -6,9 +7,9 @@ use super::super::{Antipodal, HubPair};
 use crate::algebra::Placement;
 use crate::body::Polytope;
 
-/// One polytope, whose face or edge the plane turns on, and the other, which it meets; each kind of
-/// facet is written once and used both ways round. Directions are outward ones of p in p's frame;
-/// their opposites are outward ones of q.
+/// The polytope p, on whose face or edge the plane turns, and the polytope q, whose vertices the
+/// plane meets. With this view each kind of facet needs one implementation for both orders of a and
+/// b. Normals point out of p and are in p's frame. Their opposites point out of q.
 pub(super) struct View<'v> {
     pub(super) p: &'v Polytope,
     pub(super) q: &'v Polytope,
@@ -18,14 +19,14 @@ pub(super) struct View<'v> {
 }
 
 impl View<'_> {
-    /// The direction of q, in q's frame, that faces p's `normal`.
+    /// Returns the direction in q's frame that is opposite to p's `normal`.
     #[inline]
     pub(super) fn facing(&self, normal: DVec3) -> DVec3 {
         -self.p_in_q.vector(normal)
     }
 
-    /// The vertex of the CSO that vertex `v` of p and `w` of q make, in p's frame and outward with
-    /// p's normals.
+    /// Returns the vertex of the CSO for vertex `v` of p and vertex `w` of q, in p's frame. Its
+    /// sign fits p's outward normals.
     #[inline]
     pub(super) fn vertex(&self, v: u32, w: u32) -> DVec3 {
         self.p.vertex(v) - self.q_in_p.point(self.q.vertex(w))
@@ -47,7 +48,7 @@ impl View<'_> {
     }
 }
 
-/// The side of face `f` beyond which `point` lies farthest.
+/// Returns the index of the side of face `f` beyond which `point` lies farthest.
 pub(super) fn farthest_side(polytope: &Polytope, f: u32, point: DVec3) -> usize {
     let (corners, normal) = (polytope.face_vertices(f), polytope.plane(f).normal);
     let mut farthest = (f64::NEG_INFINITY, 0);

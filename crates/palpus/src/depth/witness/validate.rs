@@ -1,43 +1,43 @@
-//! Invariants of every answer of the depth, whatever its start.
+//! Invariants of every depth answer, from whatever start it was found.
 //!
-//! 1. The normal is unit, and point a is point b minus the depth times the normal.
-//! 2. The depth is the gap between the two supports along the normal.
-//! 3. The witness points lie in the supporting planes, and that of b within the faces around its
-//!    support.
+//! 1. The normal has unit length, and `point_a = point_b − depth · normal`.
+//! 2. The depth is the overlap of the two supports along the normal.
+//! 3. The witness points lie in the supporting planes. The witness point on b is below the planes
+//!    of the faces around b's support vertex.
 
 use super::super::Depth;
 use super::super::cso::Cso;
 use crate::algebra::tolerance::{FLUSH_WITNESS, OFFSET_SLACK, PROOF_ROUNDING, VALIDATED_ANSWERS, WELL_FORMED_ROUNDING};
 
-/// A defect of an answer.
+/// An invariant that an answer breaks.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub(in crate::depth) enum DepthFault {
-    /// The normal is not unit, or the points are not the depth apart along it.
-    #[error("the points are not minus the depth apart along the normal: off by {0:e}")]
+    /// The normal is not unit, or `point_a − point_b` is not `−depth · normal`.
+    #[error("point_a - point_b differs from -depth * normal by {0:e}")]
     Points(f64),
-    /// The supports along the normal overlap by another length.
-    #[error("the depth is {depth:e}, and the supports along the normal overlap by {gap:e}")]
+    /// The supports along the normal overlap by a length other than the depth.
+    #[error("the depth is {depth:e}, but the supports along the normal overlap by {gap:e}")]
     Gap {
-        /// Depth of the answer, model units.
+        /// Depth of the answer (length unit of the polytopes).
         depth: f64,
-        /// Depth by the supports.
+        /// Overlap of the supports along the normal, in the same unit.
         gap: f64,
     },
-    /// A witness is not in its body's supporting plane, or that of b is off b.
-    #[error("a witness is {0:e} off its supporting feature")]
+    /// The witness point on b is not in b's supporting plane, or it lies outside b.
+    #[error("the witness point on b is {0:e} away from its supporting feature")]
     Witness(f64),
 }
 
 impl Depth {
-    /// True for one answer in [`VALIDATED_ANSWERS`], chosen by the last digits of the depth,
-    /// so that the choice is the same in every run. Never for a pose that is not finite: its answer
-    /// is only promised not to panic.
+    /// Returns true for one answer in [`VALIDATED_ANSWERS`]. The last bits of the depth decide, so
+    /// the choice is the same in every run. Returns false for an answer that is not finite: for a
+    /// pose that is not finite, a query only guarantees not to panic.
     pub(in crate::depth) fn is_sampled(&self) -> bool {
         let is_finite = self.point_a.is_finite() && self.point_b.is_finite() && self.depth.is_finite();
         is_finite && self.depth.to_bits().is_multiple_of(VALIDATED_ANSWERS)
     }
 
-    /// Returns what is wrong with the answer.
+    /// Returns the first invariant that the answer breaks, as an error.
     pub(in crate::depth) fn validate(&self, cso: &Cso<'_>) -> Result<(), DepthFault> {
         let Self { point_a, point_b, normal, depth, .. } = *self;
         let Cso { a, b, pose_ba } = *cso;
@@ -76,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_answers_are_named() {
+    fn validate_names_the_broken_invariant() {
         let mut random = Random::new(SEED);
         let mut scratch = DepthScratch::new();
         for case in 0..200 {

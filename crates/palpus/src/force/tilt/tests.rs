@@ -13,6 +13,7 @@ fn at(x: f64, y: f64, separation: f64) -> Tilted {
         separation,
         engagement: (1e-4 - separation).max(0.0),
         slope: SLOPE,
+        count: 1.0,
         pieces: [0; 2],
     }
 }

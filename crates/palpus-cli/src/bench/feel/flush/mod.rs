@@ -1,13 +1,14 @@
-//! Flush faces, play and machine parts: measures what a simulated hand feels, and how deep the
-//! parts truly overlap.
+//! Flush faces, play and machine parts: measures the hum and the energy that a simulated hand
+//! feels, and the true overlap of the parts.
 //!
-//! 1. The closed loop follows the scene's path; the hand presses no more than the path says.
-//! 2. *Hum* is what is left of force and torque above 10 Hz, as root of the mean square: in the
-//!    last second at rest, and in the half second in which it is largest.
-//! 3. *Energy generated* is the most net work that the applied wrench has done on the hand at any
-//!    time.
-//! 4. *True overlap* is the deepest that the meshes overlap where the method shows the probe.
-//!    Samples of both surfaces decide it (`palpus_scenes::overlap`), not the engine's contacts.
+//! 1. The closed loop follows the scene's path. The hand adds no press of its own.
+//! 2. *Hum* is the root mean square of force and torque above 10 Hz, in the last second at rest and
+//!    in the half second in which it is largest.
+//! 3. *Energy generated* is the largest net work that the applied wrench has done on the hand at
+//!    any time.
+//! 4. *True overlap* is the largest overlap of the meshes at the pose where the method shows the
+//!    probe. It is measured with samples of both surfaces (`palpus_scenes::overlap`), without the
+//!    engine's contacts.
 
 pub(super) mod sweep;
 
@@ -27,7 +28,7 @@ use super::method::{Entry, Tuning};
 use super::row::{Row, Rows, largest};
 use super::{Effort, shared_out};
 
-/// Scenes of this part, and when the hand's last second at rest ends (s).
+/// Scenes of this part, and the time at which the hand's last second at rest ends (s).
 pub(super) const SCENES: [(&str, f64); 9] = [
     ("slot", REST_END),
     ("drawer", REST_END),
@@ -40,19 +41,19 @@ pub(super) const SCENES: [(&str, f64); 9] = [
     ("rollers", 3.4),
 ];
 
-/// Measured only if it is named, since preparing it takes long.
+/// Measured only if it is named, because preparing it takes long.
 pub(super) const LARGE: (&str, f64) = ("rollers-200k", 3.4);
 
-/// Rendering through the coupling. Direct rendering lets the probe sink in as deep as the hand
-/// presses, and contacts of fine meshes then number thousands.
+/// Behind the coupling only. With direct rendering, the probe sinks in as deep as the hand presses,
+/// and fine meshes then have thousands of contacts.
 const METHODS: [&str; 2] = ["coupled", "coupled-smooth"];
 
-/// s: how long the hum at rest is watched, and the hum anywhere.
+/// Length of the intervals in which the hum is measured, at rest and anywhere, s.
 const AT_REST: f64 = 1.0;
 const ANYWHERE: f64 = 0.5;
-/// s: time after which the effects of the start are over.
+/// Time after which the effects of the start are over, s.
 const BEGUN: f64 = 0.8;
-/// s: from one judgement of the overlap to the next, and of meshes of many triangles.
+/// Time between two measurements of the overlap, and the same for meshes of many triangles, s.
 const JUDGED: f64 = 0.02;
 const JUDGED_LARGE: f64 = 0.1;
 const MANY_TRIANGLES: usize = 10_000;
@@ -64,15 +65,15 @@ struct Felt {
     rest: [f64; 2],
     /// Hum in the half second in which it is largest: N and N·m.
     worst: [f64; 2],
-    /// J.
+    /// Generated energy, J.
     energy: f64,
-    /// m.
+    /// True overlap, m.
     overlap: f64,
     /// Mean force at rest, N.
     mean_force: f64,
 }
 
-/// A scene with its judge.
+/// A scene with its samples for the true overlap.
 struct Judged {
     ground: Ground,
     rest_end: f64,
@@ -89,7 +90,7 @@ impl Judged {
         Ok(Self { ground: Ground::unscripted(scene)?, rest_end, probe, environment, period })
     }
 
-    /// Runs the method in the closed loop and judges it.
+    /// Runs the method in the closed loop and measures it.
     fn felt(&self, entry: &Entry, tuning: &Tuning, drive: &Drive<'_>) -> anyhow::Result<Felt> {
         let seconds = self.ground.path.duration();
         let ticks = run(&self.ground, entry, tuning, drive, seconds)?;
@@ -106,13 +107,13 @@ impl Judged {
             .map(|tick| tick.felt.force)
             .collect();
         let mean_force = at_rest.iter().sum::<DVec3>().length() / at_rest.len().max(1) as f64;
-        // A loop that ended early was no longer finite.
+        // The loop ends early if a value is not finite.
         let rest = rest.unwrap_or([f64::INFINITY; 2]);
         let overlap = self.overlap(&ticks);
         Ok(Felt { rest, worst, energy, overlap, mean_force })
     }
 
-    /// Hum within `span` (s); `None` if the loop ended before.
+    /// Hum within `span` (s); `None` if the loop ended before it.
     fn hum(&self, ticks: &[LoopTick], span: Range<f64>) -> Option<[f64; 2]> {
         let within: Vec<Wrench> = ticks.iter().filter(|tick| span.contains(&tick.time)).map(|tick| tick.felt).collect();
         let whole = ticks.last().is_some_and(|tick| tick.time >= span.end - 0.01);

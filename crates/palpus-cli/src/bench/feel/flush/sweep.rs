@@ -1,10 +1,10 @@
 //! The flush sweep: random cases of parts with play, with every hand, each compared with the same
 //! limits.
 //!
-//! 1. A case's seed decides the fit, its play, twist and tolerance, the contacts' stiffness and the
-//!    hand.
+//! 1. A case's seed decides the parts, their play, twist and tolerance, the contact stiffness and
+//!    the hand.
 //! 2. The closed loop runs palpus's default behind the coupling, without the safety chain.
-//! 3. Bars: hum at rest, energy given to the hand, and true overlap.
+//! 3. Limits: hum at rest, energy given to the hand, and true overlap.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -23,16 +23,16 @@ use super::{Felt, Judged};
 use crate::{files, output};
 use palpus::algebra::Random;
 
-/// Seed of the sweep's first case; the next case has the next number.
+/// Seed of the sweep's first case. The seed of each later case is larger by one.
 pub(in crate::bench) const SEED: u64 = 0xf1a5_4000;
 /// The method that is swept: palpus's default.
 const METHOD: &str = "coupled-smooth";
-/// N: a weight that presses sideways, if no hand holds the part.
+/// Weight that presses sideways if no hand holds the part, N.
 const WEIGHT: f64 = 1.0;
-/// Cases that the page lists.
+/// Largest number of cases that the page lists.
 const LISTED: usize = 12;
 
-/// Bars: N, N·m, J, m.
+/// Limits: N, N·m, J, m.
 const BARS: [f64; 4] = [1e-3, 0.05e-3, 10e-6, 20e-6];
 /// A limit: its name, its unit in tables, and the factor for that unit.
 const MEASURES: [(&str, f64); 4] =
@@ -43,7 +43,7 @@ const MEASURES: [(&str, f64); 4] =
 struct Case {
     seed: u64,
     flush: FlushCase,
-    /// N/m.
+    /// Contact stiffness, N/m.
     stiffness: f64,
     hand: (&'static str, HandImpedance),
 }
@@ -54,14 +54,14 @@ impl Case {
         let mut log = |low: f64, high: f64| random.between(low.ln(), high.ln()).exp();
         let (play, tolerance, stiffness) = (log(0.01e-3, 1e-3), log(0.03e-3, 1e-3), log(1e3, 51.2e3));
         let twist = random.between(1.0, 25.0).to_radians();
-        // In turn, so that any twenty cases have each fit in each hand.
+        // The parts and hands take turns, so that any twenty cases have each combination.
         let count = Fit::ALL.len() as u64;
         let fit = Fit::ALL[(seed % count) as usize];
         let hand = HAND_PRESETS[(seed / count % HAND_PRESETS.len() as u64) as usize];
         Self { seed, flush: FlushCase { fit, play, twist, tolerance }, stiffness, hand }
     }
 
-    /// Runs and judges it.
+    /// Runs the case and measures it.
     fn run(&self) -> anyhow::Result<Felt> {
         let judged = Judged::new(&self.flush.scene(), REST_END)?;
         let entry = METHODS.iter().find(|entry| entry.name == METHOD).context("the default method")?;
@@ -154,7 +154,7 @@ fn page(results: &[(Case, Felt)]) -> anyhow::Result<String> {
         MEASURES.iter().zip(BARS).map(|((name, factor), bar)| format!("{name} ≤ {}", bar * factor)).collect();
     writeln!(text, "Bars: {}.\n", bars.join(", "))?;
     let passed = results.iter().filter(|(_, felt)| passes(felt)).count();
-    writeln!(text, "{passed} of {} pass all bars.\n", results.len())?;
+    writeln!(text, "{passed} of {} are within all limits.\n", results.len())?;
     let measures = MEASURES.map(|(name, _)| format!("{name}: median / p90 / max, passed"));
     writeln!(text, "| scene | hand | cases | passed | {} |", measures.join(" | "))?;
     writeln!(text, "|---|---|---:|---:|{}", "---:|".repeat(MEASURES.len()))?;
@@ -184,7 +184,7 @@ fn page(results: &[(Case, Felt)]) -> anyhow::Result<String> {
     let mut order: Vec<&(Case, Felt)> = results.iter().filter(|(_, felt)| !passes(felt)).collect();
     order.sort_by(|a, b| badness(&b.1).total_cmp(&badness(&a.1)));
     if !order.is_empty() {
-        writeln!(text, "\nWorst cases (`palpus bench feel --sweep 1 --seed SEED` runs one again):\n")?;
+        writeln!(text, "\nWorst cases (`palpus bench feel --sweep 1 --seed SEED` repeats a case):\n")?;
         let head: Vec<&str> = CASE_HEAD.into_iter().chain(MEASURES.map(|(name, _)| name)).collect();
         writeln!(text, "| {} |\n|{}", head.join(" | "), "---:|".repeat(head.len()))?;
         for (case, felt) in order.into_iter().take(LISTED) {
@@ -204,7 +204,11 @@ mod tests {
     fn assert_all_pass(count: usize) {
         let results = run_all(SEED, count).expect("every case can be measured");
         let wrong = results.iter().filter(|(_, felt)| !passes(felt)).count();
-        assert!(wrong == 0, "{wrong} of {count} cases fail, seed {SEED:#x}\n{}", page(&results).expect("a page"));
+        assert!(
+            wrong == 0,
+            "{wrong} of {count} cases fail, seed {SEED:#x}\n{}",
+            page(&results).expect("the page can be read")
+        );
     }
 
     #[test]
@@ -219,16 +223,16 @@ mod tests {
     }
 
     #[test]
-    fn a_case_runs_the_same_from_its_seed() {
+    fn case_is_reproducible_from_its_seed() {
         let case = Case::draw(SEED);
         assert_eq!(case, Case::draw(SEED));
-        let felt = case.run().expect("it can be measured");
-        assert_eq!(felt, case.run().expect("it can be measured"), "seed {SEED:#x}");
+        let felt = case.run().expect("the case can be measured");
+        assert_eq!(felt, case.run().expect("the case can be measured"), "seed {SEED:#x}");
         assert!(judged_values(&felt).iter().all(|value| value.is_finite()), "{felt:?}");
     }
 
     #[test]
-    fn cases_keep_to_their_ranges() {
+    fn cases_stay_within_their_ranges() {
         for seed in SEED..SEED + 200 {
             let Case { flush, stiffness, .. } = Case::draw(seed);
             assert!((0.01e-3..1e-3).contains(&flush.play), "{seed:#x}");

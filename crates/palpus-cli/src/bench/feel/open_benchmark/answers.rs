@@ -1,4 +1,4 @@
-//! Answers of an engine along a motion, as a file.
+//! The answers of an engine along a motion, as a file.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -17,7 +17,7 @@ const COLUMNS: [&str; 7] = ["force_x", "force_y", "force_z", "torque_x", "torque
 pub(super) struct Answers {
     /// On the probe, about its grip, along the environment's axes.
     pub(super) wrenches: Vec<Wrench>,
-    /// Time of each step, µs; empty if it is not known.
+    /// Time of each step, µs; empty if unknown.
     pub(super) micros: Vec<f64>,
 }
 
@@ -25,7 +25,7 @@ impl Answers {
     pub(super) fn write(&self, file: &Path) -> anyhow::Result<()> {
         let mut text = COLUMNS.join(",") + "\n";
         for (Wrench { force, torque }, micros) in self.wrenches.iter().zip(&self.micros) {
-            // A string takes everything.
+            // Writing to a string cannot fail.
             let _ = writeln!(
                 text,
                 "{:?},{:?},{:?},{:?},{:?},{:?},{micros:.2}",
@@ -61,7 +61,7 @@ impl Answers {
             let value = |place: usize| -> anyhow::Result<f64> {
                 let cell = cells.get(place).copied().unwrap_or_default();
                 let value: Option<f64> = cell.parse().ok().filter(|value: &f64| value.is_finite());
-                value.with_context(|| format!("line {number}, column {}: {cell:?} is no finite number", head[place]))
+                value.with_context(|| format!("line {number}, column {}: {cell:?} is not a finite number", head[place]))
             };
             let mut v = [0.0; 6];
             for (slot, place) in v.iter_mut().zip(places) {
@@ -73,7 +73,10 @@ impl Answers {
             }
         }
         if answers.wrenches.len() != count {
-            bail!("it has {} rows, the motion {count}; answer each row of motion.csv with one", answers.wrenches.len());
+            bail!(
+                "it has {} rows, but the motion has {count}; write one row for each row of motion.csv",
+                answers.wrenches.len()
+            );
         }
         Ok(answers)
     }
@@ -87,7 +90,7 @@ mod tests {
 
     #[test]
     fn columns_come_in_any_order_and_times_are_optional() {
-        let answers = Answers::of_text(&format!("{HEAD}\n1,2,3,4,5,6\n"), 1).expect("it is read");
+        let answers = Answers::of_text(&format!("{HEAD}\n1,2,3,4,5,6\n"), 1).expect("the file can be read");
         assert_eq!(answers.wrenches[0].force, DVec3::new(4.0, 5.0, 6.0));
         assert_eq!(answers.wrenches[0].torque, DVec3::new(1.0, 2.0, 3.0));
         assert!(answers.micros.is_empty());
@@ -99,11 +102,11 @@ mod tests {
             ("force_x,force_y\n".to_owned(), "there is no column force_z"),
             (format!("{HEAD}\n1,2,3,4,nan,6\n"), "line 2, column force_y"),
             (format!("{HEAD}\n1,2,3\n"), "line 2, column force_x"),
-            (format!("{HEAD}\n"), "it has 0 rows, the motion 1"),
+            (format!("{HEAD}\n"), "it has 0 rows, but the motion has 1"),
             (String::new(), "there is no column force_x"),
         ] {
             let error = Answers::of_text(&text, 1).err().map(|error| error.to_string()).unwrap_or_default();
-            assert!(error.contains(said), "{error:?} does not say {said:?}");
+            assert!(error.contains(said), "{error:?} does not contain {said:?}");
         }
     }
 }

@@ -2,13 +2,14 @@
 //! before there is a force, and the force of a press beyond that.
 //!
 //! The probe starts in the middle of its play. In each of eight directions it moves to [`PRESS`]
-//! beyond touching, holds, and returns. An engine's *free travel* ends where the force first
-//! exceeds [`FELT`]; the engine's skin is added, so that the true value is the play. At the hold
-//! the true force is the stiffness times press and skin, against the direction: all contacts of a
-//! scene lie within its cluster radius and share one stiffness.
+//! beyond first touch, stays there, and returns. An engine's *free travel* ends where the force
+//! first exceeds [`FELT`]. The separation at which the engine begins to push is added, so that the
+//! true value is the play. While the probe stays, the true force is the stiffness times the press
+//! plus this separation, opposite to the direction: all contacts of a scene lie within its cluster
+//! radius and share one stiffness.
 //!
-//! Round parts have their play from their diameters. Threads and teeth have only a smallest gap,
-//! measured on the meshes: the play is at least that.
+//! The play of round parts follows from their diameters. For threads and teeth only the smallest
+//! gap is known, which was measured on the meshes. Their play is at least this gap.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -35,11 +36,11 @@ pub(super) struct Fit {
     environment: &'static str,
     /// Translation from the probe's pose in the files to the middle of its play.
     lift: f64,
-    /// Where the parts touch, in the environment's file: the middle of the contact.
+    /// Position of the contact in the environment's file: the middle of the contact.
     middle: DVec3,
-    /// Free way to each side.
+    /// Play on each side.
     play: f64,
-    /// False where the play may be larger.
+    /// False if only a lower bound of the play is known.
     pub(super) is_exact: bool,
 }
 
@@ -54,7 +55,8 @@ pub(super) const FITS: [Fit; 7] = [
         play: 0.000_052_5,
         is_exact: true,
     },
-    // The hole is stated as 8.1 mm, but the mesh has 9 mm: the gap that was measured on it.
+    // The hole is stated as 8.1 mm, but the mesh has 9 mm. This is the gap that was measured on the
+    // mesh.
     Fit {
         name: "fit-peg",
         probe: "peg_round_8mm.obj",
@@ -94,23 +96,23 @@ const fn shaft(name: &'static str, probe: &'static str, x: f64) -> Fit {
 }
 
 const DIRECTIONS: usize = 8;
-/// Ticks of a way out, a hold, a way back, and a rest in the middle.
+/// Ticks of the motion outward, the stay, the motion back, and the stay in the middle.
 const OUT: usize = 300;
 const HOLD: usize = 100;
 const REST: usize = 50;
 const ROUND: usize = 2 * OUT + HOLD + REST;
-/// How far the hand moves beyond touch, m.
+/// Distance of the hand's target beyond first touch, m.
 const PRESS: f64 = 5e-5;
-/// N/m of a contact.
+/// Contact stiffness, N/m.
 const STIFFNESS: f64 = 1000.0;
-/// Contacts push from this part of the play on.
+/// The separation at which contacts push, as a share of the play.
 const TOLERANCE: f64 = 0.1;
-/// m: larger than the parts, so that all contacts share one stiffness.
+/// Cluster radius, m. It is larger than the parts, so that all contacts share one stiffness.
 const CLUSTER: f64 = 0.1;
 /// Force above which contact counts as felt, N: the stiffness times a micrometre.
 const FELT: f64 = 1e-3;
 
-/// Unit, across the play; the first not along an axis of the mesh.
+/// Unit vectors across the play. The first one is not along an axis of the mesh.
 fn direction(k: usize) -> DVec3 {
     let (sin, cos) = ((k as f64 + 0.25) / DIRECTIONS as f64 * TAU).sin_cos();
     DVec3::new(cos, sin, 0.0)
@@ -121,7 +123,7 @@ impl Fit {
         FITS.iter().find(|fit| fit.name == name)
     }
 
-    /// The scene of the fit; `None` where `folder` or one below it does not have its models.
+    /// Returns the scene of the fit; `None` if its models are not in `folder` or in a folder in it.
     pub(super) fn ground(&'static self, folder: &Path) -> anyhow::Result<Option<Ground>> {
         let files = [self.probe, self.environment].map(|file| find(folder, file));
         let [Some(probe), Some(environment)] = files else { return Ok(None) };
@@ -162,7 +164,7 @@ impl Fit {
         }
     }
 
-    /// How far out the probe is in tick `k` of a round, m.
+    /// Distance of the probe from the middle in tick `k` of a round, m.
     fn travel(&self, k: usize) -> f64 {
         let end = self.play + PRESS;
         match k {
@@ -173,8 +175,8 @@ impl Fit {
         }
     }
 
-    /// Vector from the touch position back along the direction of motion, as long as the probe is
-    /// beyond touch, m.
+    /// Vector opposite to the direction of motion, with the length by which the probe is beyond
+    /// first touch, m.
     pub(super) fn overlap(&self, probe: &ProbeState) -> DVec3 {
         let way = probe.pose_ba.translation;
         -way.normalize_or_zero() * (way.length() - self.play).max(0.0)
@@ -228,13 +230,13 @@ mod tests {
     use super::*;
     use palpus_scenes::shape;
 
-    /// A wall all round at the play is judged right if its force is k times the overlap, and wrong
-    /// if the force begins a tenth of the play too early.
+    /// A wall all around at the distance of the play is judged correct if its force is k times the
+    /// overlap. It is judged wrong if the force begins a tenth of the play too early.
     #[test]
     fn travel_and_press_are_judged() {
         let fit = &FITS[1];
         let cube = shape::cuboid(DVec3::splat(0.01));
-        let mut ground = Ground::unscripted(&fit.scene(cube.clone(), cube)).expect("cubes");
+        let mut ground = Ground::unscripted(&fit.scene(cube.clone(), cube)).expect("the scene is valid");
         ground.script = fit.script();
         let value = |early: f64, measure: &str| {
             let earlier = Fit { play: fit.play - early, ..FITS[1] };
@@ -243,9 +245,14 @@ mod tests {
                 ground.script.iter().map(|probe| Wrench { force: force(probe), torque: DVec3::ZERO }).collect();
             let mut rows = Rows::new(fit.name, "wall");
             fit.judge(&ground, Skin::Surface, &wrenches, &mut rows);
-            rows.rows.iter().find(|row| row.measure == measure).map(|row| row.value).expect("it is measured")
+            rows.rows
+                .iter()
+                .find(|row| row.measure == measure)
+                .map(|row| row.value)
+                .expect("the measure is in the table")
         };
-        // A tick's way, and the way to the first force that counts.
+        // The bound covers the motion in one tick, and the motion up to the first force that
+        // counts.
         assert!(value(0.0, "free travel error") < 4e-6);
         assert!((value(0.0, "press over k") - 1.0).abs() < 1e-9);
         assert!(value(0.0, "press direction error") < 1e-6);

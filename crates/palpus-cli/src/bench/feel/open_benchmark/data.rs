@@ -1,4 +1,4 @@
-//! The scenes of the benchmark as files: what an engine needs to take part.
+//! Writes the scenes of the benchmark as files for other engines.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -27,17 +27,17 @@ pub(super) fn describe(out: &Path) -> anyhow::Result<()> {
 /// Parameters of a scene's contact, in SI units.
 #[derive(Serialize)]
 struct Parameters {
-    /// Point of the probe about which torques are, in the probe's frame, m.
+    /// Point of the probe about which torques are computed, in the probe's frame, m.
     grip: [f64; 3],
     /// Stiffness of a contact, N/m.
     stiffness: f64,
-    /// Contacts of methods without a coupling push from this separation on, m.
+    /// Separation from which contacts of methods without a coupling push, m.
     tolerance: f64,
-    /// Static and dynamic coefficient; none without friction.
+    /// Static and dynamic coefficient; `None` without friction.
     friction: Option<[f64; 2]>,
-    /// Between two rows of the motion, s.
+    /// Time between two rows of the motion, s.
     period: f64,
-    /// True if the right wrench is known: a `truth.csv` is there.
+    /// True if the true wrench is known and written to `truth.csv`.
     has_truth: bool,
 }
 
@@ -80,8 +80,8 @@ fn obj(name: &str, soup: PolygonSoup) -> anyhow::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The right wrench at each row of the motion, for methods whose force begins where surfaces touch.
-/// A torque that is not known is left empty. `None` for a scene without known wrenches.
+/// Returns the true wrench at each row of the motion, for methods whose force begins where surfaces
+/// touch. Unknown torques are empty. `None` for a scene without known wrenches.
 fn truth(ground: &Ground) -> Option<String> {
     let exact = Fit::of(ground.name).filter(|fit| fit.is_exact);
     if ground.truth.is_none() && exact.is_none() {
@@ -96,7 +96,7 @@ fn truth(ground: &Ground) -> Option<String> {
         let force = unit.force * ground.settings.stiffness;
         let torque = unit.torque.map(|torque| torque * ground.settings.stiffness);
         let torque = torque.map_or(",,".to_owned(), |t| format!("{:?},{:?},{:?}", t.x, t.y, t.z));
-        // A string takes everything.
+        // Writing to a string cannot fail.
         let _ = writeln!(text, "{:?},{:?},{:?},{torque}", force.x, force.y, force.z);
     }
     Some(text)
@@ -109,7 +109,7 @@ fn motion(ground: &Ground) -> String {
     for (k, probe) in ground.script.iter().enumerate() {
         let (t, q) = (probe.pose_ba.translation, probe.pose_ba.rotation);
         let time = k as f64 * TICK;
-        // A string takes everything.
+        // Writing to a string cannot fail.
         let _ = writeln!(text, "{time:.3},{:?},{:?},{:?},{:?},{:?},{:?},{:?}", t.x, t.y, t.z, q.x, q.y, q.z, q.w);
     }
     text
@@ -120,21 +120,22 @@ mod tests {
     use super::*;
     use palpus_io::read_mesh_noting;
 
-    /// The folder of a scene, read as another engine would, is the scene; its description names
-    /// each file that is in it.
+    /// The exported folder, read as another engine would read it, must equal the scene. Its README
+    /// must name each file in it.
     #[test]
     fn folder_reads_back() {
         let out = std::env::temp_dir().join(format!("palpus-open-data-{}", std::process::id()));
-        let ground = Ground::new("box-rest", 1.0).expect("a built-in scene");
-        write(&out, &ground).expect("it is written");
-        describe(&out).expect("it is written");
+        let ground = Ground::new("box-rest", 1.0).expect("the scene is built in");
+        write(&out, &ground).expect("the file can be written");
+        describe(&out).expect("the file can be written");
         let folder = out.join("scenes").join("box-rest");
-        let text = |path: std::path::PathBuf| std::fs::read_to_string(path).expect("it was written");
+        let text = |path: std::path::PathBuf| std::fs::read_to_string(path).expect("the file can be read");
         let numbers = |file: &str, columns: usize| -> Vec<Vec<f64>> {
             let text = text(folder.join(file));
             let rows = text.lines().skip(1);
-            let rows: Vec<Vec<f64>> =
-                rows.map(|row| row.split(',').map(|cell| cell.parse().expect("a number")).collect()).collect();
+            let rows: Vec<Vec<f64>> = rows
+                .map(|row| row.split(',').map(|cell| cell.parse().expect("the cell is a number")).collect())
+                .collect();
             assert!(rows.iter().all(|row| row.len() == columns), "{file}");
             rows
         };
@@ -144,26 +145,26 @@ mod tests {
             let (t, q) = (probe.pose_ba.translation, probe.pose_ba.rotation);
             assert_eq!(row[1..], [t.x, t.y, t.z, q.x, q.y, q.z, q.w]);
         }
-        // A flat box: straight up, by k times the overlap.
+        // The box lies flat, so the force points straight up and is k times the overlap.
         let truth = numbers("truth.csv", 6);
         assert_eq!(truth.len(), motion.len());
         let largest = truth.iter().map(|row| row[2]).fold(0.0, f64::max);
         assert!(largest > 0.01 && truth.iter().all(|row| row[0] == 0.0 && row[1] == 0.0), "{largest}");
         let parameters: serde_json::Value =
-            serde_json::from_str(&text(folder.join("parameters.json"))).expect("it is JSON");
+            serde_json::from_str(&text(folder.join("parameters.json"))).expect("the JSON is valid");
         assert_eq!(parameters["stiffness"].as_f64(), Some(ground.settings.stiffness));
         assert_eq!(parameters["has_truth"].as_bool(), Some(true));
-        let scene = palpus_scenes::scene("box-rest").expect("a built-in scene");
+        let scene = palpus_scenes::scene("box-rest").expect("the scene is built in");
         for (name, made) in [("probe.obj", scene.probe), ("environment.obj", scene.environment)] {
-            let soup = read_mesh_noting(&folder.join(name), &mut |_| ()).expect("a mesh");
+            let soup = read_mesh_noting(&folder.join(name), &mut |_| ()).expect("the mesh can be read");
             assert_eq!((soup.vertices, soup.face_vertices), (made.vertices, made.face_vertices), "{name}");
         }
         let readme = text(out.join("README.md"));
-        for entry in std::fs::read_dir(&folder).expect("it was written") {
-            let name = entry.expect("an entry").file_name();
+        for entry in std::fs::read_dir(&folder).expect("the folder can be read") {
+            let name = entry.expect("the entry can be read").file_name();
             assert!(readme.contains(&*name.to_string_lossy()), "README.md does not name {}", name.display());
         }
         assert!(readme.contains(env!("CARGO_PKG_VERSION")) && !readme.contains('{'), "{readme}");
-        std::fs::remove_dir_all(&out).expect("the folder is ours");
+        std::fs::remove_dir_all(&out).expect("the folder can be deleted");
     }
 }

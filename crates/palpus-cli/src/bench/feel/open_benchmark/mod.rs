@@ -1,14 +1,14 @@
-//! `palpus bench open`: a benchmark of 6-DOF rendering that any engine can take part in.
+//! `palpus bench open`: a benchmark of 6-DOF rendering in which any engine can take part.
 //!
-//! 1. The folder gets, for each scene, the two meshes, the recorded motion and the parameters of
-//!    the contact (`data`).
-//! 2. palpus's own methods and the baselines answer each motion and write their wrenches; other
-//!    engines come as folders of the same files (`answers`).
-//! 3. All answers are judged alike, by the measures of `palpus bench feel`: truth, steps,
-//!    pop-throughs, and the net work along the motion. Methods that can be stepped are also held in
-//!    a normal hand, for the energy of the closed loop.
+//! 1. For each scene, the folder gets the two meshes, the recorded motion and the parameters of the
+//!    contact (`data`).
+//! 2. palpus's own methods and the baselines compute their wrenches along each motion and write
+//!    them. Other engines supply folders with the same files (`answers`).
+//! 3. All answers are measured in the same way, with the measures of `palpus bench feel`: truth,
+//!    steps, pop-throughs, and the net work along the motion. Methods that can be stepped are also
+//!    held in a normal hand, for the energy of the closed loop.
 //!
-//! Times of steps are the only figures that differ from run to run.
+//! Only the times of steps differ from run to run.
 
 mod answers;
 mod clearance;
@@ -42,13 +42,13 @@ const HAND: &str = "normal";
 pub(in crate::bench) struct Asked<'a> {
     pub(in crate::bench) out: &'a Path,
     pub(in crate::bench) scene: Option<&'a str>,
-    /// Folder that contains the models of parts with a known play, directly or in its folders.
+    /// Folder with the models of parts with a known play; they may be in folders in it.
     pub(in crate::bench) models: Option<&'a Path>,
     /// Other engines: a name and the folder of its answers.
     pub(in crate::bench) engines: &'a [(String, PathBuf)],
     /// Writes scenes and motions only.
     pub(in crate::bench) scenes_only: bool,
-    /// s: at most so much of each motion.
+    /// Longest used part of each motion, s.
     pub(in crate::bench) seconds: f64,
 }
 
@@ -85,7 +85,7 @@ pub(in crate::bench) fn run(asked: &Asked<'_>) -> anyhow::Result<ExitCode> {
     }
     let entries: Vec<Entry> = METHODS.into_iter().filter(|entry| !entry.is_passive).collect();
     if let Some((name, _)) = asked.engines.iter().find(|(name, _)| entries.iter().any(|entry| entry.name == name)) {
-        bail!("--engine {name} is the name of a method that is measured anyway; give it another name");
+        bail!("--engine {name} is the name of a built-in method; choose another name");
     }
     let mut grounds = Vec::new();
     for name in scenes {
@@ -140,7 +140,7 @@ pub(in crate::bench) fn run(asked: &Asked<'_>) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Answers of a method that can be stepped, and their judgement.
+/// Answers of a method that can be stepped, and their measures.
 fn of_method(out: &Path, ground: &Ground, entry: &Entry) -> anyhow::Result<Vec<Row>> {
     let mut method = Timed { inner: entry.build(ground, &open::tuning(ground))?, micros: Vec::new() };
     let played = open::play(ground, &mut method, false);
@@ -177,8 +177,8 @@ fn judged(ground: &Ground, skin: Skin, answers: Answers, rows: &mut Rows) {
     open::judge(ground, skin, &Played { wrenches, ..Played::default() }, rows);
 }
 
-/// The most net work that the wrenches have done on the hand at any time of the motion, J. A wrench
-/// acts from its tick to the next.
+/// Returns the largest net work that the wrenches had done on the hand at any time of the motion,
+/// J. A wrench acts from its tick to the next.
 fn energy(ground: &Ground, wrenches: &[Wrench]) -> f64 {
     let grip = |probe: &ProbeState| probe.pose_ba.point(ground.settings.grip_a);
     let (mut work, mut most) = (0.0_f64, 0.0_f64);
@@ -224,8 +224,8 @@ fn page(grounds: &[Ground], names: &[&str], rows: &[Row]) -> String {
             table.rows.push(first.chain(cells).collect());
         }
     }
-    let text = "docs/open-benchmark.md says what is measured and how an engine takes part. A column is empty where a scene has \
-                no closed truth, or where an engine came as a file.";
+    let text = "docs/open-benchmark.md describes the measures and how an engine takes part. A cell is empty if \
+               the scene has no known truth, or if the engine takes part with files.";
     let mut tables = vec![without_empty(table, 2), without_empty(fits, 2)];
     tables.retain(|table| !table.rows.is_empty());
     let section = Section { title: "Open benchmark".to_owned(), text: text.to_owned(), tables, figures: &[] };
@@ -236,15 +236,15 @@ fn page(grounds: &[Ground], names: &[&str], rows: &[Row]) -> String {
 mod tests {
     use super::*;
 
-    /// The paper's method as an engine of files has the figures that it has as a method.
+    /// The paper's method, judged from files, must get the same figures as the built-in method.
     #[test]
-    fn engine_of_files_is_judged_as_the_method() {
+    fn engine_from_files_is_judged_like_the_method() {
         let out = std::env::temp_dir().join(format!("palpus-open-{}", std::process::id()));
-        let ground = Ground::new("box-rest", 1.0).expect("a built-in scene");
-        let own = of_method(&out, &ground, &METHODS[0]).expect("it is measured");
+        let ground = Ground::new("box-rest", 1.0).expect("the scene is built in");
+        let own = of_method(&out, &ground, &METHODS[0]).expect("the method can be measured");
         let file = out.join("answers").join("paper").join("box-rest.csv");
-        let theirs = of_engine(&ground, "other", &file).expect("its file is read");
-        std::fs::remove_dir_all(&out).expect("the folder is ours");
+        let theirs = of_engine(&ground, "other", &file).expect("the file can be read");
+        std::fs::remove_dir_all(&out).expect("the folder can be deleted");
         let value = |rows: &[Row], measure| rows.iter().find(|row| row.measure == measure).map(|row| row.value);
         for measure in ["force step max", "torque step max", "pop-throughs", "energy along the motion", "peak force"] {
             assert_eq!(value(&own, measure), value(&theirs, measure), "{measure}");

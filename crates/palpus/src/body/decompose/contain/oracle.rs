@@ -1,9 +1,10 @@
-//! Checks of a decomposition that share no code with it: every triangle in one piece and on its
-//! hull; no piece leaves the solid, by samples of its interior and by crossings of its faces.
+//! Checks a decomposition with code that is independent of it. Every triangle must belong to one
+//! piece and lie on that piece's hull. No piece may leave the solid; random samples of its interior
+//! and the crossings of its faces with the surface are tested.
 //!
-//! Weakness: samples miss parts thinner than their spacing. Crossings are tested with hulls shrunk
-//! a little toward their centroid, so that touching does not count. A piece that protrudes by less
-//! than the shrinkage is not noticed.
+//! Limits: samples miss parts that are thinner than the sample spacing. Before the test for
+//! crossings, each hull is shrunk slightly toward its centroid, so that touching does not count. A
+//! piece that protrudes by less than that is not detected.
 
 use std::ops::ControlFlow;
 
@@ -12,10 +13,11 @@ use glam::DVec3;
 use crate::algebra::Random;
 use crate::body::{Aabb, Body, Polytope, TrianglePair};
 
-/// The least share by which a piece is shrunk before its faces are tested.
+/// Smallest relative amount by which a piece is shrunk before its faces are tested.
 const SHRINK: f64 = 1e-3;
 
-/// Each triangle belongs to one piece and lies within `slack` of that piece's hull.
+/// Asserts that each triangle belongs to one piece and lies within `slack` (m) of the
+/// surface of that piece's hull.
 pub(in crate::body) fn assert_partition(body: &Body, slack: f64) {
     let mut owners = vec![0; body.mesh().triangles().len()];
     for (k, (polytope, piece)) in body.polytopes().iter().zip(body.pieces()).enumerate() {
@@ -26,15 +28,15 @@ pub(in crate::body) fn assert_partition(body: &Body, slack: f64) {
             let middle = corners.iter().sum::<DVec3>() / 3.0;
             for p in corners.into_iter().chain([middle]) {
                 let height = above(p);
-                assert!(height.abs() <= slack, "piece {k}, triangle {t}: {height:e} from the hull");
+                assert!(height.abs() <= slack, "piece {k}, triangle {t}: a point is {height:e} from the hull");
             }
         }
     }
-    assert!(owners.iter().all(|&n| n == 1), "a triangle without a piece, or in several");
+    assert!(owners.iter().all(|&n| n == 1), "a triangle belongs to no piece or to several");
 }
 
-/// Random points of the pieces are inside the solid, or within `slack` of its surface. Only for
-/// closed surfaces.
+/// Asserts that random points of the pieces are inside the solid, or within `slack` (m) of its
+/// surface. The surface must be closed.
 pub(in crate::body) fn assert_samples_inside(body: &Body, slack: f64, per_piece: usize, seed: u64) {
     let mut random = Random::new(seed);
     for (k, polytope) in body.polytopes().iter().enumerate() {
@@ -46,8 +48,8 @@ pub(in crate::body) fn assert_samples_inside(body: &Body, slack: f64, per_piece:
     }
 }
 
-/// No face of a piece crosses the surface by more than `slack`. To test this, the piece is shrunk
-/// until each face has moved by `slack`. Pieces too thin for that are skipped.
+/// Asserts that no face of a piece crosses the surface by more than `slack` (m). Each piece is
+/// shrunk until each face has moved by `slack`. Pieces that are too thin for this are skipped.
 pub(in crate::body) fn assert_no_crossing(body: &Body, slack: f64) {
     for (k, polytope) in body.polytopes().iter().enumerate() {
         let centroid = polytope.centroid();
@@ -71,7 +73,7 @@ pub(in crate::body) fn assert_no_crossing(body: &Body, slack: f64) {
     }
 }
 
-/// A point in the hull of up to four random vertices.
+/// Returns a random point in the hull of up to four random vertices.
 fn random_point(polytope: &Polytope, random: &mut Random) -> DVec3 {
     let mut sum = DVec3::ZERO;
     let mut total = 0.0;

@@ -1,7 +1,7 @@
-//! How much of a solid its pieces cover, and how accurate the depths below their patches are.
+//! Tests how much of a solid its pieces cover, and how accurate the depths below their patches are.
 //!
-//! Weakness: depths here are heights below planes of original faces; a sweep over the whole
-//! pipeline is in the scenes' crate.
+//! Limit: depths in these tests are depths below the planes of original faces. A test of the whole
+//! pipeline is in the crate `palpus-scenes`.
 
 use glam::DVec3;
 
@@ -10,7 +10,7 @@ use crate::body::shapes::{cuboid, torus};
 use crate::body::{Body, BodySettings, Mesh, PolygonSoup, Polytope, Provenance};
 
 const SEED: u64 = 0x2002_0725;
-/// Metres, on a torus with a tube of 0.4.
+/// Random displacement of the vertices (m) of a torus whose tube has radius 0.4.
 const ROUGHNESS: f64 = 0.02;
 
 fn build(mesh: Mesh, thick: bool) -> Body {
@@ -18,7 +18,7 @@ fn build(mesh: Mesh, thick: bool) -> Body {
     Body::build(mesh, &settings, &mut |_| ()).unwrap()
 }
 
-/// A torus too rough for large patches: the hulls of the patches are slivers.
+/// Returns a torus with rough surface, whose patches are small and have thin hulls.
 fn rough_torus() -> Mesh {
     let smooth = torus(1.0, 0.4, 48, 32);
     let mut random = Random::new(SEED);
@@ -32,14 +32,14 @@ fn holds(polytope: &Polytope, p: DVec3, slack: f64) -> bool {
     polytope.planes().iter().all(|plane| plane.height(p) <= slack)
 }
 
-/// Depth of a point below the piece's original faces.
+/// Returns the depth of a point below the piece's original faces (m).
 fn depth(polytope: &Polytope, p: DVec3) -> f64 {
     let original = (0..polytope.face_count() as u32).filter(|&f| polytope.face_provenance(f) == Provenance::Original);
     original.map(|f| -polytope.plane(f).height(p)).fold(f64::INFINITY, f64::min)
 }
 
 #[test]
-fn a_torus_is_covered_and_its_pieces_are_honest() {
+fn thick_pieces_cover_a_torus_with_true_depths() {
     let (body, thin) = (build(rough_torus(), true), build(rough_torus(), false));
     assert_eq!(body.polytopes().len(), thin.polytopes().len());
     let mut random = Random::new(SEED);
@@ -61,15 +61,16 @@ fn a_torus_is_covered_and_its_pieces_are_honest() {
         let deepest = depths(&body).into_iter().fold(0.0, f64::max);
         too_deep += u32::from(deepest > 1.25 * distance + ROUGHNESS);
     }
-    assert!(seen >= 285, "seed {SEED:#x}: {seen} of {inside} points are seen");
-    // The large patches of the ring's outer half are bulky by themselves. The force stage uses
-    // only that part of their depths that is true of the solid.
-    assert!(too_deep <= 30, "seed {SEED:#x}: {too_deep} points are too deep in a piece");
-    assert!(seen_by_thin < 100, "seed {SEED:#x}: thin pieces see {seen_by_thin} points");
+    assert!(seen >= 285, "seed {SEED:#x}: {seen} of {inside} points have a correct depth");
+    // The hulls of the large patches on the outer half of the ring are thick even without inner
+    // corners, so some of their depths are too large. The force stage uses only the plausible
+    // part of a depth.
+    assert!(too_deep <= 30, "seed {SEED:#x}: {too_deep} points have too large a depth");
+    assert!(seen_by_thin < 100, "seed {SEED:#x}: {seen_by_thin} points have a correct depth in thin pieces");
 }
 
 #[test]
-fn corners_inside_are_virtual_and_patches_stay_whole() {
+fn inner_corners_only_add_virtual_faces() {
     let body = build(rough_torus(), true);
     for (k, (polytope, piece)) in body.polytopes().iter().zip(body.pieces()).enumerate() {
         assert!(!polytope.is_flat(), "piece {k}");
@@ -87,7 +88,7 @@ fn corners_inside_are_virtual_and_patches_stay_whole() {
 }
 
 #[test]
-fn convex_and_open_bodies_stay_as_they_are() {
+fn convex_and_open_bodies_get_no_inner_corners() {
     let solid = build(cuboid(DVec3::ZERO, DVec3::ONE), true);
     assert_eq!((solid.polytopes().len(), solid.polytopes()[0].vertices().len()), (1, 8));
     let closed = torus(1.0, 0.4, 12, 8);

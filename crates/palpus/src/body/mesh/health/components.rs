@@ -1,24 +1,25 @@
-//! The components of a mesh, and the fans of triangles by which pinched vertices are taken apart.
+//! Diagnoses the components of a mesh, and counts the fans of triangles around each vertex.
 
 use crate::body::{HalfEdges, Mesh};
 
-/// Health of one component.
+/// Diagnosis of one component.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ComponentHealth {
     /// Number of triangles.
     pub triangles: usize,
-    /// No boundary within the component, and its triangles agree.
+    /// True if the component has no boundary and its triangles agree on which side is outside.
     pub closed: bool,
-    /// Number of handles; known when each edge of the component has exactly two triangles that
-    /// agree.
+    /// Genus (number of handles); `None` unless each edge of the component has exactly two
+    /// triangles that agree.
     pub genus: Option<usize>,
 }
 
-/// The fans of triangles around vertices: corners connected across the sides that meet there.
+/// Counts of triangle fans. A fan is a set of triangles around a vertex that are connected across
+/// sides at that vertex.
 pub(super) struct Fans {
-    /// Number of fans of each vertex.
+    /// Number of fans at each vertex.
     pub(super) at_vertex: Vec<u32>,
-    /// Number of fans of each component.
+    /// Number of fans in each component.
     pub(super) of_component: Vec<usize>,
 }
 
@@ -33,7 +34,7 @@ impl Fans {
             }
             answer.at_vertex[mesh.triangles()[t as usize][k] as usize] += 1;
             answer.of_component[mesh.component(t) as usize] += 1;
-            // Goes around in one direction, and then in the other if it met a boundary.
+            // Walk around the vertex in one direction, and after a boundary in the other direction.
             let mut corner = Some((t, k));
             while let Some((t, k)) = corner.filter(|&(t, k)| !seen[3 * t as usize + k]) {
                 seen[3 * t as usize + k] = true;
@@ -49,7 +50,7 @@ impl Fans {
     }
 }
 
-/// Health of each component, in the order of their first triangles.
+/// Diagnoses each component, in the order of the components' first triangles.
 pub(super) fn components(mesh: &Mesh, edges: &HalfEdges, fans: &Fans) -> Vec<ComponentHealth> {
     let count = mesh.component_count();
     let (mut triangles, mut whole) = (vec![0_usize; count], vec![true; count]);
@@ -60,8 +61,8 @@ pub(super) fn components(mesh: &Mesh, edges: &HalfEdges, fans: &Fans) -> Vec<Com
     }
     (0..count)
         .map(|c| {
-            // V − E + F = 2 − 2 g with three sides to a triangle and two to an edge: 2 g = 2 − V +
-            // F / 2.
+            // Euler's formula is V − E + F = 2 − 2 g. A triangle has three sides and an edge has
+            // two sides, so 2 g = 2 − V + F / 2.
             let twice = 2 + triangles[c] as i64 / 2 - fans.of_component[c] as i64;
             let genus = (whole[c] && twice >= 0).then_some(twice as usize / 2);
             ComponentHealth { triangles: triangles[c], closed: mesh.is_component_closed(c as u32), genus }

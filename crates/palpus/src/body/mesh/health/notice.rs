@@ -1,48 +1,49 @@
-//! Notices about a mesh for its user.
+//! Notices to the user about defects and repairs of a mesh.
 
 use std::fmt;
 
-/// One thing that a user should know about a mesh; each holds a count.
+/// A defect or repair of a mesh that the user should know. Each variant contains a count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Notice {
-    /// Boundary edges.
+    /// Number of boundary edges.
     Open(usize),
-    /// Triangles that cross or overlap others.
+    /// Number of triangles that cross or overlap others.
     SelfIntersecting(usize),
-    /// Triangles that cross or overlap others, if not all pairs were tested.
+    /// The same as [`Self::SelfIntersecting`] if not all pairs were tested; a lower bound.
     SelfIntersectingAtLeast(usize),
-    /// Edges of three or more triangles.
+    /// Number of edges of three or more triangles.
     NonManifoldEdges(usize),
-    /// Edges of two triangles that disagree.
+    /// Number of edges of two triangles that disagree on which side is outside.
     DisagreeingEdges(usize),
-    /// Components without an outside.
+    /// Number of components whose orientations cannot agree.
     OneSided(usize),
-    /// Vertices where parts touch.
+    /// Number of vertices where parts of the surface touch.
     PinchedVertices(usize),
-    /// Pairs of triangles that touch.
+    /// Number of pairs of triangles that touch.
     Touching(usize),
-    /// Components that were inside out.
+    /// Number of components that were inside out.
     Inverted(usize),
-    /// Triangles turned to agree with the others.
+    /// Number of triangles that were flipped to agree with their component.
     Turned(usize),
-    /// Duplicated triangles dropped.
+    /// Number of duplicate triangles that were dropped.
     Duplicates(usize),
-    /// Triangles of no area dropped.
+    /// Number of triangles without area that were dropped.
     EmptyTriangles(usize),
-    /// Triangles of no area exchanged.
+    /// Number of triangles without area that were removed by cutting a neighbour.
     ExchangedTriangles(usize),
-    /// Degenerate faces dropped.
+    /// Number of degenerate faces that were dropped.
     DegenerateFaces(usize),
-    /// Polygons that cross themselves.
+    /// Number of polygons that cross themselves.
     SelfCrossingFaces(usize),
-    /// Vertices welded.
+    /// Number of vertices that were welded.
     Welded(usize),
-    /// Vertices that nothing uses.
+    /// Number of vertices that no triangle uses.
     Unused(usize),
 }
 
 impl Notice {
-    /// True if the finding limits what can be felt, false if it only reports a repair.
+    /// Returns true if the finding can make the rendered forces wrong or weaker. Returns false if
+    /// it only reports a repair or a harmless fact.
     pub fn is_warning(&self) -> bool {
         matches!(
             self,

@@ -1,29 +1,29 @@
-//! The pairs of a mesh's own triangles that cross, overlap or touch.
+//! Counts pairs of triangles of one mesh that cross, overlap or touch.
 
 use std::ops::ControlFlow;
 
 use crate::algebra::tolerance;
 use crate::body::{Mesh, TrianglePair, TriangleTree};
 
-/// Pairs of triangles that have more in common than a mesh's neighbours may.
+/// Counts of triangle pairs with common points beyond a shared vertex or edge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SelfIntersections {
-    /// Pairs whose interiors cross.
+    /// Pairs of triangles whose interiors cross.
     pub crossing_pairs: usize,
-    /// Pairs that lie in one plane and overlap there.
+    /// Pairs of coplanar triangles that overlap.
     pub overlapping_pairs: usize,
-    /// Pairs that touch beyond what they share, without crossing: a T-junction, or parts laid
-    /// against each other.
+    /// Pairs that touch outside of a shared vertex or edge, but do not cross. Examples are
+    /// T-junctions and parts that lie against each other.
     pub touching_pairs: usize,
-    /// Triangles that take part in a crossing or an overlap.
+    /// Number of triangles that cross or overlap another one.
     pub triangles: usize,
-    /// All pairs were tested; if not, the counts are lower bounds.
+    /// True if all pairs were tested. If false, the counts are lower bounds.
     pub complete: bool,
 }
 
 impl SelfIntersections {
-    /// Tests the mesh's own pairs of triangles, up to [`tolerance::SELF_PAIRS`] times as many as
-    /// there are triangles.
+    /// Tests all pairs of triangles whose boxes overlap. The number of tests is at most
+    /// [`tolerance::SELF_PAIRS`] times the number of triangles.
     pub fn count(mesh: &Mesh, tree: &TriangleTree) -> Self {
         let mut answer = Self { complete: true, ..Self::default() };
         let mut involved = vec![false; mesh.triangles().len()];
@@ -50,7 +50,7 @@ impl SelfIntersections {
         answer
     }
 
-    /// Any crossing or overlap?
+    /// Returns true if there is a crossing or an overlap.
     pub fn any(&self) -> bool {
         self.crossing_pairs + self.overlapping_pairs > 0
     }

@@ -22,7 +22,7 @@ fn soup_of(meshes: &[&Mesh]) -> PolygonSoup {
 }
 
 #[test]
-fn sound_shapes_are_sound() {
+fn valid_shapes_have_no_warnings() {
     let (ring, block) = (torus(1.0, 0.4, 12, 8), cuboid(DVec3::splat(5.0), DVec3::splat(6.0)));
     let health = examine(&soup_of(&[&ring, &block, &ring]));
     // The second ring coincides with the first.
@@ -34,7 +34,7 @@ fn sound_shapes_are_sound() {
 }
 
 #[test]
-fn crossing_touching_open_and_pinched_are_told() {
+fn crossing_touching_open_and_pinched_are_found() {
     let cube = |low: f64, high: f64| cuboid(DVec3::splat(low), DVec3::splat(high));
     let crossing = examine(&soup_of(&[&cube(0.0, 1.0), &cube(0.45, 1.55)]));
     assert!(crossing.self_intersections.unwrap().crossing_pairs > 0 && crossing.closed);
@@ -45,7 +45,7 @@ fn crossing_touching_open_and_pinched_are_told() {
     assert!(corner.components.iter().all(|c| c.closed && c.genus == Some(0)));
     assert!(!corner.self_intersections.unwrap().any());
 
-    // Side by side with a common edge: four triangles there.
+    // Two boxes with a common edge, which four triangles use.
     let edge = examine(&soup_of(&[&cube(0.0, 1.0), &cuboid(DVec3::new(1.0, 1.0, 0.0), DVec3::new(2.0, 2.0, 1.0))]));
     assert_eq!((edge.non_manifold_edges, edge.pinched_vertices, edge.boundary_edges), (1, 0, 0));
     assert!(edge.closed && !edge.is_manifold() && edge.components.len() == 2);
@@ -61,7 +61,7 @@ fn crossing_touching_open_and_pinched_are_told() {
 }
 
 #[test]
-fn whatever_comes_in_everything_is_answered() {
+fn random_soups_give_valid_results_everywhere() {
     const SEED: u64 = 0xbad_50b;
     let mut random = Random::new(SEED);
     let mut meshes = 0;
@@ -108,13 +108,14 @@ fn whatever_comes_in_everything_is_answered() {
     assert!(meshes > 1000, "{meshes}");
 }
 
-/// Known properties of real models: file, triangles left, closed, genus, self-intersecting,
-/// components.
+/// Known properties of a real model: file, number of remaining triangles, closed, genus,
+/// self-intersecting, number of components.
 type Known = (&'static str, usize, bool, Option<usize>, bool, usize);
 
-/// Counts that come from other programs: closed, genus and the number of the file's triangles for
-/// all; self-intersections only where that program tests for exact crossings. It does not test for
-/// the coplanar folds of the hole's stitched rim.
+/// Reference values from other programs. One program counted the triangles and found whether each
+/// model is closed and its genus. Self-intersections come from a program that tests for exact
+/// crossings. That program does not test for coplanar overlaps, such as those at the rim of the
+/// round hole.
 const KNOWN: [Known; 17] = [
     ("paper/teacup_500.obj", 500, true, Some(1), false, 1),
     ("paper/teacup_4972.obj", 4972, true, Some(1), true, 1),
@@ -136,7 +137,7 @@ const KNOWN: [Known; 17] = [
 ];
 
 #[test]
-fn real_models_are_what_they_are_known_to_be() {
+fn real_models_have_their_known_properties() {
     for (name, triangles, closed, genus, self_intersecting, components) in KNOWN {
         let Some(soup) = model(name) else { continue };
         let health = examine(&soup);
@@ -148,7 +149,7 @@ fn real_models_are_what_they_are_known_to_be() {
 }
 
 #[test]
-fn counts_of_nasty_models_are_those_that_others_found() {
+fn counts_on_defective_models_match_other_programs() {
     let counts = |name: &str| model(name).map(|soup| examine(&soup));
     if let Some(health) = counts("nasty/colon_double_sheets.obj") {
         assert_eq!(health.cleaning.duplicate_triangles, 3240);
@@ -163,11 +164,11 @@ fn counts_of_nasty_models_are_those_that_others_found() {
         assert_eq!(health.notices(), [Notice::Inverted(1)]);
     }
     if let Some(health) = counts("pairs/gear_small.obj") {
-        // Two triangles of no area; the surface stays closed without them.
+        // The model has two triangles without area. The surface stays closed without them.
         assert_eq!((health.cleaning.exchanged_triangles, health.closed), (2, true));
     }
     if let Some(health) = counts("pairs/hole_round_8mm_factory.obj") {
-        // Counted with rational arithmetic by another program.
+        // The number comes from another program that uses rational arithmetic.
         assert_eq!(health.self_intersections.unwrap().overlapping_pairs, 559);
     }
 }

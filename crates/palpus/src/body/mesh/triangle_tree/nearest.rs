@@ -1,4 +1,4 @@
-//! The point of a surface that is nearest to a given one.
+//! Finds the point of a surface that is nearest to a given point.
 
 use glam::DVec3;
 
@@ -8,26 +8,29 @@ use crate::algebra::closest_on_triangle;
 /// The point of a surface nearest to a query point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
-    /// Index of a triangle that holds the point; of several, the first found.
+    /// Index of a triangle that contains the point. If several triangles contain it, this is the
+    /// first one found.
     pub triangle: u32,
-    /// On that triangle.
+    /// The nearest point, in model units.
     pub point: DVec3,
-    /// From the query point, ≥ 0.
+    /// Distance from the query point, in model units; not negative.
     pub distance: f64,
 }
 
 impl TriangleTree {
-    /// The point of the surface nearest to `p`; `None` only without triangles.
+    /// Returns the point of the surface nearest to `p`; `None` if there are no triangles.
     pub fn nearest(&self, p: DVec3) -> Option<SurfacePoint> {
         self.nearest_within(p, f64::INFINITY)
     }
 
-    /// The point of the surface nearest to `p` if its distance is less than `limit`.
+    /// Returns the point of the surface nearest to `p`; `None` if its distance is not less than
+    /// `limit`.
     pub fn nearest_within(&self, p: DVec3, limit: f64) -> Option<SurfacePoint> {
         self.nearest_among(p, limit, |_| true)
     }
 
-    /// As [`Self::nearest_within`], among the triangles for which `counts` holds.
+    /// Does the same as [`Self::nearest_within`], but only with the triangles for which `counts`
+    /// returns true.
     pub(crate) fn nearest_among(&self, p: DVec3, limit: f64, counts: impl Fn(u32) -> bool) -> Option<SurfacePoint> {
         let mut best = None;
         let mut best_squared = limit * limit;
@@ -58,8 +61,8 @@ impl TriangleTree {
         best
     }
 
-    /// Returns a point of the surface nearer to `p` than `limit`. It is close to the nearest point
-    /// and cheaper to find.
+    /// Returns some point of the surface that is nearer to `p` than `limit`; `None` if no point is
+    /// so near. The point is usually close to the nearest one, but cheaper to find.
     pub(in crate::body) fn some_within(&self, p: DVec3, limit: f64) -> Option<DVec3> {
         let mut best = None;
         let mut best_squared = limit * limit;

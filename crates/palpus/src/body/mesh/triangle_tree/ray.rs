@@ -1,4 +1,4 @@
-//! Intersection of a ray with the surface.
+//! Intersects rays with the surface.
 
 use std::ops::ControlFlow;
 
@@ -11,15 +11,16 @@ use crate::body::Aabb;
 /// Intersection of a ray with a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayHit {
-    /// Index of the triangle that is met.
+    /// Index of the triangle that the ray meets.
     pub triangle: u32,
-    /// In lengths of the ray's direction from its origin, ≥ 0.
+    /// Ray parameter of the intersection, `origin + t * direction`; not negative.
     pub t: f64,
 }
 
 impl TriangleTree {
-    /// Finds the first point of the surface on the ray from `origin` along `direction` (not zero,
-    /// need not be unit), at `0 ≤ t ≤ limit`, from either side.
+    /// Returns the first intersection of the ray `origin + t * direction` with the surface at `0 ≤
+    /// t ≤ limit`; `None` if the ray misses the surface. `direction` must not be zero, and need not
+    /// have unit length. Both sides of the triangles count.
     pub fn ray_cast(&self, origin: DVec3, direction: DVec3, limit: f64) -> Option<RayHit> {
         let mut best: Option<RayHit> = None;
         let _ = self.visit_ray(origin, direction, limit, |hit| {
@@ -32,8 +33,8 @@ impl TriangleTree {
     }
 
     /// Calls `visit` with each triangle that the ray meets at `0 ≤ t ≤ limit`, in any order, until
-    /// it breaks; `visit` returns the new limit. A ray through an edge meets the triangles on both
-    /// sides.
+    /// `visit` breaks. `visit` returns the new limit. A ray through an edge meets both adjacent
+    /// triangles.
     pub fn visit_ray(
         &self,
         origin: DVec3,
@@ -55,7 +56,7 @@ impl TriangleTree {
     }
 }
 
-/// A ray, sheared so that its direction is the unit vector of its largest axis.
+/// A ray with the shear that maps its direction to the unit vector of its largest coordinate axis.
 pub(super) struct Ray {
     origin: DVec3,
     inverse: DVec3,
@@ -85,18 +86,19 @@ impl Ray {
             enter = enter.max(first.min(second));
             leave = leave.min(first.max(second));
         }
-        // A slab's bounds are rounded: allow for it, so that no triangle is lost.
+        // The slack allows for the rounding of the box's slabs, so that no triangle is missed.
         enter <= leave + tolerance::RAY_SLACK * leave.abs()
     }
 
-    /// The ray's parameter where it meets the closed triangle, if it is not negative.
+    /// Returns the ray parameter of the intersection with the closed triangle; `None` if the ray
+    /// misses it.
     pub(super) fn meets_triangle(&self, corners: &[DVec3; 3]) -> Option<f64> {
         let [x, y, z] = self.axes;
         let [a, b, c] = corners.map(|p| {
             let p = p - self.origin;
             DVec3::new(p[x] - self.shear.x * p[z], p[y] - self.shear.y * p[z], self.shear.z * p[z])
         });
-        // Both triangles of an edge compute the same value, up to its sign.
+        // Both triangles at an edge compute the same value for it, up to the sign.
         let (u, v, w) = (c.x * b.y - c.y * b.x, a.x * c.y - a.y * c.x, b.x * a.y - b.y * a.x);
         if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
             return None;

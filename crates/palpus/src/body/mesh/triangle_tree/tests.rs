@@ -1,4 +1,4 @@
-//! Nearest points, rays and overlaps against the sum over all triangles.
+//! Compares nearest points, rays and overlaps with a search through all triangles.
 
 use super::ray::Ray;
 use super::*;
@@ -9,7 +9,7 @@ use crate::body::shapes::torus;
 const SEED: u64 = 0x51ab_77e0;
 
 #[test]
-fn nearest_overlap_and_rays_agree_with_visiting_all() {
+fn tree_queries_agree_with_exhaustive_search() {
     let mesh = torus(1.0, 0.4, 37, 21);
     let tree = mesh.tree();
     let mut random = Random::new(SEED);
@@ -45,8 +45,9 @@ fn nearest_overlap_and_rays_agree_with_visiting_all() {
 }
 
 #[test]
-fn rays_from_inside_always_get_out_where_they_aim() {
-    // From the tube's centre to vertices and edge middles: the worst directions for a leak.
+fn rays_from_inside_hit_vertices_and_edges() {
+    // The rays go from the tube's centre to vertices and edge midpoints, where a leak is most
+    // likely.
     let mesh = torus(1.0, 0.4, 12, 8);
     let tree = mesh.tree();
     for &v in mesh.vertices() {
@@ -61,7 +62,7 @@ fn rays_from_inside_always_get_out_where_they_aim() {
 }
 
 #[test]
-fn own_pairs_are_each_met_once() {
+fn each_overlapping_pair_is_visited_once() {
     let mesh = torus(1.0, 0.4, 9, 7);
     let bounds: Vec<Aabb> = (0..mesh.triangles().len() as u32).map(|t| Aabb::around(mesh.triangle_points(t))).collect();
     let mut pairs = Vec::new();

@@ -1,13 +1,13 @@
-//! How often a surface winds around a point, and with that, what is inside.
+//! Computes winding numbers of points, and decides which points are inside.
 //!
-//! * On closed surfaces exactly: the signed crossings of the ray from the point along +x. The point
-//!   is moved symbolically by (0, ε, ε²), so the ray never meets an edge or a vertex and never has
-//!   to be cast again (H. Edelsbrunner, E. Mücke, *Simulation of simplicity*, 1990); every sign is
-//!   exact.
-//! * On open ones the generalised winding number, a sum of solid angles (A. Jacobson, L. Kavan, O.
-//!   Sorkine-Hornung, *Robust inside-outside segmentation using generalized winding numbers*,
-//!   2013), where far boxes count as a dipole and its first correction (G. Barill and others, *Fast
-//!   winding numbers for soups and clouds*, 2018).
+//! * On closed surfaces the result is exact. It is the number of signed crossings of the ray from
+//!   the point along +x. The point is moved symbolically by (0, ε, ε²), so the ray never meets an
+//!   edge or a vertex (H. Edelsbrunner, E. Mücke, *Simulation of simplicity*, 1990). All signs are
+//!   computed exactly.
+//! * On open surfaces the result is the generalised winding number, a sum of solid angles (A.
+//!   Jacobson, L. Kavan, O. Sorkine-Hornung, *Robust inside-outside segmentation using generalized
+//!   winding numbers*, 2013). Distant boxes are approximated by a dipole with its first-order
+//!   correction (G. Barill and others, *Fast winding numbers for soups and clouds*, 2018).
 
 use std::ops::ControlFlow;
 
@@ -23,18 +23,17 @@ use crate::body::mesh::triangle_pair::{holds_coplanar_point, side_of_plane, turn
 pub(super) struct Dipole {
     /// Sum of the triangles' normals times their areas.
     moment: DVec3,
-    /// Sum of (normal × area) ⊗ (centroid − centre): what the dipole alone gets wrong, to first
-    /// order.
+    /// Sum of (normal times area) ⊗ (centroid − centre): the first-order correction of the dipole.
     spread: DMat3,
     /// Area-weighted centroid.
     center: DVec3,
     area: f64,
-    /// Square of the largest distance from the centre to a corner of the node's box.
+    /// Square of the distance from the centre to the farthest corner of the node's box.
     radius_squared: f64,
 }
 
 impl Dipole {
-    /// The dipoles of all nodes; a node's children come after it.
+    /// Computes the dipoles of all nodes. The children of a node come after it.
     pub(super) fn of_nodes(nodes: &[Node], corners: &[[DVec3; 3]]) -> Vec<Self> {
         let nothing =
             Self { moment: DVec3::ZERO, spread: DMat3::ZERO, center: DVec3::ZERO, area: 0.0, radius_squared: 0.0 };
@@ -57,7 +56,7 @@ impl Dipole {
         Self { moment, spread: DMat3::ZERO, center, area: moment.length(), radius_squared: 0.0 }
     }
 
-    /// Combines the parts, about their area-weighted centroid.
+    /// Combines `parts` into one dipole about their area-weighted centroid.
     fn sum(parts: impl Iterator<Item = Self> + Clone) -> Self {
         let area: f64 = parts.clone().map(|part| part.area).sum();
         let moment = parts.clone().map(|part| part.moment).sum();
@@ -66,7 +65,8 @@ impl Dipole {
         Self { moment, spread, center, area, radius_squared: 0.0 }
     }
 
-    /// The approximate solid angle seen from a point; `offset` leads from the point to the centre.
+    /// Returns the approximate solid angle (sr) as seen from a point. `offset` is the vector from
+    /// the point to the centre.
     fn solid_angle(&self, offset: DVec3) -> f64 {
         let squared = offset.length_squared();
         let trace = self.spread.x_axis.x + self.spread.y_axis.y + self.spread.z_axis.z;
@@ -76,9 +76,9 @@ impl Dipole {
 }
 
 impl TriangleTree {
-    /// Is the winding number of `p` at least one half? On closed surfaces this is exact, and points
-    /// of the surface itself are inside. On open surfaces it is an estimate, as if the openings
-    /// were closed off plausibly.
+    /// Returns true if `p` is inside the surface, which means that its winding number is at least
+    /// one half. On closed surfaces the result is exact, and points on the surface count as inside.
+    /// On open surfaces the result is an estimate, as if the openings were covered.
     pub fn inside(&self, p: DVec3) -> bool {
         if !self.bounds().holds(p) {
             return false;
@@ -90,15 +90,15 @@ impl TriangleTree {
         }
     }
 
-    /// The sum of the solid angles of all triangles seen from `p`, over 4π: 1 inside a closed
-    /// surface, 0 outside, about one half in an opening. Visits every triangle; undefined on the
-    /// surface itself.
+    /// Returns the sum of the solid angles of all triangles as seen from `p`, divided by 4π. The
+    /// result is 1 inside a closed surface, 0 outside, and about one half in an opening. It is
+    /// undefined on the surface. This function visits every triangle.
     pub fn winding_number(&self, p: DVec3) -> f64 {
         self.corners.iter().map(|corners| solid_angle(p, corners)).sum::<f64>() / (4.0 * std::f64::consts::PI)
     }
 
-    /// The winding number with far boxes taken as dipoles: within about 0.02 of
-    /// [`Self::winding_number`].
+    /// Returns the winding number with distant boxes approximated by dipoles. It differs by at most
+    /// about 0.02 from [`Self::winding_number`].
     pub fn winding_number_fast(&self, p: DVec3) -> f64 {
         let mut sum = 0.0;
         let mut stack = Stack::from_root(&self.nodes);
@@ -117,8 +117,8 @@ impl TriangleTree {
         sum / (4.0 * std::f64::consts::PI)
     }
 
-    /// The winding number of `p` from the signed crossings of its ray along +x, exact for closed
-    /// surfaces; `None` when `p` lies on the surface.
+    /// Returns the winding number of `p`, computed from the signed crossings of the ray along +x.
+    /// It is exact for closed surfaces. Returns `None` if `p` lies on the surface.
     pub(in crate::body) fn crossings(&self, p: DVec3) -> Option<i32> {
         let mut winding = 0;
         let reached = |b: &Aabb| b.max.x >= p.x && b.min.y <= p.y && p.y <= b.max.y && b.min.z <= p.z && p.z <= b.max.z;
@@ -137,8 +137,8 @@ impl TriangleTree {
             if side == 0.0 && holds_coplanar_point(corners, p) {
                 return ControlFlow::Break(());
             }
-            // Ahead of the point when it is below a triangle that faces along the ray, or above
-            // one that faces back.
+            // The triangle is ahead of the point in two cases: the point is below a triangle that
+            // faces along the ray, or above a triangle that faces against it.
             if side * f64::from(direction) < 0.0 {
                 winding += direction;
             }
@@ -148,14 +148,14 @@ impl TriangleTree {
     }
 }
 
-/// a bᵀ.
+/// Returns the matrix a bᵀ.
 fn outer(a: DVec3, b: DVec3) -> DMat3 {
     DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }
 
-/// +1 when the line through `p` along x pierces the triangle from below (towards its normal), −1
-/// from above, 0 when it misses. `p` is moved by (0, ε, ε²), so there is no other case and each
-/// edge decides alike for both its triangles.
+/// Returns +1 if the line through `p` along x crosses the triangle in the direction of its normal,
+/// −1 if it crosses against the normal, and 0 if it misses. `p` is moved by (0, ε, ε²), so the line
+/// never meets an edge. The test of an edge has the same result for both adjacent triangles.
 fn pierced(corners: &[DVec3; 3], p: DVec3) -> i32 {
     let flat = corners.map(|c| DVec2::new(c.y, c.z));
     let p = DVec2::new(p.y, p.z);
@@ -176,8 +176,8 @@ fn pierced(corners: &[DVec3; 3], p: DVec3) -> i32 {
     }
 }
 
-/// Signed solid angle of a triangle seen from `p`, positive when `p` is behind it (A. van Oosterom,
-/// J. Strackee, *The solid angle of a plane triangle*, 1983).
+/// Returns the signed solid angle (sr) of a triangle as seen from `p`. It is positive if `p` is
+/// behind the triangle (A. van Oosterom, J. Strackee, *The solid angle of a plane triangle*, 1983).
 fn solid_angle(p: DVec3, corners: &[DVec3; 3]) -> f64 {
     let [a, b, c] = corners.map(|corner| corner - p);
     let (la, lb, lc) = (a.length(), b.length(), c.length());
@@ -201,8 +201,8 @@ mod tests {
         let tree = mesh.tree();
         let mut random = Random::new(SEED);
         for case in 0..2000 {
-            // Grid points line up with vertices and edges of the torus in y and z: the worst for a
-            // ray along x.
+            // Points with the y and z of a vertex are the hardest cases, because their rays along x
+            // meet vertices and edges of the torus.
             let v = mesh.vertices()[random.below(mesh.vertices().len())];
             let p = if case % 2 == 0 { DVec3::new(random.signed() * 1.5, v.y, v.z) } else { random.vector() * 1.5 };
             let winding = tree.winding_number(p);
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn the_surface_itself_is_inside_and_next_to_it_is_not() {
+    fn surface_points_are_inside_and_adjacent_floats_outside() {
         let tree = cuboid(DVec3::ZERO, DVec3::ONE).tree();
         let levels = [-0.5, 0.0_f64.next_down(), 0.0, 0.25, 0.5, 1.0, 1.0_f64.next_up(), 2.0];
         for x in levels {
@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn crossing_solids_are_one_and_an_open_box_still_has_an_inside() {
+    fn overlapping_solids_and_open_boxes_have_an_inside() {
         let (a, b) = (cuboid(DVec3::ZERO, DVec3::ONE), cuboid(DVec3::splat(0.5), DVec3::splat(1.5)));
         let vertices = a.vertices().iter().chain(b.vertices()).copied().collect();
         let triangles: Vec<[u32; 3]> =

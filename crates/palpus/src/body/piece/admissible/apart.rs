@@ -1,14 +1,15 @@
-//! How far a direction is from all that a piece owns.
+//! Computes how far a direction is from all admissible normals of a piece.
 //!
-//! A piece owns a set of directions that turns with it. A direction at an angle from all of them
-//! cannot be one of them before the piece has turned by that angle, whatever its place. The angle
-//! is bounded from below, part by part:
+//! The admissible normals rotate with the piece. If a direction differs from all of them by some
+//! angle, it cannot become admissible before the piece has rotated by that angle. The
+//! translation of the piece does not matter. This module computes a lower bound of the angle, as
+//! the minimum of these bounds:
 //!
-//! * a normal: by the chord to it;
-//! * an arc: by the sine of the angle to its circle between the ends, else by the chord to the
-//!   nearer end;
-//! * what a vertex owns: by how high its highest neighbour on the mesh lies along the direction.
-//!   The sine of that elevation changes by no more than the angle by which the direction turns.
+//! * For a single normal: the length of the chord to it.
+//! * For an arc: between its ends, the sine of the angle to its circle; elsewhere, the chord to the
+//!   nearer end.
+//! * For the directions of a vertex: the sine of the elevation, along the direction, of its highest
+//!   neighbour on the mesh. This sine changes by at most the angle by which the direction rotates.
 
 use glam::DVec3;
 
@@ -17,11 +18,12 @@ use crate::algebra::tolerance::ADMISSIBLE_ANGLE;
 use crate::body::decompose::facet::NONE;
 
 impl OwnNormals<'_> {
-    /// At most the angle (rad) between `direction` (unit, in the piece's frame) and every
-    /// direction that the piece owns; not above 0 if it owns the direction or nearly so.
+    /// Returns a lower bound of the angle (rad) between `direction` and all admissible normals of
+    /// the piece. `direction` is a unit vector in the piece's frame. The result is zero or negative
+    /// if the direction is admissible or nearly so.
     pub fn angle_to(&self, direction: DVec3) -> f64 {
-        // The slack with which directions are owned, and as much again for the rounding of the
-        // given ones.
+        // Twice the tolerance of the tests for admissible normals. It is doubled because the given
+        // direction is rounded too.
         const SLACK: f64 = 2.0 * ADMISSIBLE_ANGLE;
         let planes = self.faces.iter().map(|own| self.polytope.plane(own.face));
         let planes = planes.chain(self.borrowed.iter().map(|borrowed| borrowed.plane));
@@ -50,7 +52,8 @@ impl OwnNormals<'_> {
         if is_between { along.dot(direction).abs() } else { left.distance(direction).min(right.distance(direction)) }
     }
 
-    /// Infinite at a vertex that owns nothing.
+    /// Returns the bound for the directions of a vertex; infinite if the vertex has no admissible
+    /// directions.
     fn angle_to_vertex(&self, vertex: u32, direction: DVec3) -> f64 {
         let corner = self.corners[vertex as usize];
         if corner == NONE {

@@ -1,12 +1,12 @@
-//! Reading the own normals of all pieces from the mesh.
+//! Computes the admissible normals of all pieces from the mesh.
 //!
-//! 1. Find the face of the piece in which each triangle lies. A neighbour's normal is the normal of
-//!    that face.
-//! 2. For each piece its own faces, and how much of each is covered.
-//! 3. For each edge beside an own face, the sides of the face's triangles along it, and how the
-//!    mesh bends there; where it bends outward, an arc.
-//! 4. The mesh vertex at each vertex, and the neighbours of each mesh vertex.
-//! 5. A cap that holds all of a piece's normals (`cap`).
+//! 1. For each triangle, find the face of its piece in which it lies. The triangle then counts with
+//!    the normal of that face.
+//! 2. For each piece, find its own faces, and how much of each face is covered by triangles.
+//! 3. For each edge of an own face, find the sides of the face's triangles along the edge, and how
+//!    the mesh bends there. If it bends outward, add an arc.
+//! 4. Find the mesh vertex at each vertex of a piece, and the neighbours of each mesh vertex.
+//! 5. Compute a cap around all admissible normals of each piece (`cap`).
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -20,8 +20,8 @@ use crate::body::piece::face_area;
 use crate::body::{EdgeKind, HalfEdges, Mesh, Piece, Polytope};
 
 impl Admissible {
-    /// The own normals of all pieces; `noise` is the largest distance of a plane's vertices from
-    /// the plane, metres.
+    /// Computes the admissible normals of all pieces. `noise` is the largest distance of the
+    /// vertices of a planar face from its plane (m).
     pub(crate) fn new(
         mesh: &Mesh,
         half_edges: &HalfEdges,
@@ -53,7 +53,7 @@ impl Admissible {
         answer
     }
 
-    /// The own normals of some of the pieces, without the rings.
+    /// Computes the admissible normals of some of the pieces, without rings and caps.
     fn of_some(source: &Source<'_>, polytopes: &[Polytope], pieces: &[Piece]) -> Self {
         let mut answer = Self::default();
         for (polytope, piece) in polytopes.iter().zip(pieces) {
@@ -67,7 +67,7 @@ impl Admissible {
         answer
     }
 
-    /// Ends of the entries so far.
+    /// Returns the current length of each array.
     fn end(&self) -> Range {
         Range {
             faces: self.faces.len() as u32,
@@ -77,7 +77,7 @@ impl Admissible {
         }
     }
 
-    /// Appends the entries of the pieces that follow.
+    /// Appends the entries of the next pieces.
     fn append(&mut self, part: Self) {
         let Range { faces, borrowed, arcs, corners } = self.end();
         self.pieces.extend(part.pieces.into_iter().map(|end| Range {
@@ -93,12 +93,13 @@ impl Admissible {
     }
 }
 
-/// The mesh, with the normal of each triangle as its piece has it.
+/// The mesh, with the normal of the piece's face at each triangle.
 struct Source<'s> {
     mesh: &'s Mesh,
     half_edges: &'s HalfEdges,
-    /// The triangles' own normals.
+    /// Geometric normal of each triangle.
     true_normals: Vec<DVec3>,
+    /// For each triangle, the normal of the face in which it lies.
     normals: Vec<DVec3>,
     noise: f64,
 }
@@ -116,8 +117,8 @@ impl<'s> Source<'s> {
         let true_normals = map_in_order(workers, mesh.triangles().len(), NORMALS_PER_PART, normal, &mut |_| ());
         let mut source = Self { mesh, half_edges, true_normals, normals: Vec::new(), noise };
         let mut normals = source.true_normals.clone();
-        // Neighbours must agree on where an arc ends. So it ends at the normal of the face in which
-        // the triangle lies.
+        // An arc ends at the normal of the face in which the neighbouring triangle lies. Then both
+        // pieces at the edge have the same normal there.
         let within = |part: usize| {
             let some = part * OWNERS_PER_PART..pieces.len().min((part + 1) * OWNERS_PER_PART);
             let mut within = Vec::new();
@@ -139,13 +140,15 @@ impl<'s> Source<'s> {
         source
     }
 
-    /// True for a triangle in the plane of a face, false for one that only has a side there.
+    /// Returns true if triangle `t` lies in `plane` and faces to the same side; false if only a
+    /// side of it lies there.
     fn lies_in(&self, t: u32, plane: Plane) -> bool {
         let flat = self.mesh.triangle_points(t).iter().all(|p| plane.height(*p).abs() <= ON_FACE * self.noise);
         flat && plane.normal.dot(self.true_normals[t as usize]) > FOLDED
     }
 }
 
+/// Appends the own faces of one piece.
 fn own_faces(source: &Source<'_>, polytope: &Polytope, piece: &Piece, faces: &mut Vec<OwnFace>) {
     for face in (0..polytope.face_count() as u32).filter(|&face| !polytope.is_rim(face)) {
         let real = piece.face_triangles(face).iter().filter(|&&t| source.lies_in(t, polytope.plane(face)));
@@ -156,7 +159,8 @@ fn own_faces(source: &Source<'_>, polytope: &Polytope, piece: &Piece, faces: &mu
     }
 }
 
-/// The arcs of one piece; `first` is where its borrowed normals begin.
+/// Appends the arcs and borrowed normals of one piece. `first` is the index of its first borrowed
+/// normal.
 fn own_arcs(
     source: &Source<'_>,
     polytope: &Polytope,
@@ -194,9 +198,10 @@ fn own_arcs(
     }
 }
 
-/// The sides of triangles around the own faces of a piece, where the faces end.
+/// The sides of triangles along the borders of a piece's own faces.
 struct Sides {
-    /// Face, tail, head, and triangle and side in the mesh; by ascending face.
+    /// Tuples of face, tail point, head point, triangle and number of the side in the triangle;
+    /// sorted by face.
     sides: Vec<(u32, DVec3, DVec3, u32, usize)>,
 }
 
@@ -226,8 +231,9 @@ impl Sides {
         Self { sides }
     }
 
-    /// The true normal across edge `e`, seen from its left (or right) face. The turn is limited by
-    /// the normal of the other face. `None` if the mesh does not bend outward.
+    /// Returns the normal of the mesh across edge `e`, as seen from its left face if `of_left`,
+    /// else from its right face. It is rotated at most to the normal of the other face. Returns
+    /// `None` if the mesh does not bend outward.
     fn turn(&self, source: &Source<'_>, polytope: &Polytope, e: u32, of_left: bool) -> Option<DVec3> {
         let edge = polytope.edge(e);
         let (face, other) = if of_left { (edge.left, edge.right) } else { (edge.right, edge.left) };
@@ -261,9 +267,10 @@ impl Sides {
     }
 }
 
-/// The mesh vertex at each vertex of the piece, among the corners of its triangles.
+/// Appends the mesh vertex at each vertex of the piece, or [`NONE`]. Searches the corners of the
+/// piece's triangles.
 fn corners(mesh: &Mesh, polytope: &Polytope, piece: &Piece, corners: &mut Vec<u32>) {
-    // Adds a positive zero, because hulls and meshes may differ in the sign of zero.
+    // Adding positive zero removes negative zeros. Hulls and meshes may differ in the sign of zero.
     let key = |p: DVec3| (p + DVec3::ZERO).to_array();
     let order =
         |p: &[f64; 3], q: &[f64; 3]| p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])).then(p[2].total_cmp(&q[2]));
@@ -278,10 +285,12 @@ fn corners(mesh: &Mesh, polytope: &Polytope, piece: &Piece, corners: &mut Vec<u3
     }));
 }
 
-/// The neighbours of each mesh vertex, ascending, in flat arrays: starts and members.
+/// Returns the neighbours of each mesh vertex in ascending order, in flat arrays: the start of each
+/// vertex's entries, and all entries.
 fn rings(mesh: &Mesh) -> (Vec<u32>, Vec<u32>) {
     let sides = || mesh.triangles().iter().flat_map(|t| (0..3).map(move |k| (t[k], t[(k + 1) % 3])));
-    // Counting sort of the two ends of each side; a neighbour occurs once for each side to it.
+    // Counting sort of the two ends of each side. A neighbour occurs once for each side that leads
+    // to it.
     let mut next = vec![0_u32; mesh.vertices().len() + 1];
     for (v, w) in sides() {
         next[v as usize + 1] += 1;

@@ -1,15 +1,18 @@
-//! A cap of directions that holds all normals of a piece: most normals of another piece are
-//! outside of it.
+//! Computes a spherical cap that contains all admissible normals of a piece. It allows a quick
+//! rejection, because most normals of another piece lie outside the cap.
 //!
-//! Faces, borrowed normals and the arcs between them lie in every cap of less than a half sphere
-//! that holds the ends. A vertex owns the directions along which no neighbour on the mesh is
-//! higher. These lie between the normals of the triangles around it: the triangles from the vertex
-//! to a plane below it close a cone whose areas, as vectors, add up to the area of its base, which
-//! faces in that direction. So the direction is a sum of the triangles' normals. The slack of
-//! vertices is added to the cap's angle twice, and is larger where a triangle has a wide angle.
+//! A cap smaller than a half sphere that contains the ends of an arc also contains the arc. At a
+//! vertex, the admissible directions are those along which no neighbouring mesh vertex is higher.
+//! Such a direction is a non-negative combination of the normals of the triangles around the
+//! vertex. To see this, cut the triangles by a plane below the vertex and perpendicular to the
+//! direction. They form a cone, and the sum of their area vectors equals the area vector of its
+//! base, which is parallel to the direction.
 //!
-//! A piece with a vertex where the mesh ends, or whose normals need half a sphere or more, has the
-//! whole sphere.
+//! The tolerance of the vertex test is added to the cap's angle twice. It is increased if a
+//! triangle at the vertex has a wide angle.
+//!
+//! If a vertex of the piece is on the boundary of the mesh, or if the normals need half a sphere or
+//! more, the cap is the whole sphere.
 
 use glam::DVec3;
 
@@ -18,45 +21,45 @@ use crate::algebra::tolerance::{ADMISSIBLE_ANGLE, CAP_LEAST, CAP_SLACK};
 use crate::body::decompose::facet::NONE;
 use crate::body::{HalfEdges, Mesh, Polytope};
 
-/// Directions that form an angle with an axis whose cosine is not less than `least`.
+/// A spherical cap: the unit directions whose dot product with `axis` is at least `least`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cap {
-    /// Unit, in the piece's frame.
+    /// Unit axis in the piece's frame.
     pub axis: DVec3,
-    /// Below −1: all directions.
+    /// Cosine of the cap's half angle. A value below −1 means all directions.
     pub least: f64,
 }
 
 impl Cap {
-    /// All directions.
+    /// The cap of all directions.
     pub(super) const WHOLE: Self = Self { axis: DVec3::Z, least: -2.0 };
 
-    /// The same cap with another axis.
+    /// Returns this cap with another axis.
     #[inline]
     pub fn about(self, axis: DVec3) -> Self {
         Self { axis, ..self }
     }
 
-    /// True if the unit vector lies in it.
+    /// Returns true if the unit vector `direction` lies in the cap.
     #[inline]
     pub fn holds(&self, direction: DVec3) -> bool {
         self.axis.dot(direction) >= self.least
     }
 
-    /// False if no direction on the arc from `left` to `right` (unit, less than half a turn apart)
-    /// lies in it.
+    /// Returns false if no direction on the arc from `left` to `right` lies in the cap. May return
+    /// true without need. Both are unit vectors, and the angle between them is less than π.
     #[inline]
     pub fn may_meet(&self, left: DVec3, right: DVec3) -> bool {
         let most = self.axis.dot(left).max(self.axis.dot(right));
-        // On the arc, a product is a sum of those at the ends over the length of a sum of the ends:
-        // at the most over |l + r| / 2.
+        // A direction on the arc is (1 − s) l + s r divided by its length, which is at least |l +
+        // r| / 2. Therefore its dot product is at most `most` divided by |l + r| / 2.
         most >= self.least
             || most > 0.0 && 4.0 * most * most >= self.least * self.least * (left + right).length_squared()
     }
 }
 
 impl Admissible {
-    /// The caps of all pieces. The rings are there.
+    /// Computes the caps of all pieces. The rings must already be set.
     pub(super) fn find_caps(&mut self, mesh: &Mesh, half_edges: &HalfEdges, polytopes: &[Polytope]) {
         let around = Around::new(mesh, half_edges);
         let caps =
@@ -81,7 +84,7 @@ impl Admissible {
         if least.is_nan() || least < CAP_LEAST { Cap::WHOLE } else { Cap { axis, least } }
     }
 
-    /// Radians by which a neighbour of mesh vertex `v` may be higher.
+    /// Returns the elevation (rad) by which a neighbour of mesh vertex `v` may be higher than `v`.
     fn slack(&self, mesh: &Mesh, v: u32) -> f64 {
         let at = mesh.vertices()[v as usize];
         let ring = &self.ring[self.ring_starts[v as usize] as usize..self.ring_starts[v as usize + 1] as usize];
@@ -95,7 +98,7 @@ struct Around<'m> {
     mesh: &'m Mesh,
     starts: Vec<u32>,
     triangles: Vec<u32>,
-    /// The mesh ends at the vertex.
+    /// True for each vertex on the boundary of the mesh.
     open: Vec<bool>,
 }
 
@@ -126,9 +129,11 @@ impl<'m> Around<'m> {
         Self { mesh, starts, triangles, open }
     }
 
-    /// The least cosine between `axis` and the normals around mesh vertex `v`, and the cosine of
-    /// half the widest angle of a triangle there. Slack at two neighbours turns the direction
-    /// between them by the slack over this cosine. `None` where the mesh ends.
+    /// Returns the smallest cosine between `axis` and the normals of the triangles around mesh
+    /// vertex `v`, and the cosine of half the widest triangle angle there. If two neighbours of `v`
+    /// may be higher by some tolerance, an admissible direction can tilt toward their triangle by
+    /// the tolerance divided by the second cosine. Returns `None` if `v` is on the boundary of the
+    /// mesh.
     fn most(&self, v: u32, axis: DVec3) -> Option<(f64, f64)> {
         let some = self.starts[v as usize] as usize..self.starts[v as usize + 1] as usize;
         let (mut most, mut narrow) = (1.0_f64, 1.0_f64);

@@ -1,11 +1,11 @@
-//! An L-shaped block: which normals its two pieces own.
+//! Tests the admissible normals of the two pieces of an L-shaped block.
 
 use glam::{DQuat, DVec3};
 
 use crate::algebra::Random;
 use crate::body::{Body, BodySettings, Feature, PolygonSoup};
 
-/// A block in the shape of an L, one unit thick.
+/// Builds an L-shaped block of thickness 1.
 fn l_block() -> Body {
     let outline = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)];
     let vertices = [0.0, 1.0].iter().flat_map(|&z| outline.map(|(x, y)| DVec3::new(x, y, z))).collect();
@@ -18,7 +18,7 @@ fn l_block() -> Body {
     Body::from_soup(&soup, &BodySettings::default(), &mut |_| ()).unwrap()
 }
 
-/// The planes of the L.
+/// Returns true if the plane is one of the planes of the block.
 fn is_real(normal: DVec3, offset: f64) -> bool {
     let planes = [
         (DVec3::X, 2.0),
@@ -34,7 +34,7 @@ fn is_real(normal: DVec3, offset: f64) -> bool {
 }
 
 #[test]
-fn the_pieces_of_an_l_own_its_planes_and_nothing_else() {
+fn admissible_planes_of_an_l_block_are_its_faces() {
     let body = l_block();
     for k in 0..body.pieces().len() as u32 {
         let own = body.own_normals(k);
@@ -46,17 +46,20 @@ fn the_pieces_of_an_l_own_its_planes_and_nothing_else() {
         for borrowed in own.borrowed() {
             assert!(is_real(borrowed.plane.normal, borrowed.plane.offset), "piece {k}: {borrowed:?}");
             let heights = own.polytope().vertices().iter().map(|&v| borrowed.plane.height(v));
-            assert!(heights.fold(f64::NEG_INFINITY, f64::max) < 1e-9, "piece {k}: {borrowed:?} supports nothing");
+            assert!(
+                heights.fold(f64::NEG_INFINITY, f64::max) < 1e-9,
+                "piece {k}: {borrowed:?} is not a supporting plane"
+            );
         }
         for arc in own.arcs() {
             let [left, right] = own.ends(arc);
-            assert!(left.dot(right).abs() < 1e-9, "piece {k}: the edges of an L are square");
+            assert!(left.dot(right).abs() < 1e-9, "piece {k}: an arc is not a right angle");
         }
     }
 }
 
 #[test]
-fn nothing_faces_into_the_notch_from_its_inner_edge() {
+fn the_inner_edge_has_no_normal_into_the_notch() {
     let body = l_block();
     let inner = |p: DVec3| (p.x - 1.0).abs() < 1e-9 && (p.y - 1.0).abs() < 1e-9;
     let diagonal = DVec3::new(1.0, 1.0, 0.0).normalize();
@@ -70,8 +73,8 @@ fn nothing_faces_into_the_notch_from_its_inner_edge() {
             }
         }
         for (v, &p) in polytope.vertices().iter().enumerate() {
-            // Along the diagonal the inner corner is lower than the notch's ends; straight up it is
-            // as high as they are.
+            // Along the diagonal, the neighbours of the inner corner are higher than the corner.
+            // Along z, the neighbours of an upper corner are not higher.
             let owns = |outward| body.owns(k as u32, Feature::Vertex(v as u32), p, outward);
             if inner(p) {
                 assert!(!owns(diagonal));
@@ -86,11 +89,11 @@ fn nothing_faces_into_the_notch_from_its_inner_edge() {
     assert!(inner_edges > 0);
 }
 
-/// Seed of the directions.
+/// Seed of the random directions.
 const SEED: u64 = 0xa9_a27;
 
 #[test]
-fn no_direction_nearer_than_the_angle_is_owned() {
+fn no_direction_within_the_bound_is_admissible() {
     let body = l_block();
     let mut random = Random::new(SEED);
     let mut apart = 0;
@@ -109,7 +112,7 @@ fn no_direction_nearer_than_the_angle_is_owned() {
             let what = format!("seed {SEED:#x}, piece {k}: {direction}, {angle}, {turned}");
             let vertices = 0..polytope.vertices().len() as u32;
             assert!(!vertices.into_iter().any(|v| own.vertex_owns(v, turned)), "{what}");
-            // An edge is asked for directions across it only.
+            // `edge_faces` only accepts directions that are perpendicular to the edge.
             for (e, edge) in polytope.edges().enumerate() {
                 let along = (polytope.vertex(edge.head) - polytope.vertex(edge.tail)).normalize();
                 let across = (turned - along * along.dot(turned)).normalize();

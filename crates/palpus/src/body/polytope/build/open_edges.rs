@@ -2,10 +2,11 @@
 
 use super::super::Edge;
 
-/// The edges that have one face so far, in a chain for each tail vertex.
+/// The edges that have only one face so far, in a linked list for each tail vertex.
 pub(super) struct OpenEdges {
+    /// For each vertex, the first edge of its list.
     first: Vec<u32>,
-    /// For each edge, the next of its chain.
+    /// For each edge, the next edge of its list.
     next: Vec<u32>,
 }
 
@@ -16,7 +17,7 @@ impl OpenEdges {
         Self { first: vec![Self::END; vertices], next: Vec::new() }
     }
 
-    /// Takes the open edge `tail → head` out, if there is one.
+    /// Removes the open edge `tail → head` and returns it; `None` if this edge is not open.
     pub(super) fn close(&mut self, edges: &[Edge], tail: u32, head: u32) -> Option<u32> {
         let (mut before, mut e) = (Self::END, self.first[tail as usize]);
         while e != Self::END {
@@ -34,7 +35,8 @@ impl OpenEdges {
         None
     }
 
-    /// Opens the edge that is about to be pushed; false when it is open already.
+    /// Adds the edge `tail → head`, which the caller will push next. Returns false if there already
+    /// is an open edge `tail → head`.
     pub(super) fn open(&mut self, edges: &[Edge], tail: u32, head: u32) -> bool {
         let mut e = self.first[tail as usize];
         while e != Self::END {
@@ -48,7 +50,7 @@ impl OpenEdges {
         true
     }
 
-    /// The open edge of least index.
+    /// Returns the open edge with the smallest index; `None` if no edge is open.
     pub(super) fn first(&self) -> Option<u32> {
         let edge = |e: u32| (e != Self::END).then_some(e);
         let chain = |&first: &u32| std::iter::successors(edge(first), |&e| edge(self.next[e as usize]));

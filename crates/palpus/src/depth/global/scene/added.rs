@@ -1,4 +1,4 @@
-//! Obstacles that are made for one translation, and kept for the next pose.
+//! Obstacles that are created for one translation, and kept for the next pose.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,14 +12,14 @@ use super::{Key, Leaf, Ray, Scene};
 use crate::algebra::tolerance::DEPTH_LENSES;
 use crate::body::Body;
 
-/// An obstacle that was made for one translation.
+/// An obstacle that was created for one translation.
 pub(super) struct Added {
-    /// The moving cell in its body's frame; `None` for a ball, which holds at one pose only.
+    /// The moving cell in its body's frame. `None` for a ball, which is valid at one pose only.
     pub(super) source: Option<Cell>,
     pub(super) moving: Vec<DVec3>,
     pub(super) fixed: Vec<DVec3>,
     pub(super) fixed_cell: Option<Cell>,
-    /// True if it blocked a queried translation.
+    /// True if the obstacle blocked a classified translation.
     pub(super) used: bool,
     pub(super) center: DVec3,
     pub(super) inner: f64,
@@ -29,11 +29,12 @@ pub(super) struct Added {
 }
 
 impl Scene<'_> {
-    /// The obstacle of two cells that overlap where the bodies do, with a moved by `t`.
+    /// Returns the obstacle of two cells that overlap where the bodies overlap, with a moved by
+    /// `t`.
     pub(super) fn obstacle_at(&self, crossings: &[Crossing], t: DVec3) -> Option<Added> {
         let closed = |body: &Body| body.mesh().is_closed();
         let (p, q) = if closed(self.a) && closed(self.b) {
-            // Takes a few crossings, spread over all of them.
+            // Takes a few crossings, spread evenly over all of them.
             let stride = crossings.len().div_ceil(DEPTH_LENSES);
             let lenses = crossings.iter().step_by(stride).filter_map(|crossing| self.lens(crossing, t));
             let deepest = lenses.max_by(|p, q| p.depth.total_cmp(&q.depth))?;
@@ -43,7 +44,7 @@ impl Scene<'_> {
                 Cell::grow(self.b.tree(), z, z, self.b.size())?
             })
         } else {
-            // If a surface bounds no solid, its cell is a triangle.
+            // A surface that is not closed has no inside. Then a triangle serves as the cell.
             let crossing = crossings.first()?;
             (
                 Cell::flat(self.a.mesh().triangle_points(crossing.moving)),
@@ -53,7 +54,7 @@ impl Scene<'_> {
         Some(self.added_of(p, q))
     }
 
-    /// The obstacle of a cell of a, in a's frame, and one of b.
+    /// Returns the obstacle of a cell `p` of a (in a's frame) and a cell `q` of b.
     fn added_of(&self, p: Cell, q: Cell) -> Added {
         let moving: Vec<DVec3> = p.corners.iter().map(|&corner| self.placement.point(corner)).collect();
         Added {
@@ -70,8 +71,8 @@ impl Scene<'_> {
         }
     }
 
-    /// Adds the obstacles of earlier searches, in this pose; `leaves` name what blocked there, and
-    /// `gates` where rays left it.
+    /// Adds the obstacles of earlier searches at this pose. `leaves` has the obstacles that blocked
+    /// something there, and `gates` has the exits of rays.
     pub(in super::super) fn restore(&mut self, kept: &[(Cell, Cell)], leaves: &[Leaf], gates: BTreeMap<Ray, Gate>) {
         self.gates[0] = gates;
         let of_leaves = leaves.iter().flat_map(|leaf| leaf.chain.iter().copied());
@@ -83,8 +84,8 @@ impl Scene<'_> {
         }
     }
 
-    /// Extracts the cells of the added obstacles that `leaves` name or that blocked something at
-    /// this pose, and renumbers them. Also returns where rays left obstacles.
+    /// Extracts the cells of the added obstacles that are in `leaves` or that blocked something at
+    /// this pose, and renumbers them. Also returns the exits of rays at this pose.
     pub(in super::super) fn keep(self, leaves: &mut [Leaf]) -> (Vec<(Cell, Cell)>, BTreeMap<Ray, Gate>) {
         let [_, gates] = self.gates;
         let mut used: Vec<bool> = self.added.iter().map(|added| added.used).collect();

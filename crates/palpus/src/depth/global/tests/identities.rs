@@ -4,13 +4,13 @@ use super::*;
 
 const SEED: u64 = 0x1de7_717e;
 
-/// Asserts that two brackets of one depth have a common point.
+/// Returns true if the bounds of two results for the same depth overlap.
 fn agree(p: &DepthBracket, q: &DepthBracket, slack: f64) -> bool {
     p.lower <= q.upper + slack && q.lower <= p.upper + slack
 }
 
 #[test]
-fn exchanging_the_bodies_keeps_the_depth() {
+fn exchanging_bodies_keeps_the_depth() {
     let mut random = Random::new(SEED);
     let (a, b) = (body(&ell()), body(&groove()));
     let (inside_a, inside_b) = (interior(&a), interior(&b));
@@ -22,7 +22,7 @@ fn exchanging_the_bodies_keeps_the_depth() {
         let p = forth.run(&pose, &settings, &mut GlobalMemory::default());
         let q = back.run(&pose.inverse(), &settings, &mut GlobalMemory::default());
         assert!(agree(&p, &q, 1e-9), "seed {SEED}, case {case}: {p:?} {q:?}");
-        // Moving a by t and moving b by −t are the same.
+        // Moving a by t is equivalent to moving b by −t.
         let surfaces = Surfaces::new((&a, &inside_a.components), (&b, &inside_b.components), &pose);
         assert!(surfaces.is_free(-pose.vector(q.translation)), "seed {SEED}, case {case}");
         assert!(p.upper <= a.size() + b.size());
@@ -48,7 +48,7 @@ fn moving_both_bodies_keeps_the_depth() {
 }
 
 #[test]
-fn depth_changes_no_faster_than_the_body_moves() {
+fn depth_changes_at_most_as_fast_as_the_motion() {
     let mut random = Random::new(SEED);
     let (a, b) = (body(&ell()), body(&groove()));
     let (inside_a, inside_b) = (interior(&a), interior(&b));
@@ -70,7 +70,7 @@ fn depth_changes_no_faster_than_the_body_moves() {
     }
 }
 
-/// Two threads; the second takes the tasks from the end.
+/// Two threads. The second thread takes its tasks in reverse order.
 struct Pair;
 
 impl Workers for Pair {
@@ -84,7 +84,7 @@ impl Workers for Pair {
 }
 
 #[test]
-fn answers_are_the_same_for_any_workers() {
+fn results_do_not_depend_on_workers() {
     let (a, b) = (body(&ell()), body(&groove()));
     let alone = (interior(&a), interior(&b));
     let both = (Interior::new(&a, &Pair, &mut |_| ()), Interior::new(&b, &Pair, &mut |_| ()));

@@ -1,4 +1,4 @@
-//! Known depths, and a check of every answer by the surfaces.
+//! Known depths, and a verification of every result on the surfaces.
 
 use super::*;
 use crate::depth::{Certainty, CertificateMemory, DepthScratch, depth_proven};
@@ -10,12 +10,13 @@ fn at(x: f64, y: f64, z: f64) -> Pose {
 }
 
 #[test]
-fn depth_of_a_bar_in_a_groove_is_known() {
+fn bar_in_groove_has_its_known_depth() {
     let (a, b) = (body(&cuboid(DVec3::new(0.8, 0.8, 4.0))), body(&groove()));
     let (inside_a, inside_b) = (interior(&a), interior(&b));
     let query = GlobalDepth::new(&a, &inside_a, &b, &inside_b);
     let settings = GlobalSettings { gap: 1e-6, ..GlobalSettings::new(&a, &b) };
-    // Into the left wall, into the floor, free in the groove; through the left wall from outside.
+    // In the left wall, in the floor, free in the groove, in the left wall from outside, in the
+    // corner.
     for (pose, depth) in [
         (at(0.7, 1.5, -1.0), 0.3),
         (at(1.1, 0.75, -1.0), 0.25),
@@ -30,7 +31,7 @@ fn depth_of_a_bar_in_a_groove_is_known() {
 }
 
 #[test]
-fn containment_is_told_and_counts_as_overlap() {
+fn containment_counts_as_overlap() {
     let (small, large) = (body(&cuboid(DVec3::splat(0.2))), body(&cuboid(DVec3::splat(2.0))));
     let (inside_small, inside_large) = (interior(&small), interior(&large));
     let query = GlobalDepth::new(&small, &inside_small, &large, &inside_large);
@@ -46,7 +47,7 @@ fn containment_is_told_and_counts_as_overlap() {
 }
 
 #[test]
-fn convex_pairs_have_their_certified_depth() {
+fn convex_pairs_get_the_certified_depth() {
     let mut random = Random::new(SEED);
     let hull = |random: &mut Random, n: usize| {
         let points: Vec<DVec3> = (0..n).map(|_| random.direction() * 0.8).collect();
@@ -78,7 +79,7 @@ fn convex_pairs_have_their_certified_depth() {
 }
 
 #[test]
-fn no_translation_of_a_grid_beats_the_lower_bound() {
+fn no_random_translation_beats_the_lower_bound() {
     let mut random = Random::new(SEED);
     let (a, b) = (body(&ell()), body(&groove()));
     let (inside_a, inside_b) = (interior(&a), interior(&b));
@@ -92,7 +93,7 @@ fn no_translation_of_a_grid_beats_the_lower_bound() {
         assert!(answer.certified && (answer.translation.length() - answer.upper).abs() < 1e-12);
         for _ in 0..300 {
             let t = random.direction() * (answer.lower * random.unit().cbrt());
-            assert!(answer.lower == 0.0 || !surfaces.is_free(t), "seed {SEED}, case {case}: {t} frees; {answer:?}");
+            assert!(answer.lower == 0.0 || !surfaces.is_free(t), "seed {SEED}, case {case}: {t} is free; {answer:?}");
         }
         deep += usize::from(answer.lower > 0.0);
     }
@@ -100,7 +101,7 @@ fn no_translation_of_a_grid_beats_the_lower_bound() {
 }
 
 #[test]
-fn bounds_hold_when_the_budget_is_spent() {
+fn bounds_stay_valid_when_budget_is_spent() {
     let (a, b) = (body(&ell()), body(&groove()));
     let (inside_a, inside_b) = (interior(&a), interior(&b));
     let query = GlobalDepth::new(&a, &inside_a, &b, &inside_b);
@@ -115,8 +116,8 @@ fn bounds_hold_when_the_budget_is_spent() {
 }
 
 #[test]
-fn a_pocket_is_no_way_out_with_outside() {
-    // A hollow box: two closed surfaces, the inner one inside out.
+fn pocket_does_not_count_as_free_with_outside() {
+    // A hollow box. It has two closed surfaces, and the inner one is inside out.
     let mut shell = cuboid(DVec3::splat(3.0));
     let hollow = placed(cuboid(DVec3::splat(2.0)), &at(0.5, 0.5, 0.5));
     let first = shell.vertices.len() as u32;
@@ -128,7 +129,7 @@ fn a_pocket_is_no_way_out_with_outside() {
     let (inside_a, inside_b) = (interior(&a), interior(&b));
     let query = GlobalDepth::new(&a, &inside_a, &b, &inside_b);
     let settings = GlobalSettings { gap: 1e-3, ..GlobalSettings::new(&a, &b) };
-    // Free in the hollow, a tenth into its wall.
+    // Free in the hollow, then 0.1 deep in its wall.
     for (x, depth) in [(1.0, 0.0), (0.4, 0.1)] {
         let answer = query.run(&at(x, 1.0, 1.0), &settings, &mut GlobalMemory::default());
         assert!((answer.upper - depth).abs() < 1e-6, "{answer:?}");
@@ -140,8 +141,8 @@ fn a_pocket_is_no_way_out_with_outside() {
 }
 
 #[test]
-fn an_open_surface_only_crosses() {
-    // A square sheet through the groove's block.
+fn open_surface_has_no_inside() {
+    // A square sheet that crosses the block with the groove.
     let mut sheet = PolygonSoup { vertices: vec![], ..PolygonSoup::new() };
     sheet.vertices.extend([(0.0, 0.0), (6.0, 0.0), (6.0, 6.0), (0.0, 6.0)].map(|(x, y)| DVec3::new(x, y, 0.0)));
     sheet.push_face(&[0, 1, 2, 3]);

@@ -1,4 +1,4 @@
-//! A quick test of a facet's hubs, which mostly shows that no facet at them is lower.
+//! A quick test of a facet's hubs. It usually shows that no facet at these hubs is lower.
 
 use glam::DVec3;
 
@@ -7,19 +7,20 @@ use super::super::cso::below;
 use super::view::{View, farthest_side};
 use crate::algebra::tolerance::FACET_SIDES;
 
-/// A quick test of a facet's hubs: the normals of one body alone may show that no facet there is
+/// A quick test of a facet's hubs: the normals of one body alone may show that no facet at a hub is
 /// lower.
 ///
-/// The directions along which a hub's vertex of the CSO has an offset of at least the bar make a
-/// circular cone. Being convex, it holds the whole normal cone of one body's vertex as soon as it
-/// holds the normals of its faces; and the overlap is part of that.
-pub(super) struct Glance {
+/// A hub pair gives one vertex of the CSO. The directions along which this vertex has an offset of
+/// at least `bar` form a circular cone, which is convex. If this cone contains the normals of the
+/// faces at one body's vertex, it contains the whole normal cone of that vertex. It then also
+/// contains the overlap of the two normal cones, which is part of that normal cone.
+pub(super) struct HubTest {
     pub(super) bar: f64,
     pub(super) doubt: Doubt,
 }
 
-impl Glance {
-    /// The hubs of a facet of face `f` of p and vertex `w` of q.
+impl HubTest {
+    /// Tests the hubs of the facet of face `f` of p and vertex `w` of q.
     #[inline]
     pub(super) fn around_face(&mut self, view: &View<'_>, f: u32, w: u32) {
         let corners = view.p.face_vertices(f);
@@ -35,16 +36,16 @@ impl Glance {
         }
     }
 
-    /// True if no normal of vertex `v` of p but that of face `f` has an offset below the bar, with
-    /// the vertex of q at `origin`.
+    /// Returns true if no face normal at vertex `v` of p has an offset below the bar, except
+    /// perhaps face `f`. The vertex of q lies at `origin` (in p's frame).
     #[inline]
     fn is_above(&self, view: &View<'_>, v: u32, f: u32, origin: DVec3) -> bool {
         let is_above = |face: u32| face == f || -view.p.plane(face).height(origin) >= self.bar;
         self.bar >= 0.0 && view.p.ring(v).iter().all(|spoke| is_above(spoke.left))
     }
 
-    /// The hubs of a facet of edge `g` of p and edge `e` of q; `mirror` is the view the other way
-    /// round.
+    /// Tests the hubs of the facet of edge `g` of p and edge `e` of q. `mirror` is the view with p
+    /// and q exchanged.
     #[inline]
     pub(super) fn around_edges(&mut self, view: &View<'_>, mirror: &View<'_>, g: u32, e: u32) {
         let (edge_p, edge_q) = (view.p.edge(g), view.q.edge(e));
@@ -64,9 +65,10 @@ impl Glance {
         }
     }
 
-    /// True if no normal of vertex `v` of p has an offset below the bar at the hubs of `v` and the
-    /// two ends of an edge of q (in p's frame). For each normal, the hub is that of the end which
-    /// supports the normal. The facet itself lies on the arc of p's edge `own`.
+    /// Returns true if no normal at vertex `v` of p has an offset below the bar at the hubs of `v`
+    /// and the two ends of an edge of q (`tail` and `head`, in p's frame). For each normal, the hub
+    /// is the one with the end that supports the normal. The facet itself lies on the arc of p's
+    /// edge `own`.
     #[inline]
     fn is_clear(&self, view: &View<'_>, v: u32, own: u32, [tail, head]: [DVec3; 2]) -> bool {
         let (planes, ring, bar) = (view.p.planes(), view.p.ring(v), self.bar);
@@ -74,8 +76,8 @@ impl Glance {
             return false;
         }
         let along = head - tail;
-        // The offset at the tail, and how much lower the head lies. If that is negative, the head
-        // supports the normal.
+        // The offset at the tail, and how much lower the offset at the head is. If the difference
+        // is negative, the head lies lower along the normal than the tail.
         let sight = |face: u32| {
             let plane = &planes[face as usize];
             (plane.offset - plane.normal.dot(tail), plane.normal.dot(along))
@@ -87,8 +89,8 @@ impl Glance {
             if offset - drop.min(0.0) < bar {
                 return false;
             }
-            // Between two normals supported by different ends, any smaller offset is least where
-            // the support changes from one end to the other.
+            // If different ends support two successive normals, the offset between the normals is
+            // least where the support changes from one end to the other.
             if offset.min(last_offset) < bar && drop * last_drop < 0.0 && spoke.edge != own {
                 let (here, there) = (last_drop.abs(), drop.abs());
                 let between = view.p.plane(spoke.left).normal * here + view.p.plane(last_face).normal * there;
@@ -116,7 +118,7 @@ impl Doubt {
         &self.hubs[..self.count]
     }
 
-    /// Facets with more hubs than there is room for are tested only in part, as are their sides.
+    /// Adds a hub, unless the list is full.
     #[inline]
     fn push(&mut self, hub: HubPair) {
         if self.count < FACET_SIDES {

@@ -1,23 +1,24 @@
-//! Inward paths from the vertices of a closed surface to where the solid is locally thickest, along
-//! its medial axis.
+//! Computes inward paths from the vertices of a closed surface to the medial axis of the solid, and
+//! along it to the locally thickest part.
 //!
 //! From a vertex, the distance to the surface grows fastest along the axis of the narrowest cone
-//! around the inward normals of the vertex's facets. Inside a plane that is straight down; at an
-//! edge, convex or reflex, it is the bisector.
+//! around the inward normals of the vertex's facets. On a planar part this direction is the inward
+//! normal. At an edge, convex or reflex, it is the bisector.
 //!
-//! 1. Go from the vertex along that direction as long as its own facets are the nearest surface, or
-//!    nearly. The path leaves them where it meets the medial axis.
-//! 2. There some other surface is as near. Its direction and the facets' normals give the direction
-//!    in which the distance to all of them grows: along the medial axis. Go on as long as the
-//!    distance to the whole surface grows at that rate.
-//! 3. The path ends where no direction leads away from all near surfaces (opposite walls), or after
-//!    a few steps.
+//! 1. Go from the vertex along that direction as long as the facets at the vertex are the nearest
+//!    part of the surface, or nearly. This step ends at the medial axis.
+//! 2. At the medial axis, another part of the surface is equally near. From the direction to that
+//!    part and the normals of the facets, compute the direction in which the distance to all of
+//!    them grows fastest. It leads along the medial axis. Continue as long as the distance to the
+//!    surface grows at the expected rate.
+//! 3. The path ends if no direction leads away from all near parts, as between opposite walls, or
+//!    after a fixed number of steps.
 //!
-//! The length of a step is a root. If a surface point `x` is nearer than the distance promised at
-//! the step's end, the step is cut to where the promise holds for `x`; then the next such point is
-//! looked for. The length converges as in the shrinking ball of J. Ma, S. Bae, S. Choi, *3D medial
-//! axis point approximation using nearest neighbors and the normal field*, 2012. Each query is
-//! cheap because it asks only for surface points nearer than promised.
+//! The length of a step is found by iteration. The expected distance at the end of the step is
+//! known. If a surface point `x` is nearer, the step is shortened until the expected distance holds
+//! for `x`, and the search is repeated. This converges as the shrinking ball of J. Ma, S. Bae, S.
+//! Choi, *3D medial axis point approximation using nearest neighbors and the normal field*, 2012.
+//! Each query is cheap, because it only searches for points nearer than the expected distance.
 
 use glam::DVec3;
 
@@ -31,24 +32,24 @@ use crate::body::decompose::facet::{Facets, Surface};
 
 /// A point of an inward path.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct WayPoint {
+pub(crate) struct PathPoint {
     pub(crate) point: DVec3,
-    /// Lower bound of the distance to the surface, m.
+    /// Lower bound of the distance from the point to the surface (m).
     pub(crate) distance: f64,
 }
 
 /// The inward paths from all vertices of a surface.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct WaysIn {
+pub(crate) struct InwardPaths {
     starts: Vec<u32>,
-    points: Vec<WayPoint>,
-    /// Vertices that have an inward path.
+    points: Vec<PathPoint>,
+    /// For each vertex, whether it needs an inward path.
     wanted: Vec<bool>,
 }
 
-impl WaysIn {
-    /// Finds the inward paths from the corners of all patches that are part of a closed component,
-    /// but not all of it.
+impl InwardPaths {
+    /// Computes the inward paths from the corners of all patches that are a part, but not the
+    /// whole, of a closed component.
     pub(crate) fn new(
         surface: &Surface<'_>,
         facets: &Facets,
@@ -60,30 +61,31 @@ impl WaysIn {
         let wanted = wanted(surface, facets, patches);
         let around = Around::new(surface, facets);
         let of_vertex = |v: usize| {
-            let mut way = Vec::new();
+            let mut path = Vec::new();
             if wanted[v] {
                 let mut normals = around.of(v).iter().map(|&f| facets.plane(f).normal).collect();
-                way_in(surface.vertex(v as u32), &mut normals, tree, surface.noise(), &mut way);
+                inward_path(surface.vertex(v as u32), &mut normals, tree, surface.noise(), &mut path);
             }
-            way
+            path
         };
         let found = map_in_order(workers, surface.vertex_count(), WAYS_PER_PART, of_vertex, progress);
-        let mut ways = Self { starts: vec![0], points: Vec::new(), wanted };
-        for way in found {
-            ways.points.extend(way);
-            ways.starts.push(ways.points.len() as u32);
+        let mut paths = Self { starts: vec![0], points: Vec::new(), wanted };
+        for path in found {
+            paths.points.extend(path);
+            paths.starts.push(paths.points.len() as u32);
         }
-        ways
+        paths
     }
 
-    /// True if the patch has inward paths.
+    /// Returns true if the patch has inward paths.
     pub(super) fn reach(&self, patch: &Patch, facets: &Facets) -> bool {
         let corner = facets.corners(patch.facets[0])[0];
         self.wanted.get(corner as usize).is_some_and(|&wanted| wanted)
     }
 
-    /// The inward path of vertex `v`, starting at the vertex.
-    pub(crate) fn of(&self, v: u32) -> &[WayPoint] {
+    /// Returns the points of the inward path of vertex `v`, from the surface inward; empty if there
+    /// is no path.
+    pub(crate) fn of(&self, v: u32) -> &[PathPoint] {
         if self.starts.is_empty() {
             return &[];
         }
@@ -91,7 +93,7 @@ impl WaysIn {
     }
 }
 
-/// For each vertex, whether it is a corner of a patch that needs inward paths.
+/// Returns for each vertex whether it is a corner of a patch that needs inward paths.
 fn wanted(surface: &Surface<'_>, facets: &Facets, patches: &[Patch]) -> Vec<bool> {
     let sizes = surface.component_sizes();
     let mut wanted = vec![false; surface.vertex_count()];
@@ -135,16 +137,17 @@ impl Around {
     }
 }
 
-/// Appends the inward path from `vertex`. `normals` are the outward normals of its facets; each
-/// step appends the direction of the surface that ended it.
-pub(super) fn way_in(
+/// Appends the points of the inward path from `vertex` to `path`. `normals` are the outward unit
+/// normals of its facets. Each step appends to `normals` the direction to the surface point that
+/// limited the step.
+pub(super) fn inward_path(
     vertex: DVec3,
     normals: &mut Vec<DVec3>,
     tree: &TriangleTree,
     noise: f64,
-    way: &mut Vec<WayPoint>,
+    path: &mut Vec<PathPoint>,
 ) {
-    let mut at = WayPoint { point: vertex, distance: 0.0 };
+    let mut at = PathPoint { point: vertex, distance: 0.0 };
     for k in 0..WAY_STEPS {
         let axis = shortest_of_hull(normals);
         let slope = axis.length();
@@ -154,14 +157,14 @@ pub(super) fn way_in(
         let step =
             Step { from: at.point, along: -axis / slope, distance: at.distance, slope: (1.0 - WAY_SLACK) * slope };
         let Some((length, near)) = step.length(tree, noise) else { return };
-        at = WayPoint { point: step.at(length), distance: step.promise(length) };
-        way.push(at);
+        at = PathPoint { point: step.at(length), distance: step.promise(length) };
+        path.push(at);
         normals.push((near - at.point).normalize_or_zero());
     }
 }
 
-/// A step from `from` along `along` (unit), whose point at length t should have no surface nearer
-/// than `distance + slope · t`.
+/// A step from `from` along `along` (unit). At length t (m), the expected distance to the surface
+/// is `distance + slope · t`.
 struct Step {
     from: DVec3,
     along: DVec3,
@@ -174,14 +177,15 @@ impl Step {
         self.from + self.along * length
     }
 
+    /// Returns the expected distance to the surface at `length`.
     fn promise(&self, length: f64) -> f64 {
         self.distance + self.slope * length
     }
 
-    /// The step's length up to which the promise holds, and the surface point that limits it;
-    /// `None` if the step is too short.
+    /// Returns the length up to which the expected distance holds, and the surface point that
+    /// limits it; `None` if the length is too short.
     fn length(&self, tree: &TriangleTree, noise: f64) -> Option<(f64, DVec3)> {
-        // A hit at the very start is on the surface at which the path starts.
+        // A hit near t = 0 is the part of the surface at which the path starts.
         let mut wall = f64::INFINITY;
         let _ = tree.visit_ray(self.from, self.along, f64::INFINITY, |hit| {
             if hit.t > noise && hit.t < wall {
@@ -207,22 +211,22 @@ impl Step {
         None
     }
 
-    /// The smallest step length at which `x` is exactly as far as promised.
+    /// Returns the smallest length at which the distance to `x` equals the expected distance.
     fn reach_against(&self, x: DVec3) -> f64 {
-        // |w + t u|² = (d + s t)²
+        // Solves |w + t u|² = (d + s t)² for the length t.
         let w = self.from - x;
         let square = 1.0 - self.slope * self.slope;
         let half = w.dot(self.along) - self.distance * self.slope;
         let rest = w.length_squared() - self.distance * self.distance;
         let root = (half * half - square * rest).max(0.0).sqrt();
-        // The smaller root, written without cancellation: `half` is negative wherever a root
-        // exists.
+        // This is the smaller root in a form without cancellation. If a root exists, `half` is
+        // negative.
         if half < 0.0 { rest / (root - half) } else { 0.0 }
     }
 }
 
-/// The point nearest to the origin of the convex hull of unit vectors (E. Gilbert, 1966): its
-/// length is the least cosine between its direction and any of them.
+/// Returns the point of the convex hull of unit vectors that is nearest to the origin (E. Gilbert,
+/// 1966). Its length is the smallest cosine between its direction and the vectors.
 fn shortest_of_hull(normals: &[DVec3]) -> DVec3 {
     let Some(&first) = normals.first() else { return DVec3::ZERO };
     let mut best = first;

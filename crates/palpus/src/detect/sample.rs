@@ -1,0 +1,269 @@
+//! The sample: where surfaces fit closely, a few hundred of the touching pairs stand for all.
+//!
+//! A nut pressed on its thread touches with five thousand pairs of pieces. Their wrench is a mean
+//! over contacts ([`crate::force::LoadSharing`]): contacts that push the same way share one
+//! stiffness. A mean over an even sample is nearly the same, and costs much less.
+//!
+//! 1. *Rank*: the pieces of the body with more pieces are ranked once. The pieces up to any rank are
+//!    spread evenly over the surface: the rank is the bit-reversed place in the order of the
+//!    hierarchy's leaves, in which neighbours stand side by side.
+//! 2. *Share*: pairs are measured whose piece has a rank below a share. The share follows from the
+//!    number of touching pairs, and changes slowly. It is 1 up to [`SAMPLE_PAIRS`] pairs.
+//! 3. *Weight*: contacts near the end of the share count less, so that they come and go gradually.
+//! 4. *Represented pairs*: any other pair is only bounded. If it presses no harder than the sampled
+//!    contacts of its direction, it is left out until the bodies have moved by a part of the smaller
+//!    piece. If it may press harder, it is measured like the others and counts, from nothing to
+//!    fully, by how much harder it presses. So a burr on a thread is felt, and so is a wall that
+//!    nothing else touches.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::Contact;
+use crate::algebra::tolerance::{
+    SAMPLE_EQUAL, SAMPLE_EXCESS, SAMPLE_FADE, SAMPLE_FULL_EXCESS, SAMPLE_LOADS, SAMPLE_PACE, SAMPLE_PAIRS,
+};
+use crate::body::{Body, NodeKind};
+
+/// Which pairs are measured, and how much their contacts count.
+#[derive(Clone, Debug)]
+pub(super) struct Sample {
+    /// Rank of each piece of one body, 0 to 1.
+    ranks: Arc<[f32]>,
+    of_a: bool,
+    /// Ranks below this are measured. With [`Self::ALL`], all of them are, with full weight.
+    share: f64,
+    /// The contacts of the sample.
+    loads: Vec<Load>,
+    /// The other contacts.
+    others: Vec<Load>,
+}
+
+/// A contact that stands for others.
+#[derive(Clone, Copy, Debug)]
+struct Load {
+    normal: DVec3,
+    /// Model units, times its presence.
+    engagement: f64,
+    pieces: [u32; 2],
+}
+
+impl Load {
+    /// The engagement along `normal`, with the kernel of [`crate::force::LoadSharing`].
+    fn felt(&self, normal: DVec3) -> f64 {
+        let alike = normal.dot(self.normal).max(0.0);
+        alike * alike * self.engagement
+    }
+}
+
+impl Sample {
+    /// The share with which all pairs have full weight.
+    const ALL: f64 = 1.0 / (1.0 - SAMPLE_FADE);
+
+    /// A sample of the pairs of two bodies that begins with all pairs.
+    pub(super) fn new(a: &Body, b: &Body) -> Self {
+        let of_a = a.size() <= b.size();
+        let room = || Vec::with_capacity(SAMPLE_LOADS);
+        let ranks = ranks(if of_a { a } else { b });
+        Self { ranks, of_a, share: Self::ALL, loads: room(), others: room() }
+    }
+
+    /// Begins with all pairs again.
+    pub(super) fn clear(&mut self) {
+        self.share = Self::ALL;
+        self.loads.clear();
+        self.others.clear();
+    }
+
+    /// True if some pairs are left out.
+    pub(super) fn is_partial(&self) -> bool {
+        self.share < Self::ALL
+    }
+
+    /// True if no contact stands for others yet.
+    pub(super) fn is_blank(&self) -> bool {
+        self.loads.is_empty()
+    }
+
+    /// Step 2, for the next query: `touching` pairs touch. `at_once`: the bodies have jumped, so
+    /// that nothing changes gradually.
+    pub(super) fn set_touching(&mut self, touching: f64, at_once: bool) {
+        let target = Self::ALL * (SAMPLE_PAIRS / touching.max(1.0)).min(1.0);
+        self.share = match at_once {
+            true => target,
+            false => target.clamp(self.share * (1.0 - SAMPLE_PACE), self.share * (1.0 + SAMPLE_PACE)),
+        };
+    }
+
+    /// The mean weight of all pairs.
+    fn part(&self) -> f64 {
+        let full = self.share * (1.0 - SAMPLE_FADE);
+        let last = ((self.share - 1.0) / (SAMPLE_FADE * self.share)).max(0.0);
+        full + 0.5 * (self.share.min(1.0) - full) * (1.0 + last)
+    }
+
+    /// Step 3: the weight of the contacts of these pieces, 0 to 1.
+    pub(super) fn weight(&self, pieces: [u32; 2]) -> f64 {
+        let piece = pieces[usize::from(!self.of_a)];
+        let rank = f64::from(self.ranks[piece as usize]);
+        ((self.share - rank) / (SAMPLE_FADE * self.share)).clamp(0.0, 1.0)
+    }
+
+    /// Step 4: contacts of these pieces along `normal` may be left out up to this engagement (model
+    /// units).
+    pub(super) fn stands_for(&self, normal: DVec3, pieces: [u32; 2]) -> f64 {
+        let others = self.others.iter().filter(|load| load.pieces != pieces).map(|load| load.felt(normal));
+        let others = (1.0 - SAMPLE_EQUAL) * others.fold(0.0, f64::max);
+        ((1.0 + SAMPLE_EXCESS) * self.represented(normal)).max(others)
+    }
+
+    /// The greatest engagement (model units) along `normal` that contacts of the sample have.
+    fn represented(&self, normal: DVec3) -> f64 {
+        // Four at a time, for SIMD.
+        let mut most = [0.0; 4];
+        for four in self.loads.chunks(4) {
+            for (load, most) in four.iter().zip(&mut most) {
+                let felt = load.felt(normal);
+                *most = if felt > *most { felt } else { *most };
+            }
+        }
+        most.into_iter().fold(0.0, f64::max)
+    }
+
+    /// Gives the contacts of a pair, which are next to each other, their count.
+    pub(super) fn weigh(&self, contacts: &mut [Contact], tolerance: f64) {
+        if !self.is_partial() {
+            return;
+        }
+        for contact in contacts {
+            let count = self.weight([contact.piece_a, contact.piece_b]) / self.part();
+            contact.count = if count < 1.0 { count.max(self.excess(contact, tolerance)) } else { count };
+        }
+    }
+
+    /// Keeps what other pairs are compared with.
+    pub(super) fn keep(&mut self, contacts: &[Contact], tolerance: f64) {
+        self.loads.clear();
+        self.others.clear();
+        for contact in contacts.iter().filter(|contact| contact.separation < tolerance) {
+            let Contact { normal, piece_a, piece_b, count, separation, .. } = *contact;
+            let pieces = [piece_a, piece_b];
+            let list = if self.weight(pieces) > 0.0 { &mut self.loads } else { &mut self.others };
+            if list.len() < SAMPLE_LOADS {
+                list.push(Load { normal, engagement: count.min(1.0) * (tolerance - separation), pieces });
+            }
+        }
+    }
+
+    /// From 0 to 1: by how much the contact presses harder than those that stand for it.
+    fn excess(&self, contact: &Contact, tolerance: f64) -> f64 {
+        let (engagement, known) = (tolerance - contact.separation, self.represented(contact.normal));
+        let most = (1.0 + SAMPLE_EXCESS) * known;
+        if engagement <= most {
+            return 0.0;
+        }
+        ((engagement - most) / (SAMPLE_FULL_EXCESS * known).max(f64::MIN_POSITIVE)).min(1.0)
+    }
+}
+
+/// Step 1.
+fn ranks(body: &Body) -> Arc<[f32]> {
+    let hierarchy = body.hierarchy();
+    let mut order = Vec::with_capacity(body.polytopes().len());
+    let mut stack = vec![hierarchy.root()];
+    while let Some(node) = stack.pop() {
+        match hierarchy.node(node).kind {
+            NodeKind::Leaf { piece } => order.push(piece),
+            NodeKind::Inner { left, right } => stack.extend([right, left]),
+        }
+    }
+    order.sort_by_key(|&piece| side(body.own_normals(piece).cap().axis));
+    let mut ranks = vec![0.0; order.len()];
+    for (place, piece) in order.into_iter().enumerate() {
+        ranks[piece as usize] = (f64::from((place as u32).reverse_bits()) / 2f64.powi(32)) as f32;
+    }
+    ranks.into()
+}
+
+/// Which of the six sides of a cube a direction points to.
+fn side(direction: DVec3) -> usize {
+    let axis = direction.abs().max_position();
+    2 * axis + usize::from(direction[axis] < 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::BodySettings;
+    use crate::body::{Mesh, PolygonSoup};
+
+    fn body() -> Body {
+        let mut soup = PolygonSoup::new();
+        for k in 0..40 {
+            let at = DVec3::new(f64::from(k), 0.0, 0.0);
+            let corners = [DVec3::ZERO, DVec3::X * 0.5, DVec3::Y * 0.5, DVec3::Z * 0.5];
+            let first = soup.vertices.len() as u32;
+            soup.vertices.extend(corners.map(|corner| at + corner));
+            for face in [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]] {
+                soup.push_face(&face.map(|corner| first + corner));
+            }
+        }
+        let (mesh, _) = Mesh::from_soup(&soup).unwrap();
+        Body::build(mesh, &BodySettings::default(), &mut |_| ()).unwrap()
+    }
+
+    #[test]
+    fn the_mean_weight_is_what_a_sampled_contact_stands_for() {
+        let body = body();
+        let mut sample = Sample::new(&body, &body);
+        for touching in [1.0, SAMPLE_PAIRS, 1.1 * SAMPLE_PAIRS, 2.0 * SAMPLE_PAIRS, 50.0 * SAMPLE_PAIRS] {
+            sample.set_touching(touching, true);
+            let steps = 100_000;
+            let weight = |k: u32| {
+                let rank = (f64::from(k) + 0.5) / f64::from(steps);
+                ((sample.share - rank) / (SAMPLE_FADE * sample.share)).clamp(0.0, 1.0)
+            };
+            let mean = (0..steps).map(weight).sum::<f64>() / f64::from(steps);
+            assert!((mean - sample.part()).abs() < 1e-3, "{touching}: {mean} and {}", sample.part());
+        }
+    }
+
+    #[test]
+    fn all_pairs_count_fully_until_there_are_many() {
+        let body = body();
+        let mut sample = Sample::new(&body, &body);
+        sample.set_touching(SAMPLE_PAIRS, false);
+        assert!(!sample.is_partial());
+        assert!((0..body.polytopes().len() as u32).all(|piece| sample.weight([piece, 0]) == 1.0));
+    }
+
+    #[test]
+    fn the_sample_changes_gradually() {
+        let body = body();
+        let mut sample = Sample::new(&body, &body);
+        for (touching, rounds) in [(1e4, 400), (1.0, 400)] {
+            for _ in 0..rounds {
+                let before = sample.share;
+                sample.set_touching(touching, false);
+                assert!((sample.share / before - 1.0).abs() <= 1.01 * SAMPLE_PACE);
+            }
+        }
+        assert!(!sample.is_partial());
+    }
+
+    #[test]
+    fn the_first_ranks_are_spread_over_all_pieces() {
+        let body = body();
+        let ranks = ranks(&body);
+        // Of forty tetrahedra in a row, the pieces of the lowest eighth of the ranks are near to all.
+        let centers: Vec<f64> = (0..ranks.len())
+            .filter(|&piece| ranks[piece] < 0.25)
+            .map(|piece| body.polytopes()[piece].centroid().x)
+            .collect();
+        let farthest = (0..40)
+            .map(|k| centers.iter().map(|x| (x - f64::from(k)).abs()).fold(f64::INFINITY, f64::min))
+            .fold(0.0, f64::max);
+        assert!(farthest < 8.0, "{farthest}");
+    }
+}
