@@ -135,7 +135,7 @@ fn state(answer: &DepthBracket) -> &'static str {
 }
 
 /// Returns up to `most` frames that are at least as tight as their neighbours, the tightest first.
-/// Of equal neighbours the first counts.
+/// If neighbours are equal, the first counts.
 fn tightest(clearances: &[f64], most: usize) -> Vec<usize> {
     let least_here = |&k: &usize| {
         let before = k.checked_sub(1).is_none_or(|before| clearances[k] < clearances[before]);

@@ -206,7 +206,7 @@ fn large_recording_continues_in_parts_within_its_limit() {
     assert!(ticks.windows(2).all(|two| two[1] == two[0] + 1) && ticks.last() == Some(&89_999));
     let name = parts[0].file_name().expect("the path has a name").to_string_lossy().into_owned();
     let refused = palpus(&folder.0, &["replay", &name]);
-    assert!(text(&refused.stderr).contains("run.csv, in which the recording begins"), "{}", text(&refused.stderr));
+    assert!(text(&refused.stderr).contains("the first part, run.csv, can be replayed"), "{}", text(&refused.stderr));
 }
 
 /// Exports a scene to `scene/`, and runs it with the recording `scene/run.csv`.
@@ -248,7 +248,7 @@ fn recording_is_replayed_from_any_folder() {
     fs::rename(other.join("tool.obj"), other.join("deep/renamed.obj")).expect("the file can be moved");
     let changed = replays(&[]);
     assert!(!changed.status.success() && changed.stdout.is_empty(), "no wrench may be compared");
-    assert!(text(&changed.stderr).contains("tool.obj is not the mesh of the recording: it has changed since"));
+    assert!(text(&changed.stderr).contains("tool.obj is not the mesh of the recording: it has changed"));
     assert!(identical(&["--meshes", "deep"]).contains("renamed.obj, by its content"));
     fs::remove_dir_all(folder.0.join("scene")).expect("the folder can be deleted");
     let gone = replays(&[]);

@@ -169,7 +169,7 @@ fn format_1_is_replayed_if_grip_equals_origin() {
             {
                 let output = palpus(&folder.0, arguments);
                 assert_eq!(output.status.success(), replays, "{arguments:?}: {}", text_of(&output));
-                assert!(replays || text_of(&output).contains("is of format 1"), "{}", text_of(&output));
+                assert!(replays || text_of(&output).contains("has format 1"), "{}", text_of(&output));
             }
         }
     }

@@ -167,7 +167,7 @@ fn reproduction_lists_measured_and_missing_steps() {
     let folder = Folder::new("report-reproduce");
     let wrong = palpus(&folder.0, &["report", "out", "--reproduce", "--only", "nothing"]);
     assert_eq!(wrong.status.code(), Some(1));
-    assert!(text(&wrong.stderr).contains("there are doctor, figures"));
+    assert!(text(&wrong.stderr).contains("the steps are doctor, figures"));
     assert_success(&palpus(
         &folder.0,
         &["report", "out", "--reproduce", "--quick", "--only", "depth", "--only", "convex"],

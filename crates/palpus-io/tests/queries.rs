@@ -27,7 +27,7 @@ fn pose_errors_name_line_and_column() {
         ("0,0,0,0,0,0,1\n".to_owned(), format!("p.csv, line 1: the header has no column tx; it must be {expected}")),
         (
             format!("{expected}\n0,0,0,0,0,0\n"),
-            "p.csv, line 2: there are 6 cells and should be 7; correct or remove the line".to_owned(),
+            "p.csv, line 2: there are 6 cells but should be 7; correct or remove the line".to_owned(),
         ),
         (
             format!("{expected}\n\n0,0,inf,0,0,0,1\n"),
@@ -39,13 +39,13 @@ fn pose_errors_name_line_and_column() {
         ),
         (
             format!("{expected}\n0,0,0,1,0,0,1\n"),
-            "p.csv, line 2, column qx: the quaternion has length 1.4142135623730951 and must have 1; \
+            "p.csv, line 2, column qx: the quaternion has length 1.4142135623730951 but must have 1; \
              normalise it (the order is x, y, z, w)"
                 .to_owned(),
         ),
         (
             format!("{expected}\n0,0,0,1e200,0,0,1\n"),
-            "p.csv, line 2, column qx: the quaternion has length inf and must have 1; \
+            "p.csv, line 2, column qx: the quaternion has length inf but must have 1; \
              normalise it (the order is x, y, z, w)"
                 .to_owned(),
         ),

@@ -64,7 +64,7 @@ fn errors_name_line_and_column() {
     let short = last.rsplit_once(',').unwrap().0;
     assert_eq!(
         change(last, short),
-        format!("run.csv, line {row}: there are 59 cells and should be 60; correct or remove the line")
+        format!("run.csv, line {row}: there are 59 cells but should be 60; correct or remove the line")
     );
     assert_eq!(
         change("format = 3", "format = 4"),

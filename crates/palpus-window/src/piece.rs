@@ -1,5 +1,5 @@
-//! One convex piece, as numbers and as triangles. Separates the surface of the mesh from the faces
-//! that the hull added.
+//! One convex piece, as numbers and as triangles. Separates the mesh's surface from the faces that
+//! the hull added.
 
 use glam::DVec3;
 use palpus::body::{Body, Polytope, Provenance};

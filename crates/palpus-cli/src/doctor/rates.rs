@@ -109,7 +109,7 @@ mod tests {
             table.iter().any(|line| line.contains("8000 Hz") && line.contains("no: a step takes 90 µs")),
             "{table:?}"
         );
-        assert!(table.iter().any(|line| line.contains("2.0 % of turns late")), "{table:?}");
+        assert!(table.iter().any(|line| line.contains("2.0 % of wake-ups late")), "{table:?}");
         assert_eq!(fastest(&rates[2..]), None);
     }
 }

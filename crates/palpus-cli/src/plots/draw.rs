@@ -126,7 +126,7 @@ fn legend_rows(series: &[Series]) -> Vec<Vec<(usize, f64)>> {
     rows
 }
 
-/// Whether a panel is the first or the last in its figure.
+/// The position of a panel in its figure: true if it is the first, and if it is the last.
 #[derive(Clone, Copy)]
 struct Ends {
     first: bool,

@@ -50,7 +50,7 @@ pub(super) struct Pressed {
     pub(super) again: bool,
 }
 
-/// Returns the keys of this frame. There are none while text is typed, and none with Ctrl or Alt,
+/// Returns the keys of this frame. The list is empty while text is typed, and with Ctrl or Alt,
 /// which belong to the window and the camera.
 pub(super) fn pressed(context: &egui::Context) -> Vec<Pressed> {
     if context.text_edit_focused() {

@@ -700,6 +700,11 @@ pub const REPRESENTED_SLOPE: f64 = 0.04;
 /// earliest.
 pub const REPRESENTED_LEAST: f64 = 0.05;
 
+/// Share of the contact offset that counts as pressing where the sample presses less.
+///
+/// Shares of nothing would keep every contact that has just begun to press.
+pub const SAMPLE_LEAST: f64 = 0.05;
+
 /// The most contacts of the sample that are compared with those of other pairs.
 pub const SAMPLE_LOADS: usize = 512;
 
@@ -1267,6 +1272,13 @@ pub const FRICTION_HEIR: f64 = 0.5;
 /// on a line segment, 0.54 on a square and 0.67 on a disc. A larger value brakes a spin too
 /// strongly, a smaller one too weakly.
 pub const FRICTION_SPREAD: f64 = 0.54;
+
+/// s: static friction of a contact that slides falls to the dynamic one no faster than in this time.
+///
+/// Measured times are 1 to 50 ms (Armstrong-Hélouvry, Dupont, Canudas de Wit 1994). With a shorter
+/// one, the force drops by a quarter within a tick where a coupled tool begins to slide; with a
+/// longer one, short slips keep the static friction.
+pub const FRICTION_MEMORY: f64 = 0.015;
 
 /// How many tracked contacts one tick may compare to find the predecessors of new contacts.
 ///

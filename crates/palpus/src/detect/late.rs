@@ -137,7 +137,8 @@ impl PairSearch {
         };
         // The normal of closest points need not be one that the pieces own: it bounds no depth.
         let nearest = if separation > 0.0 { 0.0 } else { f64::NEG_INFINITY };
-        let least = (asked.tolerance - self.sample.stands_for(normal, [leaf.piece_a, leaf.piece_b])).max(nearest);
+        let least = (asked.tolerance - self.sample.stands_for(normal, [leaf.piece_a, leaf.piece_b], &asked.range()))
+            .max(nearest);
         let bound = Represented { normal, hub, least, ..self.unbounded(asked, leaf) };
         (separation >= least).then_some((bound, separation))
     }
@@ -149,7 +150,8 @@ impl PairSearch {
         let mut bound = self.unbounded(asked, leaf);
         let mut separation = 0.0;
         if let Some(contact) = self.contacts.get(known) {
-            let least = asked.tolerance - self.sample.stands_for(contact.normal, [leaf.piece_a, leaf.piece_b]);
+            let least =
+                asked.tolerance - self.sample.stands_for(contact.normal, [leaf.piece_a, leaf.piece_b], &asked.range());
             if contact.separation < least {
                 return false;
             }

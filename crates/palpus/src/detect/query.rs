@@ -22,6 +22,9 @@ pub enum Proof {
 pub struct QuerySettings {
     /// Contacts are nearer than this, model units; 0 finds overlaps only.
     pub tolerance: f64,
+    /// Contacts press below this separation, model units; `None`: below the tolerance. If so many
+    /// pairs touch that a sample stands for all, the sample follows how hard they press.
+    pub contact_offset: Option<f64>,
     /// The most contacts of one query, at least one. If there are more, the deepest are kept.
     pub capacity: usize,
     /// Selects whether depths are proven globally least.
@@ -42,7 +45,15 @@ impl Default for QuerySettings {
     /// Contacts within 1 mm, if the model unit is the metre; at most 4096, not proven, for single
     /// poses in any order.
     fn default() -> Self {
-        Self { tolerance: 1e-3, capacity: 4096, proof: Proof::None, patch_angle: None, guard: false, holding: false }
+        Self {
+            tolerance: 1e-3,
+            contact_offset: None,
+            capacity: 4096,
+            proof: Proof::None,
+            patch_angle: None,
+            guard: false,
+            holding: false,
+        }
     }
 }
 
@@ -104,7 +115,7 @@ impl ContactQuery {
     /// tolerance, but not nearer than [`Self::unseen_separation`]. Hulls of whole parts never make
     /// contacts: the hull of a cup is solid, and a spoon in the cup would be pushed out.
     pub fn run_within(&mut self, pose_ba: &Pose, quota: &Quota<'_>, clock: &impl Clock) -> &QueryCounters {
-        let asked = Asked::new(&self.a, &self.b, pose_ba, self.settings.tolerance);
+        let asked = Asked::new(&self.a, &self.b, pose_ba, &self.settings);
         self.counters = self.search.run(&asked, quota, clock);
         &self.counters
     }
@@ -113,7 +124,7 @@ impl ContactQuery {
     /// the bodies overlap, returns the deepest contact. `None` if a body has no pieces.
     pub fn nearest(&mut self, pose_ba: &Pose) -> Option<Contact> {
         self.run(pose_ba, &NoClock);
-        let asked = Asked::new(&self.a, &self.b, pose_ba, self.settings.tolerance);
+        let asked = Asked::new(&self.a, &self.b, pose_ba, &self.settings);
         self.search.nearest(&asked, &mut self.counters)
     }
 
@@ -160,6 +171,11 @@ impl ContactQuery {
     /// Sets [`QuerySettings::tolerance`] from the next query on.
     pub fn set_tolerance(&mut self, tolerance: f64) {
         self.settings.tolerance = tolerance;
+    }
+
+    /// Sets [`QuerySettings::contact_offset`] from the next query on.
+    pub fn set_contact_offset(&mut self, offset: Option<f64>) {
+        self.settings.contact_offset = offset;
     }
 
     /// Sets [`QuerySettings::patch_angle`] from the next query on.

@@ -22,7 +22,7 @@ use glam::DVec3;
 
 use super::Contact;
 use crate::algebra::tolerance::{
-    SAMPLE_EQUAL, SAMPLE_EXCESS, SAMPLE_FADE, SAMPLE_FULL_EXCESS, SAMPLE_LOADS, SAMPLE_PACE, SAMPLE_PAIRS,
+    SAMPLE_EQUAL, SAMPLE_EXCESS, SAMPLE_FADE, SAMPLE_FULL_EXCESS, SAMPLE_LEAST, SAMPLE_LOADS, SAMPLE_PACE, SAMPLE_PAIRS,
 };
 use crate::body::{Body, NodeKind};
 
@@ -112,10 +112,11 @@ impl Sample {
 
     /// Step 4: contacts of these pieces along `normal` may be left out up to this engagement (model
     /// units).
-    pub(super) fn stands_for(&self, normal: DVec3, pieces: [u32; 2]) -> f64 {
+    pub(super) fn stands_for(&self, normal: DVec3, pieces: [u32; 2], range: &Range) -> f64 {
         let others = self.others.iter().filter(|load| load.pieces != pieces).map(|load| load.felt(normal));
-        let others = (1.0 - SAMPLE_EQUAL) * others.fold(0.0, f64::max);
-        ((1.0 + SAMPLE_EXCESS) * self.represented(normal)).max(others)
+        let others = others.fold(0.0, f64::max);
+        let known = self.represented(normal);
+        (known + SAMPLE_EXCESS * range.pressing(known)).max(others - SAMPLE_EQUAL * range.pressing(others))
     }
 
     /// The greatest engagement (model units) along `normal` that contacts of the sample have.
@@ -132,13 +133,13 @@ impl Sample {
     }
 
     /// Gives the contacts of a pair, which are next to each other, their count.
-    pub(super) fn weigh(&self, contacts: &mut [Contact], tolerance: f64) {
+    pub(super) fn weigh(&self, contacts: &mut [Contact], range: &Range) {
         if !self.is_partial() {
             return;
         }
         for contact in contacts {
             let count = self.weight([contact.piece_a, contact.piece_b]) / self.part();
-            contact.count = if count < 1.0 { count.max(self.excess(contact, tolerance)) } else { count };
+            contact.count = if count < 1.0 { count.max(self.excess(contact, range)) } else { count };
         }
     }
 
@@ -157,13 +158,26 @@ impl Sample {
     }
 
     /// From 0 to 1: by how much the contact presses harder than those that stand for it.
-    fn excess(&self, contact: &Contact, tolerance: f64) -> f64 {
-        let (engagement, known) = (tolerance - contact.separation, self.represented(contact.normal));
-        let most = (1.0 + SAMPLE_EXCESS) * known;
-        if engagement <= most {
-            return 0.0;
-        }
-        ((engagement - most) / (SAMPLE_FULL_EXCESS * known).max(f64::MIN_POSITIVE)).min(1.0)
+    fn excess(&self, contact: &Contact, range: &Range) -> f64 {
+        let (engagement, known) = (range.tolerance - contact.separation, self.represented(contact.normal));
+        let scale = range.pressing(known);
+        ((engagement - known - SAMPLE_EXCESS * scale) / (SAMPLE_FULL_EXCESS * scale)).clamp(0.0, 1.0)
+    }
+}
+
+/// The separations in which contacts are searched, and in which they press, model units.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Range {
+    /// Contacts have an engagement below this separation.
+    pub(super) tolerance: f64,
+    /// They press below this one.
+    pub(super) offset: f64,
+}
+
+impl Range {
+    /// The part of an engagement that presses, or a small part of what could.
+    fn pressing(&self, engagement: f64) -> f64 {
+        (engagement - (self.tolerance - self.offset)).max(SAMPLE_LEAST * self.offset).max(f64::MIN_POSITIVE)
     }
 }
 

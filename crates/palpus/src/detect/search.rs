@@ -32,7 +32,7 @@ use super::guard::Guard;
 use super::held::HeldContacts;
 use super::pair::{Found, at_closest};
 use super::prover::Prover;
-use super::sample::Sample;
+use super::sample::{Range, Sample};
 use super::{Contact, Proof, QueryCounters, QuerySettings};
 use crate::algebra::tolerance::{WORK_ANSWER, WORK_BOUND};
 use crate::algebra::{Clock, Placement, Pose, Quota};
@@ -194,7 +194,7 @@ impl PairSearch {
                 counters.represented += 1;
                 continue;
             }
-            self.sample.weigh(&mut self.contacts[known..], asked.tolerance);
+            self.sample.weigh(&mut self.contacts[known..], &asked.range());
             self.touching += u32::from(self.contacts.len() > known);
             self.keep(asked, &leaf, known, count - k - 1, counters);
             if rests {
@@ -310,12 +310,21 @@ pub(super) struct Asked<'q> {
     pub(super) place: Placement,
     /// Model units.
     pub(super) tolerance: f64,
+    /// Contacts press below this separation, model units.
+    offset: f64,
 }
 
 impl<'q> Asked<'q> {
-    /// Input for contacts nearer than `tolerance` at a pose.
-    pub(super) fn new(a: &'q Body, b: &'q Body, pose_ba: &Pose, tolerance: f64) -> Self {
-        Self { a, b, pose_ba: *pose_ba, place: pose_ba.placement(), tolerance }
+    /// Input of a query with these settings at a pose.
+    pub(super) fn new(a: &'q Body, b: &'q Body, pose_ba: &Pose, settings: &QuerySettings) -> Self {
+        let QuerySettings { tolerance, contact_offset, .. } = *settings;
+        let offset = contact_offset.map_or(tolerance, |offset| offset.min(tolerance));
+        Self { a, b, pose_ba: *pose_ba, place: pose_ba.placement(), tolerance, offset }
+    }
+
+    /// The separations in which contacts are searched, and in which they press.
+    pub(super) fn range(&self) -> Range {
+        Range { tolerance: self.tolerance, offset: self.offset }
     }
 
     /// The pieces of a and of b at these indices.

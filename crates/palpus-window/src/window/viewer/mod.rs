@@ -88,8 +88,8 @@ struct Viewer {
     cut: bool,
     plane: SectionPlane,
     shown: Shown,
-    /// First the body without the picked piece, then that piece's faces: the faces of the mesh and
-    /// those that only the hull has.
+    /// First the body without the picked piece, then that piece's faces: the mesh's, and the hull's
+    /// own faces.
     scene: Scene,
     look: Look,
     style: Style,

@@ -58,6 +58,7 @@ impl Pair {
         let capacity = settings.capacity;
         let asked = QuerySettings {
             tolerance: settings.contact_tolerance,
+            contact_offset: Some(settings.skin()),
             capacity,
             patch_angle: settings.patch_angle,
             guard: true,
@@ -90,6 +91,7 @@ impl Pair {
     pub(super) fn set_settings(&mut self, settings: Settings) {
         self.settings = settings;
         self.query.set_patch_angle(self.settings.patch_angle);
+        self.query.set_contact_offset(Some(self.settings.skin()));
         if self.settings.friction.is_none() {
             self.scratch.clear();
         }
@@ -154,9 +156,9 @@ impl Pair {
         self.contacts.extend(self.query.found().iter().take(self.settings.capacity));
     }
 
-    /// The wrenches on both, of the contacts that the query found. `implicit`: a step moves one of
-    /// them under these contacts.
-    pub(super) fn force(&mut self, a: &Place<'_>, b: &Place<'_>, implicit: bool) {
+    /// The wrenches on both, of the contacts that the query found, `dt` seconds after the last ones.
+    /// `implicit`: a step moves one of the two under these contacts.
+    pub(super) fn force(&mut self, a: &Place<'_>, b: &Place<'_>, dt: f64, implicit: bool) {
         if self.contacts.is_empty() {
             self.scratch.clear();
             self.touches.clear();
@@ -173,7 +175,7 @@ impl Pair {
             twist = Twist { angular: inverse.vector(twist.angular), linear: inverse.vector(twist.linear) };
         }
         let pressed = if implicit { self.touches.pressed(self.settings.stiffness) } else { 0.0 };
-        let motion = Motion { pose_ba, centers, twist, pressed };
+        let motion = Motion { pose_ba, centers, twist, pressed, dt };
         let shading = self.surfaces.as_ref().zip(self.settings.shading);
         let direction = |contact: &Contact| match shading {
             Some((surfaces, ShadingSettings { most_turn, .. })) => {
