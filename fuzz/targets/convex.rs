@@ -8,7 +8,7 @@
 use glam::DVec3;
 use palpus::body::{Polytope, convex_hull};
 use palpus::collision::{Closest, Proximity, StopReason, gjk, initial_features, march};
-use palpus::depth::{Certainty, CertificateMemory, Depth, ProofScratch, Seed as From, WalkScratch, depth, prove};
+use palpus::depth::{Certainty, CertificateMemory, Depth, DepthScratch, Seed as From, depth, depth_proven};
 use palpus_fuzz::{Allowance, Bytes, Seed, target};
 
 /// Allowed difference of two methods for a distance, relative to the sizes and the length of the
@@ -29,7 +29,7 @@ fn run(data: &[u8]) {
     for polytope in [&a, &b] {
         assert_eq!(polytope.validate_topology(), Ok(()));
     }
-    let mut scratch = (WalkScratch::new(), ProofScratch::new(), CertificateMemory::new());
+    let (mut scratch, mut memory) = (DepthScratch::new(), CertificateMemory::new());
     let mut start = None;
     for _ in 0..4 {
         let pose = bytes.pose(a.radius().max(b.radius()));
@@ -64,9 +64,9 @@ fn run(data: &[u8]) {
         }
         if let Proximity::Overlapping(overlap) = marched.proximity {
             let seeds = [From::Witness { direction: overlap.direction }, From::CentroidLine];
-            let walked = depth(&a, &b, &place, &seeds, &mut scratch.0);
+            let walked = depth(&a, &b, &place, &seeds, &mut scratch);
             sane(&walked, size);
-            let proven = prove(&a, &b, &place, &walked, &mut scratch.2, &mut scratch.1, &mut scratch.0);
+            let proven = depth_proven(&a, &b, &place, &[walked.seed()], &mut memory, &mut scratch);
             sane(&proven, size);
             if proven.certainty == Certainty::GloballyOptimal {
                 assert!(proven.depth <= walked.depth + 1e-9 * size, "{walked:?}\n{proven:?}");

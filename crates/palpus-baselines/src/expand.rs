@@ -163,7 +163,7 @@ mod tests {
     use glam::DQuat;
     use palpus::algebra::Pose;
     use palpus::body::Body;
-    use palpus::depth::{Certainty, CertificateMemory, ProofScratch, Seed, WalkScratch, depth_proven};
+    use palpus::depth::{Certainty, CertificateMemory, DepthScratch, Seed, depth_proven};
 
     use super::*;
     use palpus::algebra::Random;
@@ -178,15 +178,14 @@ mod tests {
     #[test]
     fn depth_equals_the_proven_depth() {
         let mut random = Random::new(SEED);
-        let (mut proof, mut walk) = (ProofScratch::new(), WalkScratch::new());
+        let mut scratch = DepthScratch::new();
         let mut proven = 0;
         for round in 0..200 {
             let (a, b) = (cloud(&mut random, 4 + round % 30), cloud(&mut random, 4 + round % 17));
             let axis = random.vector();
             let pose = Pose::new(DQuat::from_scaled_axis(axis * 3.0), random.vector() * 0.01).placement();
             let (a, b) = (&a.polytopes()[0], &b.polytopes()[0]);
-            let truth =
-                depth_proven(a, b, &pose, &[Seed::CentroidLine], &mut CertificateMemory::new(), &mut proof, &mut walk);
+            let truth = depth_proven(a, b, &pose, &[Seed::CentroidLine], &mut CertificateMemory::new(), &mut scratch);
             if truth.certainty != Certainty::GloballyOptimal || truth.depth <= 0.0 {
                 continue;
             }

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 use palpus::algebra::Pose;
 use palpus::body::{Polytope, convex_hull};
-use palpus::depth::{Certainty, CertificateMemory, ProofScratch, WalkScratch, depth_proven};
+use palpus::depth::{Certainty, CertificateMemory, DepthScratch, depth_proven};
 use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
 
 #[global_allocator]
@@ -23,7 +23,7 @@ fn ellipsoid(n: u32, radii: DVec3) -> Polytope {
 #[test]
 fn proofs_do_not_allocate() {
     let (a, b) = (ellipsoid(300, DVec3::new(1.0, 0.9, 0.8)), ellipsoid(200, DVec3::new(0.8, 0.8, 0.7)));
-    let (mut walk, mut proof, mut memory) = (WalkScratch::new(), ProofScratch::new(), CertificateMemory::new());
+    let (mut scratch, mut memory) = (DepthScratch::new(), CertificateMemory::new());
     let before = allocations_of_this_thread();
     assert!(before > 0, "the counting allocator is not installed");
     let mut growths = 0;
@@ -32,9 +32,9 @@ fn proofs_do_not_allocate() {
         let s = f64::from(k) * 2e-3 + f64::from(k / 100);
         let rotation = DQuat::from_scaled_axis(DVec3::new(0.3, -0.4, 1.0) * s);
         let placement = Pose::new(rotation, DVec3::new(1.2 * s.sin(), 0.1, 0.0)).placement();
-        let answer = depth_proven(&a, &b, &placement, &[], &mut memory, &mut proof, &mut walk);
+        let answer = depth_proven(&a, &b, &placement, &[], &mut memory, &mut scratch);
         assert_eq!(answer.certainty, Certainty::GloballyOptimal, "pose {k}: {answer:?}");
-        growths += proof.growths();
+        growths += scratch.growths();
     }
     assert_eq!(allocations_of_this_thread(), before);
     assert!(growths > 100, "{growths}");

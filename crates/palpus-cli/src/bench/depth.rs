@@ -1,10 +1,8 @@
 //! `palpus bench depth`: the plots of docs/penetration-depth.md and docs/global-depth.md.
 //!
-//! 1. *How often the walk is only local*: random overlapping poses of two rounded hulls, the depth
-//!    of the walk from a cold start over the proven one.
-//! 2. *What a tilting box feels*: the contact point of a box that tilts on a table, passing through
+//! 1. *What a tilting box feels*: the contact point of a box that tilts on a table, passing through
 //!    flat contact: the exact witness point, and the centre of the contact patch.
-//! 3. *Depths of whole bodies* ([`bracket`]).
+//! 2. *Depths of whole bodies* ([`bracket`]).
 
 mod bracket;
 
@@ -16,73 +14,21 @@ use anyhow::anyhow;
 use glam::{DQuat, DVec3};
 use palpus::algebra::Pose;
 use palpus::body::{Body, BodySettings};
-use palpus::detect::{Contact, ContactQuery, Proof, QuerySettings};
+use palpus::detect::{Contact, ContactQuery, QuerySettings};
 use palpus::force::{TiltShares, Tilted};
 use palpus::render::Settings;
 use palpus_scenes::shape;
 
-use crate::plots::{BLUE, Drawn, Figure, Panel, Series, VERMILION, write_svg};
+use crate::plots::{BLUE, Figure, Panel, Series, VERMILION, write_svg};
 use crate::{files, output};
-use palpus::algebra::Random;
-
-/// Seed of the shapes and poses of the first plot.
-const SEED: u64 = 0xdeb7_0001;
-const VERTICES: usize = 100;
-const POSES: usize = 3000;
 
 pub(super) fn depth(out: &Path) -> anyhow::Result<ExitCode> {
     files::make_folder(out)?;
-    local(&out.join("depth_local.svg"))?;
     tilting(&out.join("depth_witness.svg"))?;
     bracket::write(out)?;
-    let names = "depth_local.svg, depth_witness.svg, depth_path.svg and depth_budget.svg";
+    let names = "depth_witness.svg, depth_path.svg and depth_budget.svg";
     output::line(format!("written to {}: {names}", out.display()));
     Ok(ExitCode::SUCCESS)
-}
-
-fn local(path: &Path) -> anyhow::Result<()> {
-    let mut random = Random::new(SEED);
-    let mut hull = |axes: DVec3| {
-        let points: Vec<DVec3> = (0..VERTICES).map(|_| random.vector().normalize_or(DVec3::X) * axes).collect();
-        Body::from_convex(&points)
-    };
-    let (a, b) = (hull(DVec3::new(1.0, 0.7, 0.5))?, hull(DVec3::new(0.6, 1.0, 0.8))?);
-    let (a, b) = (Arc::new(a), Arc::new(b));
-    let settings = QuerySettings { tolerance: 0.0, capacity: 1, ..QuerySettings::default() };
-    let mut walk = ContactQuery::new(a.clone(), b.clone(), settings);
-    let mut proof = ContactQuery::new(a, b, QuerySettings { proof: Proof::Prove, ..settings });
-    let mut excess = Vec::with_capacity(POSES);
-    while excess.len() < POSES {
-        let pose = Pose::new(DQuat::from_scaled_axis(random.vector() * 3.0), random.vector());
-        walk.clear();
-        if let ([walked], [proven]) = (walk.contacts(&pose), proof.contacts(&pose))
-            && proven.separation < 0.0
-        {
-            excess.push((walked.separation / proven.separation - 1.0).max(0.0) * 100.0);
-        }
-    }
-    excess.sort_by(f64::total_cmp);
-    // Differences below a millionth of the depth count as the same minimum.
-    let beaten = excess.iter().filter(|percent| **percent > 1e-4).count();
-    let share = 100.0 * beaten as f64 / POSES as f64;
-    output::line(format!("{beaten} of {POSES} cold walks are only local ({share:.2} %), seed {SEED:#x}"));
-    let rank = |k: usize| 100.0 * (k as f64 + 0.5) / POSES as f64;
-    let tail = POSES - POSES / 20;
-    let points = (tail..POSES).map(|k| (rank(k), excess[k])).collect();
-    let figure = Figure {
-        title: format!("The walk from a cold start against the proof: {beaten} of {POSES} poses are only local"),
-        x_label: "poses, by how much the walk misses (%, the last twentieth)",
-        bands: Vec::new(),
-        log_x: false,
-        marks: Vec::new(),
-        panels: vec![Panel {
-            title: "depth of the walk over the least depth",
-            unit: "% too deep",
-            series: vec![Series { label: "excess", color: BLUE, points }],
-            drawn: Drawn::Lines,
-        }],
-    };
-    write_svg(&figure, path)
 }
 
 /// Sides of the box, m.
@@ -127,21 +73,14 @@ fn tilting(path: &Path) -> anyhow::Result<()> {
     };
     let patches = curve(Settings::default().patch_angle)?;
     let exact = curve(None)?;
-    let figure = Figure {
-        title: "A box tilts through flat contact on a table: the contact point".to_owned(),
-        x_label: "tilt (degrees)",
-        bands: Vec::new(),
-        log_x: false,
-        marks: Vec::new(),
-        panels: vec![Panel {
-            title: "contact point along the box",
-            unit: "mm",
-            series: vec![
-                Series { label: "exact", color: VERMILION, points: exact },
-                Series { label: "middle of the patch", color: BLUE, points: patches },
-            ],
-            drawn: Drawn::Lines,
-        }],
-    };
+    let figure = Figure::new(
+        "A box tilts through flat contact on a table: the contact point",
+        "tilt (degrees)",
+        vec![Panel::lines(
+            "contact point along the box",
+            "mm",
+            vec![Series::new("exact", VERMILION, exact), Series::new("middle of the patch", BLUE, patches)],
+        )],
+    );
     write_svg(&figure, path)
 }

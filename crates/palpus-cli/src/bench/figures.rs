@@ -64,31 +64,29 @@ fn figure_5(out: &Path) -> anyhow::Result<()> {
     };
     let intervals = bands(ticks.iter().enumerate().map(|(k, tick)| (k as f64, tick.separation < 0.0)));
     let figure = Figure {
-        title: "Figure 5: a spoon touches a cup (shaded: penetrating)".to_owned(),
-        x_label: "tick (1 ms)",
         bands: intervals,
-        log_x: false,
-        marks: Vec::new(),
-        panels: vec![
-            Panel {
-                title: "time of the contact query and of the force computation",
-                unit: "µs",
-                series: vec![
-                    Series { label: "contact query", color: BLUE, points: curve(&query_us) },
-                    Series { label: "force", color: VERMILION, points: curve(&force_us) },
-                ],
-                drawn: Drawn::Lines,
-            },
-            Panel {
-                title: "contacts",
-                unit: "number",
-                series: vec![
-                    Series { label: "contacts", color: BLUE, points: curve(&|tick| f64::from(tick.contacts)) },
-                    Series { label: "clusters", color: GREEN, points: curve(&|tick| f64::from(tick.clusters)) },
-                ],
-                drawn: Drawn::Lines,
-            },
-        ],
+        ..Figure::new(
+            "Figure 5: a spoon touches a cup (shaded: penetrating)",
+            "tick (1 ms)",
+            vec![
+                Panel::lines(
+                    "time of the contact query and of the force computation",
+                    "µs",
+                    vec![
+                        Series::new("contact query", BLUE, curve(&query_us)),
+                        Series::new("force", VERMILION, curve(&force_us)),
+                    ],
+                ),
+                Panel::lines(
+                    "contacts",
+                    "number",
+                    vec![
+                        Series::new("contacts", BLUE, curve(&|tick| f64::from(tick.contacts))),
+                        Series::new("clusters", GREEN, curve(&|tick| f64::from(tick.clusters))),
+                    ],
+                ),
+            ],
+        )
     };
     write_svg(&figure, &out.join("figure5.svg"))
 }
@@ -141,25 +139,25 @@ fn figure_6(out: &Path) -> anyhow::Result<()> {
         [("x", VERMILION), ("y", GREEN), ("z", BLUE)]
             .into_iter()
             .enumerate()
-            .map(|(axis, (label, color))| Series { label, color, points: curve(&|contact| value(contact)[axis]) })
+            .map(|(axis, (label, color))| Series::new(label, color, curve(&|contact| value(contact)[axis])))
             .collect()
     };
     let panel = |title, unit, series| Panel { title, unit, series, drawn: Drawn::ThickInBands };
     let figure = Figure {
-        title: "Figure 6: a pen is drawn over a sphere (thick and shaded: penetrating)".to_owned(),
-        x_label: "tick (1 ms)",
         bands: bands(contacts.iter().enumerate().map(|(k, contact)| (k as f64, contact.separation < 0.0))),
-        log_x: false,
-        marks: Vec::new(),
-        panels: vec![
-            panel("(a) contact point", "mm", axes(&|contact| contact.midpoint() * 1e3)),
-            panel("(b) contact normal", "", axes(&|contact| contact.normal)),
-            panel(
-                "(c) distance, negative when penetrating",
-                "mm",
-                vec![Series { label: "distance", color: BLUE, points: curve(&|contact| contact.separation * 1e3) }],
-            ),
-        ],
+        ..Figure::new(
+            "Figure 6: a pen is drawn over a sphere (thick and shaded: penetrating)",
+            "tick (1 ms)",
+            vec![
+                panel("(a) contact point", "mm", axes(&|contact| contact.midpoint() * 1e3)),
+                panel("(b) contact normal", "", axes(&|contact| contact.normal)),
+                panel(
+                    "(c) distance, negative when penetrating",
+                    "mm",
+                    vec![Series::new("distance", BLUE, curve(&|contact| contact.separation * 1e3))],
+                ),
+            ],
+        )
     };
     write_svg(&figure, &out.join("figure6.svg"))
 }

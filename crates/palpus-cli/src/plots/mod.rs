@@ -128,7 +128,19 @@ pub(crate) fn write_svg(figure: &Figure, path: &Path) -> anyhow::Result<()> {
     files::write(path, svg(figure).as_str())
 }
 
+impl Series {
+    /// A curve.
+    pub(crate) fn new(label: &'static str, color: Ink, points: Vec<(f64, f64)>) -> Self {
+        Self { label, color, points }
+    }
+}
+
 impl Figure {
+    /// Panels over an axis that is not logarithmic, without shaded intervals and named places.
+    pub(crate) fn new(title: impl Into<String>, x_label: &'static str, panels: Vec<Panel>) -> Self {
+        Self { title: title.into(), x_label, log_x: false, bands: Vec::new(), marks: Vec::new(), panels }
+    }
+
     /// Points with their positions on the horizontal axis.
     fn on_axis(&self, points: &[(f64, f64)]) -> Vec<(f64, f64)> {
         points.iter().map(|&(x, y)| (self.place(x), y)).collect()
@@ -154,6 +166,11 @@ impl Figure {
 }
 
 impl Panel {
+    /// A panel of curves.
+    pub(crate) fn lines(title: &'static str, unit: &'static str, series: Vec<Series>) -> Self {
+        Self { title, unit, series, drawn: Drawn::Lines }
+    }
+
     fn y_range(&self) -> Range<f64> {
         let values = self.series.iter().flat_map(|s| &s.points).map(|p| p.1).filter(|y| y.is_finite());
         let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(y), h.max(y)));

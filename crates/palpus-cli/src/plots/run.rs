@@ -15,62 +15,55 @@ pub(crate) fn run_figure(name: &str, rows: &[RecordRow]) -> Figure {
         [("x", VERMILION), ("y", GREEN), ("z", BLUE)]
             .into_iter()
             .enumerate()
-            .map(|(axis, (label, color))| Series { label, color, points: curve(&|row| value(row)[axis]) })
+            .map(|(axis, (label, color))| Series::new(label, color, curve(&|row| value(row)[axis])))
             .collect()
     };
-    let series = |label, color, points| Series { label, color, points };
-    let panel = |title, unit, series| Panel { title, unit, series, drawn: Drawn::Lines };
     let title =
         if name.is_empty() { String::new() } else { format!("{name}: what the hand felt (shaded: penetrating)") };
     Figure {
-        title,
-        x_label: "time (s)",
         bands: bands(rows.iter().map(|row| (seconds(row), row.separation < 0.0))),
-        marks: Vec::new(),
-        log_x: false,
-        panels: vec![
-            panel("force", "N", axes(&|row| row.wrench.force)),
-            panel("torque", "mN·m", axes(&|row| row.wrench.torque * 1e3)),
-            panel(
-                "contacts and their clusters",
-                "number",
-                vec![
-                    series("contacts", BLUE, curve(&|row| f64::from(row.contacts))),
-                    series("clusters", GREEN, curve(&|row| f64::from(row.clusters))),
-                ],
-            ),
-            panel(
-                "separation: least distance, or minus the greatest depth",
-                "mm",
-                // The separation is infinite where no pair is near.
-                vec![series("separation", BLUE, curve(&|row| row.separation * 1e3))],
-            ),
-            panel(
-                "contact query and force computation, the slowest 1 % cut off",
-                "µs",
-                vec![
-                    series("contact query", BLUE, cut(curve(&query_us))),
-                    series("force", VERMILION, cut(curve(&|row| row.force_us))),
-                ],
-            ),
-        ],
+        ..Figure::new(
+            title,
+            "time (s)",
+            vec![
+                Panel::lines("force", "N", axes(&|row| row.wrench.force)),
+                Panel::lines("torque", "mN·m", axes(&|row| row.wrench.torque * 1e3)),
+                Panel::lines(
+                    "contacts and their clusters",
+                    "number",
+                    vec![
+                        Series::new("contacts", BLUE, curve(&|row| f64::from(row.contacts))),
+                        Series::new("clusters", GREEN, curve(&|row| f64::from(row.clusters))),
+                    ],
+                ),
+                Panel::lines(
+                    "separation: least distance, or minus the greatest depth",
+                    "mm",
+                    // The separation is infinite where no pair is near.
+                    vec![Series::new("separation", BLUE, curve(&|row| row.separation * 1e3))],
+                ),
+                Panel::lines(
+                    "contact query and force computation, the slowest 1 % cut off",
+                    "µs",
+                    vec![
+                        Series::new("contact query", BLUE, cut(curve(&query_us))),
+                        Series::new("force", VERMILION, cut(curve(&|row| row.force_us))),
+                    ],
+                ),
+            ],
+        )
     }
 }
 
 /// Histograms of the step times, and of the change of force from tick to tick.
 pub(crate) fn run_histograms(rows: &[RecordRow]) -> [Figure; 2] {
     let one = |title, x_label, label, points| Figure {
-        title: String::new(),
-        x_label,
         log_x: true,
-        bands: Vec::new(),
-        marks: Vec::new(),
-        panels: vec![Panel {
-            title,
-            unit: "ticks",
-            series: vec![Series { label, color: BLUE, points }],
-            drawn: Drawn::Bars,
-        }],
+        ..Figure::new(
+            "",
+            x_label,
+            vec![Panel { title, unit: "ticks", series: vec![Series::new(label, BLUE, points)], drawn: Drawn::Bars }],
+        )
     };
     let steps = rows.windows(2).map(|pair| pair[1].wrench.force.distance(pair[0].wrench.force) * 1e3);
     [

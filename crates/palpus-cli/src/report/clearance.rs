@@ -8,7 +8,7 @@ use palpus_window::{BodyPart, Camera, Look, Scene, ShownBody, Solid, Style, Them
 
 use super::html::{Html, Table};
 use crate::clearance::{Place, Shown};
-use crate::plots::{BLUE, Drawn, Figure, Mark, Panel, Series, bands, svg};
+use crate::plots::{BLUE, Figure, Mark, Panel, Series, bands, svg};
 
 /// Size of the pictures, pixels.
 const WIDTH: usize = 960;
@@ -54,17 +54,13 @@ fn figure(shown: &Shown<'_>) -> Figure {
     let points = || shown.clearances.iter().enumerate().map(|(frame, &clearance)| (frame as f64, clearance));
     let marks = shown.tightest.iter().enumerate();
     Figure {
-        title: String::new(),
-        x_label: "frame",
-        log_x: false,
         bands: bands(points().map(|(x, clearance)| (x, clearance < 0.0))),
         marks: marks.map(|(k, place)| Mark { x: place.frame as f64, label: letter(k) }).collect(),
-        panels: vec![Panel {
-            title: "Clearance",
-            unit: "model units",
-            series: vec![Series { label: "clearance", color: BLUE, points: points().collect() }],
-            drawn: Drawn::Lines,
-        }],
+        ..Figure::new(
+            "",
+            "frame",
+            vec![Panel::lines("Clearance", "model units", vec![Series::new("clearance", BLUE, points().collect())])],
+        )
     }
 }
 

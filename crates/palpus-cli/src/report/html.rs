@@ -221,13 +221,6 @@ impl Html {
         self.figure(caption, |scroll| scroll.0 += svg.as_str())
     }
 
-    /// Output of a program.
-    pub(super) fn said(&mut self, text: &str) -> &mut Self {
-        self.element("pre", "", |pre| {
-            pre.text(text.trim_end());
-        })
-    }
-
     /// A plot from a file, as an image, in which no script can run.
     pub(super) fn drawing(&mut self, svg: &[u8], caption: &str) -> &mut Self {
         self.figure(caption, |scroll| scroll.picture("image/svg+xml", svg, caption))

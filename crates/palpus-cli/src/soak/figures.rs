@@ -1,7 +1,7 @@
 //! The plots of a soak run: values over time, and the distribution of the lateness.
 
 use super::report::{Report, Row, Stretch};
-use crate::plots::{self, BLUE, Drawn, Figure, GREEN, Panel, Series, VERMILION};
+use crate::plots::{self, BLUE, Figure, GREEN, Panel, Series, VERMILION};
 
 /// Returns both plots as SVG.
 pub(super) fn of(report: &Report) -> [String; 2] {
@@ -11,30 +11,26 @@ pub(super) fn of(report: &Report) -> [String; 2] {
 fn over_time(report: &Report) -> Figure {
     let curve = |label, color, of: &dyn Fn(&Row) -> f64| {
         let points = report.rows.iter().map(|row| ((row.begin_s + row.end_s) / 120.0, of(row))).collect();
-        Series { label, color, points }
+        Series::new(label, color, points)
     };
-    let panel = |title, unit, series| Panel { title, unit, series, drawn: Drawn::Lines };
     let megabytes = |bytes: Option<u64>| bytes.map_or(f64::NAN, |bytes| bytes as f64 / 1048576.0);
     let memory = report.samples.iter().map(|(time, sample)| (time / 60.0, megabytes(sample.resident))).collect();
-    Figure {
-        title: format!("{}: the loop over time", report.scene),
-        x_label: "time (min)",
-        log_x: false,
-        bands: Vec::new(),
-        marks: Vec::new(),
-        panels: vec![
-            panel("rate", "Hz", vec![curve("rate", BLUE, &|row| row.rate_hz)]),
-            panel(
+    Figure::new(
+        format!("{}: the loop over time", report.scene),
+        "time (min)",
+        vec![
+            Panel::lines("rate", "Hz", vec![curve("rate", BLUE, &|row| row.rate_hz)]),
+            Panel::lines(
                 "late by over half a millisecond",
                 "% of ticks",
                 vec![curve("late", VERMILION, &|row| row.late_share * 100.0)],
             ),
-            panel(
+            Panel::lines(
                 "a step takes",
                 "µs",
                 vec![curve("99 %", VERMILION, &|row| row.step_us.p99), curve("half", BLUE, &|row| row.step_us.p50)],
             ),
-            panel(
+            Panel::lines(
                 "contacts",
                 "",
                 vec![
@@ -42,14 +38,14 @@ fn over_time(report: &Report) -> Figure {
                     curve("mean", BLUE, &|row| row.contacts_mean),
                 ],
             ),
-            panel("memory of the program", "MB", vec![Series { label: "resident", color: BLUE, points: memory }]),
-            panel(
+            Panel::lines("memory of the program", "MB", vec![Series::new("resident", BLUE, memory)]),
+            Panel::lines(
                 "work of other programs",
                 "cores",
                 vec![curve("others", VERMILION, &|row| row.others_cores.unwrap_or(f64::NAN))],
             ),
         ],
-    }
+    )
 }
 
 /// Shares below one in ten million are not drawn.
@@ -58,23 +54,18 @@ const LEAST_LOG: f64 = -7.0;
 fn how_late(report: &Report) -> Figure {
     let series = |label, color, stretch: &Stretch| {
         let log = |share: f64| if share > 0.0 { share.log10().max(LEAST_LOG) } else { f64::NAN };
-        Series { label, color, points: stretch.beyond.iter().map(|&(late, share)| (late, log(share))).collect() }
+        Series::new(label, color, stretch.beyond.iter().map(|&(late, share)| (late, log(share))).collect())
     };
     let mut curves = Vec::new();
     curves.extend(report.before.as_ref().map(|bare| series("timer before", GREEN, bare)));
     curves.extend(report.after.as_ref().map(|bare| series("timer after", BLUE, bare)));
     curves.push(series("the loop", VERMILION, &report.lateness()));
     Figure {
-        title: "lateness of the ticks of the loop, and of a bare timer on the same machine".to_owned(),
-        x_label: "late by more than (µs)",
         log_x: true,
-        bands: Vec::new(),
-        marks: Vec::new(),
-        panels: vec![Panel {
-            title: "share of ticks that are later (−3: one in a thousand)",
-            unit: "power of ten",
-            series: curves,
-            drawn: Drawn::Lines,
-        }],
+        ..Figure::new(
+            "lateness of the ticks of the loop, and of a bare timer on the same machine",
+            "late by more than (µs)",
+            vec![Panel::lines("share of ticks that are later (−3: one in a thousand)", "power of ten", curves)],
+        )
     }
 }

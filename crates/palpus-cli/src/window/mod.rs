@@ -5,6 +5,8 @@
 //! hand, pauses, recordings, and a next scene, which a background thread prepares ([`loading`]).
 
 #[cfg(feature = "window")]
+mod caps;
+#[cfg(feature = "window")]
 mod compare;
 #[cfg(feature = "window")]
 mod dropped;

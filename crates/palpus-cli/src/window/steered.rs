@@ -9,17 +9,17 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
-use std::time::{Duration, Instant};
 
 use anyhow::anyhow;
 use palpus::render::Settings;
-use palpus_device::{DeviceSpec, Guide, HapticDevice, Newest, SpaceMouse, SpaceMouseError};
+use palpus_device::{DeviceSpec, Guide, Newest};
 use palpus_io::record::SceneSource;
 use palpus_io::scene::FilePolicy;
 use palpus_window::{
     Cap, ComparedTick, FileKind, Loading, Moment, Numbers, Painted, Preset, Run, Scene, SeenTick, Start, Wanted,
 };
 
+use super::caps::Caps;
 use super::compare::Comparison;
 use super::dropped::{self, Present};
 use super::here::begin;
@@ -431,42 +431,5 @@ impl Run for Steered<'_> {
         output::note(format!(
             "window: {rate_hz:.1} frames/s of {triangles} triangles, {samples} samples in each pixel, drawn by {renderer}"
         ));
-    }
-}
-
-/// The SpaceMouse; one that is plugged in later is found too.
-#[derive(Default)]
-struct Caps {
-    mouse: Option<SpaceMouse>,
-    looked: Option<Instant>,
-    unusable: Option<String>,
-}
-
-/// Interval between searches for a SpaceMouse.
-const LOOK: Duration = Duration::from_secs(2);
-
-impl Caps {
-    fn get(&mut self) -> Cap {
-        if self.mouse.is_none() && self.looked.is_none_or(|looked| looked.elapsed() > LOOK) {
-            self.look();
-        }
-        match self.mouse.as_mut().map(HapticDevice::read) {
-            Some(Ok(state)) => Cap::Pushed(state.twist),
-            Some(Err(_)) => {
-                self.mouse = None;
-                Cap::None
-            }
-            None => self.unusable.clone().map_or(Cap::None, Cap::Unusable),
-        }
-    }
-
-    fn look(&mut self) {
-        self.looked = Some(Instant::now());
-        self.unusable = None;
-        match SpaceMouse::open(None) {
-            Ok(mouse) => self.mouse = Some(mouse),
-            Err(SpaceMouseError::None | SpaceMouseError::NotHere) => {}
-            Err(error) => self.unusable = Some(error.to_string()),
-        }
     }
 }

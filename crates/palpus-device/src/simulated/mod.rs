@@ -215,11 +215,6 @@ impl<I: Intent> SimulatedDevice<I> {
         self.written[self.settings.delay_ticks]
     }
 
-    /// Returns the pose of the grip that the operator intends.
-    pub fn intended_pose(&self) -> Pose {
-        self.intent.pose(self.time())
-    }
-
     fn advance(&mut self) {
         if self.brake.0.is_applied() {
             self.written = [self.braking(); DELAY_MAX + 1];

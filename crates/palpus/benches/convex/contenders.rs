@@ -5,7 +5,7 @@ use glam::DVec3;
 use palpus::algebra::Placement;
 use palpus::body::{FeaturePair, Polytope};
 use palpus::collision::{Proximity, initial_features, march};
-use palpus::depth::{Certainty, CertificateMemory, Depth, ProofScratch, Seed, WalkScratch, depth, depth_proven};
+use palpus::depth::{Certainty, CertificateMemory, Depth, DepthScratch, Seed, depth, depth_proven};
 use parry3d_f64::math::Pose as ParryPose;
 use parry3d_f64::query::contact::contact_support_map_support_map_with_params;
 use parry3d_f64::query::gjk::{GJKResult, VoronoiSimplex};
@@ -64,8 +64,8 @@ impl Name {
 
 /// A contender with its working memory and its cached data of the previous pose.
 pub(crate) enum Contender {
-    Local { scratch: Box<WalkScratch>, last: Option<Depth> },
-    Proven { scratch: Box<WalkScratch>, proof: Box<ProofScratch>, memory: Box<CertificateMemory>, last: Option<Depth> },
+    Local { scratch: Box<DepthScratch>, last: Option<Depth> },
+    Proven { scratch: Box<DepthScratch>, memory: Box<CertificateMemory>, last: Option<Depth> },
     March { last: Option<FeaturePair> },
     Parry { name: Name, simplex: Box<VoronoiSimplex>, last: Option<DVec3> },
 }
@@ -85,9 +85,7 @@ impl Contender {
     pub(crate) fn of(name: Name) -> Self {
         match name {
             Name::Local => Self::Local { scratch: Box::default(), last: None },
-            Name::Proven => {
-                Self::Proven { scratch: Box::default(), proof: Box::default(), memory: Box::default(), last: None }
-            }
+            Name::Proven => Self::Proven { scratch: Box::default(), memory: Box::default(), last: None },
             Name::March => Self::March { last: None },
             Name::ParryEpa | Name::ParryGjk => {
                 Self::Parry { name, simplex: Box::new(VoronoiSimplex::new()), last: None }
@@ -128,8 +126,8 @@ impl Contender {
                 *last = Some(answer);
                 -answer.depth
             }
-            Self::Proven { scratch, proof, memory, last } => {
-                let answer = depth_proven(a, b, &place.palpus, &[seed(last.as_ref())], memory, proof, scratch);
+            Self::Proven { scratch, memory, last } => {
+                let answer = depth_proven(a, b, &place.palpus, &[seed(last.as_ref())], memory, scratch);
                 *last = Some(answer);
                 // A depth without proof does not count as a result.
                 if answer.certainty == Certainty::GloballyOptimal { -answer.depth } else { f64::NAN }

@@ -53,11 +53,6 @@ impl SpatialMatrix {
         self.torque_turning += DMat3::from_diagonal(DVec3::splat(c));
     }
 
-    /// Adds a spring or damper of strength `c` against rotation about the unit vector `axis`.
-    pub fn add_turning_about(&mut self, axis: DVec3, c: f64) {
-        self.torque_turning += outer(c * axis, axis);
-    }
-
     /// The same matrix about another point of the body; the present point lies at `offset` from it.
     pub fn about(&self, offset: DVec3) -> Self {
         let cross = cross_matrix(offset);
@@ -170,11 +165,8 @@ mod tests {
         let mut at = SpatialMatrix::ZERO;
         at.add_at(R, 40.0);
         at.add_turning(3.0);
-        at.add_turning_about(N, 2.0);
-        let twisting = Wrench { torque: N * (2.0 * TWIST.angular.dot(N)), force: DVec3::ZERO };
-        let expected = twisting
-            + Wrench::of_force_at(velocity * 40.0, R)
-            + Wrench { torque: TWIST.angular * 3.0, force: DVec3::ZERO };
+        let turning = Wrench { torque: TWIST.angular * 3.0, force: DVec3::ZERO };
+        let expected = Wrench::of_force_at(velocity * 40.0, R) + turning;
         assert!(near(&at.times(&TWIST), &expected));
     }
 

@@ -731,7 +731,7 @@ pub const OVERSLEPT: f64 = 1e-10;
 /// A larger value finds an error sooner after it occurs, and makes debug tests slow.
 pub const VALIDATED_PLACES: u32 = 64;
 
-// depth: the walk over the Minkowski difference (gauss_map, overlay, walk, descent)
+// depth: the walk over the Minkowski difference (antipodal, gauss_map, overlay, walk)
 
 /// Relative to the pair's size: an improvement of the depth smaller than this ends the walk.
 ///
@@ -761,9 +761,9 @@ pub const PARALLEL_EDGES: f64 = 1e-14;
 /// Radians: features that lie in the supporting plane within this angle widen the facet of the
 /// CSO that a walk stands on.
 ///
-/// The walk leaves a facet across its sides. So a walk may end this far from a local minimum: this
-/// angle times the size, in depth. With a value below the rounding of the pose, the walk would go
-/// from corner to corner of a box on a table.
+/// The walk does not turn its plane about the sides of such a facet. So a walk may end this far
+/// from a local minimum: this angle times the size, in depth. With a value below the rounding of
+/// the pose, the walk would go from corner to corner of a box on a table.
 pub const FLUSH_FACET: f64 = 1e-9;
 
 /// Radians: features that lie in the supporting plane within this angle share one witness point,
@@ -775,11 +775,11 @@ pub const FLUSH_FACET: f64 = 1e-9;
 pub const FLUSH_WITNESS: f64 = 1e-7;
 
 /// Relative to the pair's size: if the true offset of a result exceeds the walk's offset by more
-/// than this, the walk continues from there.
+/// than this, or that of another seed is lower by more, the walk gives no answer.
 ///
 /// It is a little more than the merge distances of two bodies: a vertex of a merged face may lie
-/// that far below the face's plane. A smaller value repeats walks over rough faces without benefit;
-/// a larger one accepts a walk that ended at a false corner.
+/// that far below the face's plane. A smaller value searches again over rough faces without
+/// benefit; a larger one accepts a walk that ended at a false facet.
 pub const OFFSET_SLACK: f64 = 4e-9;
 
 /// Relative to a polytope's radius: if its vertices stand off the planes of its faces by at most
@@ -797,23 +797,16 @@ pub const CRISP: f64 = 1e-14;
 /// makes climbs over sound polytopes slower.
 pub const SHORT_EDGE: f64 = 1e-6;
 
-/// After this many moves a walk ends with its present result. A cold walk over 2000 vertices takes
-/// about 30.
+/// After this many moves a walk gives up. A walk over half of a body of 2000 vertices takes about
+/// 30.
 pub const WALK_STEPS: u32 = 500;
 
-/// A walk examines all hub pairs of a facet with up to this many; of a facet with more, only the
-/// two on the side of the origin.
+/// A walk tests the facets across all sides of a face with up to this many; of a face with more,
+/// only the one across the side of the origin.
 ///
-/// The origin's side is enough to reach a local minimum. With all sides, the walk can pass facets
-/// that share only a corner with the present one. Polygons of 8 corners and all pairs of edges are
-/// within the limit; two flush rectangles exceed it.
-pub const FACET_HUBS: usize = 8;
-
-/// When the walk turns a plane about a side of a facet, it tests all spokes of a vertex with up to
-/// this many; at a vertex with more, the walk goes over hubs.
-///
-/// Vertices of meshes have about 6 spokes. The value is also the size of a buffer on the stack.
-pub const FACET_SPOKES: usize = 24;
+/// The origin's side is enough to reach a local minimum. With all sides, the walk takes the lowest
+/// of them. For a face of few sides this costs no more than finding the side of the origin.
+pub const FACET_SIDES: usize = 8;
 
 /// Corners of a flush overlap that clipping keeps. If two flush faces together have more corners,
 /// the result is one corner.
@@ -821,37 +814,13 @@ pub const FACET_SPOKES: usize = 24;
 /// Two polygons of 48 sides fit. The value is also the size of a scratch buffer.
 pub const CLIP_CORNERS: usize = 128;
 
-// depth: where a walk starts, and starts again (query)
-
-/// Faces per body, evenly chosen, whose normals a cold depth query tries beside its seeds.
-///
-/// On the reference poses, a start from the centroid line alone ends in a depth that is only a
-/// local minimum for 5.5 % of the poses. With 8 faces of each body and walks from the lowest 3,
-/// this falls to 0.4 %; with 32 faces, to 0.2 %. Each face costs two support climbs, once, when a
-/// pair begins to overlap.
-pub const COLD_FACES: usize = 8;
-
-/// How many of the normals of [`COLD_FACES`] a walk is started from.
-pub const COLD_WALKS: usize = 3;
-
-/// How often a walk is resumed from an end that is not confirmed as a local minimum.
-pub const WALK_RESUMES: u32 = 4;
-
-/// Relative to the pair's size: if the origin lies farther than this beyond a side of the facet,
-/// the walk has stopped early.
+/// Relative to the pair's size: if the origin lies farther than this beyond a side of a facet, the
+/// facet is no local minimum.
 ///
 /// The depth falls at best by the square of this distance, so the smallest distance that can be
 /// detected is the square root of the rounding. With a larger value, witness points may lie off
 /// their bodies by as much.
 pub const STRAY: f64 = 1e-7;
-
-/// Number of tilts of the normal that are tried to leave a facet on which a walk has stopped early.
-/// The first tilt is the origin's distance beyond the facet over the size; the last is as small as
-/// [`FLUSH_WITNESS`].
-pub const TILTS: u32 = 7;
-
-/// Factor from one tilt of [`TILTS`] to the next.
-pub const TILT_SHRINK: f64 = 0.1;
 
 // depth: admissible normals (admissible)
 

@@ -214,7 +214,7 @@ impl Front {
 
     /// How far the bodies have moved against each other since the last query, model units: no
     /// distance between a point of each has changed by more. `None` before the first query.
-    pub(crate) fn motion_to(&self, pose_ba: &Placement) -> Option<f64> {
+    pub(crate) fn motion_to(&mut self, pose_ba: &Placement) -> Option<f64> {
         self.motion_bound.motion_to(pose_ba)
     }
 

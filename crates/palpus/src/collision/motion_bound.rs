@@ -29,6 +29,8 @@ pub(super) struct MotionBound {
     quantum: f64,
     size: f64,
     last: Option<Placement>,
+    /// The pose that was last asked about, and the motion to it.
+    ahead: Option<(Placement, f64)>,
     sum: u64,
     /// rad.
     turned: f64,
@@ -39,7 +41,7 @@ impl MotionBound {
     pub(super) fn new(box_a: OrientedBox, box_b: OrientedBox) -> Self {
         let size = box_a.half.length() + box_b.half.length();
         let quantum = (MOTION_QUANTUM * size).max(f64::MIN_POSITIVE);
-        Self { box_a, box_b, quantum, size, last: None, sum: 0, turned: 0.0 }
+        Self { box_a, box_b, quantum, size, last: None, ahead: None, sum: 0, turned: 0.0 }
     }
 
     /// The sum, quanta.
@@ -50,7 +52,7 @@ impl MotionBound {
 
     /// Begins anew.
     pub(super) fn clear(&mut self) {
-        self.last = None;
+        (self.last, self.ahead) = (None, None);
         self.sum = 0;
     }
 
@@ -61,7 +63,7 @@ impl MotionBound {
         if let Some(last) = &self.last {
             self.turned += angle_between(&last.rotation, &pose_ba.rotation) + MOTION_NOISE;
         }
-        self.last = Some(*pose_ba);
+        (self.last, self.ahead) = (Some(*pose_ba), None);
         let moved = moved?;
         self.spend(moved + MOTION_NOISE * (self.size + pose_ba.translation.length())).then_some(moved)
     }
@@ -75,11 +77,18 @@ impl MotionBound {
 
     /// The motion since the last call of [`Self::advance`], model units; `None` before the first
     /// call.
-    pub(super) fn motion_to(&self, pose_ba: &Placement) -> Option<f64> {
+    pub(super) fn motion_to(&mut self, pose_ba: &Placement) -> Option<f64> {
+        if let Some((pose, moved)) = &self.ahead
+            && pose == pose_ba
+        {
+            return Some(*moved);
+        }
         let last = self.last.as_ref()?;
         let moved = displacement(&self.box_a, last, pose_ba);
         // The inverse is not needed: q ↦ R'ᵀ(q − t') − Rᵀ(q − t), its norm is invariant under R'.
-        Some(moved.min(displacement(&self.box_b, &last.inverse(), &pose_ba.inverse())))
+        let moved = moved.min(displacement(&self.box_b, &last.inverse(), &pose_ba.inverse()));
+        self.ahead = Some((*pose_ba, moved));
+        Some(moved)
     }
 
     /// Adds another loss of all clearances (model units); returns false if the sum has reached its

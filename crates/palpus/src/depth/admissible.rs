@@ -25,9 +25,6 @@
 //!    because n·c is concave along an arc where it is not negative.
 //! 3. Cross the remaining arcs of a with the remaining arcs of b. Compute the true supports
 //!    of the facet with the smallest offset.
-//! 4. If there is no admissible facet, [`half_admissible_depth`] gives the smallest depth along a
-//!    normal that is admissible for one of the pieces. It is not a contact, unless two overlapping
-//!    bodies have no other contact.
 //!
 //! Deviation from \[K02\], which moves a depth from virtual features to a neighbouring original
 //! feature, and then walks one step further. That depth jumps where the neighbourhood changes, and
@@ -39,7 +36,7 @@ mod points;
 use glam::DVec3;
 
 use super::cso::Cso;
-use super::query::WalkScratch;
+use super::query::DepthScratch;
 use super::witness::Clip;
 use super::{Antipodal, Depth, HubPair};
 use crate::algebra::Placement;
@@ -95,7 +92,7 @@ pub fn admissible_depth(
     walked: &Depth,
     last: Option<FeaturePair>,
     scratch: &mut AdmissibleScratch,
-    walk: &mut WalkScratch,
+    depths: &mut DepthScratch,
 ) -> Option<AdmissibleDepth> {
     if is_admissible(a, b, pose_ba, walked) {
         let Depth { point_a, point_b, normal, depth, antipodal, stop, .. } = *walked;
@@ -110,23 +107,7 @@ pub fn admissible_depth(
     }
     search.planes();
     search.arcs(scratch);
-    search.answer(&mut walk.clip)
-}
-
-/// Returns the smallest depth along the face normals that are admissible for at least one of the
-/// pieces. The search for supports climbs from `hub`. `None` if neither piece has an admissible
-/// normal.
-pub fn half_admissible_depth(
-    a: &OwnNormals<'_>,
-    b: &OwnNormals<'_>,
-    pose_ba: &Placement,
-    hub: HubPair,
-    walk: &mut WalkScratch,
-) -> Option<AdmissibleDepth> {
-    let cso = Cso { a: a.polytope(), b: b.polytope(), pose_ba };
-    let mut search = Search { by_both: false, ..Search::new(cso, a, b, hub) };
-    search.planes();
-    search.answer(&mut walk.clip)
+    search.answer(&mut depths.clip)
 }
 
 /// The least depth along the face normals that both pieces own: an upper bound of
@@ -219,8 +200,6 @@ struct Search<'s> {
     cap_a: Cap,
     /// Cap that contains the reflected normals of b, in a's frame.
     cap_b: Cap,
-    /// If true, a normal must be admissible for both pieces.
-    by_both: bool,
     /// The least h found so far.
     bar: f64,
     found: Option<Found>,
@@ -240,7 +219,6 @@ impl<'s> Search<'s> {
             point_b,
             cap_a: a.cap().about(-cso.pose_ba.vector(a.cap().axis)),
             cap_b: b.cap().about(-cso.pose_ba.inverse_vector(b.cap().axis)),
-            by_both: true,
             bar: f64::INFINITY,
             found: None,
             stop: StopReason::Converged,
@@ -298,13 +276,13 @@ impl<'s> Search<'s> {
     #[inline]
     fn plane_of_b(&mut self, index: u32) {
         let plane = self.b.plane(index);
-        if self.by_both && !self.cap_a.holds(plane.normal) || -plane.height(self.point_a) >= self.bar {
+        if !self.cap_a.holds(plane.normal) || -plane.height(self.point_a) >= self.bar {
             return;
         }
         let a = self.cso.a.support_from(self.hub.a, self.cso.toward_b(plane.normal));
         self.look_from_a(a);
         let offset = -plane.height(self.point_a);
-        if offset < self.bar && (!self.by_both || self.a.vertex_owns(a, self.cso.toward_b(plane.normal))) {
+        if offset < self.bar && self.a.vertex_owns(a, self.cso.toward_b(plane.normal)) {
             let features = FeaturePair { a: Feature::Vertex(a), b: self.b.feature(index) };
             self.take(plane.normal, offset, features);
         }
@@ -313,14 +291,14 @@ impl<'s> Search<'s> {
     #[inline]
     fn plane_of_a(&mut self, index: u32) {
         let plane = self.a.plane(index);
-        if self.by_both && !self.cap_b.holds(plane.normal) || -plane.height(self.point_b) >= self.bar {
+        if !self.cap_b.holds(plane.normal) || -plane.height(self.point_b) >= self.bar {
             return;
         }
         let normal = -self.cso.pose_ba.vector(plane.normal);
         let b = self.cso.b.support_from(self.hub.b, normal);
         self.look_from_b(b);
         let offset = -plane.height(self.point_b);
-        if offset < self.bar && (!self.by_both || self.b.vertex_owns(b, normal)) {
+        if offset < self.bar && self.b.vertex_owns(b, normal) {
             let features = FeaturePair { a: self.a.feature(index), b: Feature::Vertex(b) };
             self.take(normal, offset, features);
         }

@@ -1,37 +1,69 @@
-//! Finds the facet of the CSO at a corner of the overlay, and the hubs of that facet \[K02 §3.3.3,
-//! step 4\].
+//! Facets of the CSO, and the features of both bodies that span them \[K02 §3.3.3, step 4\].
 //!
 //! The facet of the CSO along n is the planar sum of the features of b and −a that lie in the
 //! supporting plane. A vertex and a face give a copy of the face. Two crossing edges give a
-//! parallelogram. Flush features (a box on a table) give the polygon that is their sum. The corners
-//! of the facet are the hub pairs to which the walk may move.
+//! parallelogram. Flush features (a box on a table) give the polygon that is their sum.
 //!
 //! The facet also shows the direction of descent. If the origin, projected onto the facet's plane,
-//! lies beyond a side, then h decreases in that side's direction, and a lower facet exists at the
-//! two hubs of the side. If the projection lies within the facet, the facet is a local minimum of
-//! h.
+//! lies beyond a side, then h decreases in that side's direction, and the facet across that side is
+//! lower. If the projection lies within the facet, the facet is a local minimum of h.
 //!
 //! 1. Find the features of a and b that are flush with the supporting plane.
 //! 2. Merge the sides of the two polygons by direction. This order runs around their sum. Report
-//!    each side.
+//!    how far the origin lies beyond each side.
 
 use glam::DVec3;
 
 use super::cso::Cso;
-use super::overlay::Corner;
 use super::{Antipodal, HubPair};
 use crate::body::{Feature, Loop, Polytope};
 
+/// A facet of the CSO by a pair of features that spans it: a corner of the overlay of both Gauss
+/// maps.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Corner {
+    /// Unit, from b into a.
+    pub(super) normal: DVec3,
+    /// h along the normal, up to rounding.
+    pub(super) offset: f64,
+    pub(super) antipodal: Antipodal,
+    /// A hub pair of the facet.
+    pub(super) hub: HubPair,
+}
+
 impl Antipodal {
-    /// Returns the pair of features that spans a facet of the CSO with these three corners. `None`
-    /// if flush features or rounding prevent an answer.
+    /// Returns the pair of features that spans a facet of the CSO with these three corners. Of
+    /// flush features, returns one pair in the facet's plane. `None` if rounding prevents an
+    /// answer.
     pub(super) fn spanned(a: &Polytope, b: &Polytope, hubs: [HubPair; 3]) -> Option<Self> {
-        match (spanned(a, hubs.map(|hub| hub.a))?, spanned(b, hubs.map(|hub| hub.b))?) {
-            (Feature::Vertex(a), Feature::Face(b)) => Some(Self::VertexFace { a, b }),
-            (Feature::Face(a), Feature::Vertex(b)) => Some(Self::FaceVertex { a, b }),
+        Self::among(hubs[0], spanned(a, hubs.map(|hub| hub.a))?, spanned(b, hubs.map(|hub| hub.b))?)
+    }
+
+    /// A pair that spans a facet, among the flush features around a hub pair.
+    fn among(hub: HubPair, feature_a: Feature, feature_b: Feature) -> Option<Self> {
+        match (feature_a, feature_b) {
+            (_, Feature::Face(b)) => Some(Self::VertexFace { a: hub.a, b }),
+            (Feature::Face(a), _) => Some(Self::FaceVertex { a, b: hub.b }),
             (Feature::Edge(a), Feature::Edge(b)) => Some(Self::EdgeEdge { a, b }),
             _ => None,
         }
+    }
+
+    /// A facet from which to walk downhill: of the faces around the two vertices of a hub pair, the
+    /// one along whose normal the pair has the least offset.
+    pub(super) fn beside(cso: &Cso<'_>, hub: HubPair) -> Self {
+        let point_b = cso.b.vertex(hub.b);
+        let point_a = cso.point_a(hub.a);
+        let of_b = cso.b.ring(hub.b).iter().map(|spoke| {
+            let offset = -cso.b.plane(spoke.left).height(point_a);
+            (offset, Self::VertexFace { a: hub.a, b: spoke.left })
+        });
+        let of_a = cso.a.ring(hub.a).iter().map(|spoke| {
+            let offset = -cso.a.plane(spoke.left).height(cso.pose_ba.inverse_point(point_b));
+            (offset, Self::FaceVertex { a: spoke.left, b: hub.b })
+        });
+        let first = (f64::INFINITY, Self::VertexFace { a: hub.a, b: 0 });
+        of_b.chain(of_a).fold(first, |least, next| if next.0 < least.0 { next } else { least }).1
     }
 }
 
@@ -110,6 +142,16 @@ impl<'p> Facet<'p> {
         Self { normal: corner.normal, a: Flush::new(cso.a, feature_a), b: Flush::new(cso.b, feature_b) }
     }
 
+    /// Returns the facet in the plane that a hub pair supports along `normal`, with the features
+    /// that lie in the plane within the angle `within` (radians). Also returns a pair of features
+    /// that spans the facet; `None` if the normal is not that of a facet.
+    pub(super) fn supported(cso: &Cso<'p>, hub: HubPair, normal: DVec3, within: f64) -> (Self, Option<Antipodal>) {
+        let feature_a = flush_at_vertex(cso.a, hub.a, cso.toward_b(normal), within);
+        let feature_b = flush_at_vertex(cso.b, hub.b, normal, within);
+        let facet = Self { normal, a: Flush::new(cso.a, feature_a), b: Flush::new(cso.b, feature_b) };
+        (facet, Antipodal::among(hub, feature_a, feature_b))
+    }
+
     /// Returns the facet at a corner if it is known that only the corner's antipodal features lie
     /// in its plane.
     pub(super) fn spanned(cso: &Cso<'p>, corner: &Corner) -> Self {
@@ -117,21 +159,17 @@ impl<'p> Facet<'p> {
         Self { normal: corner.normal, a: Flush::new(cso.a, features.a), b: Flush::new(cso.b, features.b) }
     }
 
-    /// Returns the side beyond which the origin's projection lies farthest. If the projection lies
-    /// within the facet, returns the nearest side. `None` if the facet has no sides, which does not
-    /// occur at a corner of an overlap.
-    pub(super) fn farthest_side(&self, cso: &Cso<'_>) -> Option<Side> {
-        let mut farthest: Option<Side> = None;
-        self.for_each_side(cso, |side| {
-            if farthest.is_none_or(|best| side.beyond > best.beyond) {
-                farthest = Some(side);
-            }
-        });
+    /// Returns the square of the distance by which the origin's projection lies beyond the farthest
+    /// side. Negative if the projection lies within the facet.
+    pub(super) fn beyond(&self, cso: &Cso<'_>) -> f64 {
+        let mut farthest = f64::NEG_INFINITY;
+        self.for_each_side(cso, |beyond| farthest = farthest.max(beyond));
         farthest
     }
 
-    /// Calls `visit` for each side of the facet in turn.
-    pub(super) fn for_each_side(&self, cso: &Cso<'_>, mut visit: impl FnMut(Side)) {
+    /// Calls `visit` for each side of the facet, with the square of the distance by which the
+    /// origin's projection lies beyond the side. Negative if the projection lies on the inner side.
+    fn for_each_side(&self, cso: &Cso<'_>, mut visit: impl FnMut(f64)) {
         // The sides run counter-clockwise about the normal. The loop of b already does so. The loop
         // of a runs clockwise, because a's outward normal is the opposite one, so it is read
         // backwards.
@@ -144,29 +182,14 @@ impl<'p> Facet<'p> {
         let mut a = Lap::new(&self.a, start_a, -1, |v| cso.point_a(v));
         let mut b = Lap::new(&self.b, start_b, 1, |v| cso.b.vertex(v));
         while a.left > 0 || b.left > 0 {
-            let from = HubPair { a: a.vertex, b: b.vertex };
             let c = b.point - a.point;
             let turn_by_a = b.left == 0 || a.left > 0 && self.normal.dot(a.edge().cross(b.edge())) < 0.0;
             let edge = if turn_by_a { -a.advance() } else { b.advance() };
             let outward = edge.cross(self.normal);
             let height = outward.dot(c);
-            let beyond = -height * height.abs() / outward.length_squared().max(f64::MIN_POSITIVE);
-            visit(Side { from, to: HubPair { a: a.vertex, b: b.vertex }, outward, beyond });
+            visit(-height * height.abs() / outward.length_squared().max(f64::MIN_POSITIVE));
         }
     }
-}
-
-/// A side of a facet of the CSO.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Side {
-    /// The hub pairs at the two ends of the side.
-    pub(super) from: HubPair,
-    pub(super) to: HubPair,
-    /// Direction in the facet's plane that points away from the facet; not unit.
-    pub(super) outward: DVec3,
-    /// Square of the distance by which the origin's projection lies beyond the side. Negative if
-    /// the projection lies on the inner side.
-    pub(super) beyond: f64,
 }
 
 /// A walk once around the corners of a flush feature.
@@ -177,7 +200,6 @@ struct Lap<'l, 'p, P> {
     index: usize,
     step: usize,
     left: usize,
-    vertex: u32,
     point: DVec3,
     next: DVec3,
 }
@@ -185,11 +207,10 @@ struct Lap<'l, 'p, P> {
 impl<'l, 'p, P: Fn(u32) -> DVec3> Lap<'l, 'p, P> {
     fn new(flush: &'l Flush<'p>, start: usize, direction: isize, place: P) -> Self {
         let step = if direction < 0 { flush.count - 1 } else { 1 };
-        let vertex = flush.corner(start);
         let index = start + step;
-        let (point, next) = (place(vertex), place(flush.corner(index)));
+        let (point, next) = (place(flush.corner(start)), place(flush.corner(index)));
         let left = if flush.count == 1 { 0 } else { flush.count };
-        Self { flush, place, index, step, left, vertex, point, next }
+        Self { flush, place, index, step, left, point, next }
     }
 
     fn edge(&self) -> DVec3 {
@@ -199,7 +220,6 @@ impl<'l, 'p, P: Fn(u32) -> DVec3> Lap<'l, 'p, P> {
     /// Moves to the next corner and returns the vector to it.
     fn advance(&mut self) -> DVec3 {
         let edge = self.edge();
-        self.vertex = self.flush.corner(self.index);
         self.index = (self.index + self.step) % self.flush.count;
         self.point = self.next;
         self.next = (self.place)(self.flush.corner(self.index));

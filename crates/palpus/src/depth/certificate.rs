@@ -14,8 +14,8 @@
 //! seeds.
 //!
 //! If the surface starts as a tetrahedron, this is the expanding polytope algorithm (van den Bergen
-//! 2001), which finds depth and proof together. A walk from its final direction gives the exact
-//! features. Along a motion the walk comes first, and the proof starts from the surface of the
+//! 2001), which finds depth and proof together. The facet in which its nearest triangle lies gives
+//! the exact features. Along a motion the walk comes first, and the proof starts from the surface of the
 //! previous tick. The corners of that surface are pairs of vertices of the bodies, so after a small
 //! motion it still lies inside the CSO. It is measured again, and repaired where it has come too
 //! near.
@@ -39,99 +39,5 @@
 mod memory;
 mod search;
 
-use super::cso::Cso;
-use super::inner::Surface;
-use super::query::{depth_once, lowest_start};
-use super::seed::{Seed, Start};
-use super::{Depth, WalkScratch};
-use crate::algebra::Placement;
-use crate::body::Polytope;
 pub use memory::CertificateMemory;
-use search::Search;
-
-/// Working memory of proofs, of fixed size. One value serves any number of pairs, one after
-/// another.
-#[derive(Clone, Debug)]
-pub struct ProofScratch {
-    surface: Surface,
-    growths: u32,
-}
-
-impl ProofScratch {
-    /// Allocates all the memory that a proof needs.
-    pub fn new() -> Self {
-        Self { surface: Surface::new(), growths: 0 }
-    }
-
-    /// Returns the number of growths in the last proof.
-    pub fn growths(&self) -> u32 {
-        self.growths
-    }
-}
-
-impl Default for ProofScratch {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-/// Returns the penetration depth of `a` and `b`, with a proof if one is found.
-///
-/// If `memory` contains a surface of an earlier tick, walks once from the lowest seed, then calls
-/// [`prove`]. Otherwise grows the surface first, which finds the direction. A walk from that
-/// direction then finds the features.
-pub fn depth_proven(
-    a: &Polytope,
-    b: &Polytope,
-    pose_ba: &Placement,
-    seeds: &[Seed],
-    memory: &mut CertificateMemory,
-    proof: &mut ProofScratch,
-    walk: &mut WalkScratch,
-) -> Depth {
-    let cso = Cso { a, b, pose_ba };
-    if memory.serves(&cso) {
-        let answer = depth_once(a, b, pose_ba, seeds, walk);
-        return prove(a, b, pose_ba, &answer, memory, proof, walk);
-    }
-    proven(&cso, lowest_start(&cso, seeds), None, memory, proof, walk)
-}
-
-/// Proves `answer`, which [`depth`](super::depth) returned for this pose, or finds a better answer
-/// and proves that one.
-///
-/// `memory` belongs to the same two polytopes at an earlier pose, or it is empty. If the proof is
-/// complete, the certainty of the returned depth is
-/// [`GloballyOptimal`](super::Certainty::GloballyOptimal). If not, the best known answer is
-/// returned, its `stop` tells why the proof ended, and the memory is cleared. A pair that is in
-/// fact separate (negative depth) is not proven; use a distance query for it.
-pub fn prove(
-    a: &Polytope,
-    b: &Polytope,
-    pose_ba: &Placement,
-    answer: &Depth,
-    memory: &mut CertificateMemory,
-    proof: &mut ProofScratch,
-    walk: &mut WalkScratch,
-) -> Depth {
-    let cso = Cso { a, b, pose_ba };
-    let start = Start { hub: answer.hub, normal: answer.normal, offset: answer.depth };
-    proven(&cso, start, Some(*answer), memory, proof, walk)
-}
-
-/// Searches for a proof from `best`, the direction of the least known h. `answer` is the depth
-/// answer along `best`, if it is known.
-fn proven(
-    cso: &Cso<'_>,
-    best: Start,
-    answer: Option<Depth>,
-    memory: &mut CertificateMemory,
-    proof: &mut ProofScratch,
-    walk: &mut WalkScratch,
-) -> Depth {
-    walk.trail.clear();
-    let mut search = Search::new(cso, best, answer, &mut proof.surface, walk);
-    let answer = search.run(memory);
-    proof.growths = search.growths;
-    answer
-}
+pub(super) use search::Search;

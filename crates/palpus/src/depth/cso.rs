@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use super::{Antipodal, HubPair};
+use super::HubPair;
 use crate::algebra::Placement;
 use crate::body::Polytope;
 use crate::collision::support_gap;
@@ -72,13 +72,11 @@ impl Cso<'_> {
         let hub = HubPair { a: self.a.support(self.toward_b(normal)), b: self.b.support(normal) };
         (hub, normal.dot(self.vertex(hub)))
     }
+}
 
-    /// Returns the outward normal of the CSO facet in b's frame. `None` for an edge pair.
-    pub(super) fn face_normal(&self, antipodal: Antipodal) -> Option<DVec3> {
-        match antipodal {
-            Antipodal::VertexFace { b, .. } => Some(self.b.plane(b).normal),
-            Antipodal::FaceVertex { a, .. } => Some(-self.pose_ba.vector(self.a.plane(a).normal)),
-            Antipodal::EdgeEdge { .. } => None,
-        }
-    }
+/// Returns true if `x / √length < bar`, without computing the root.
+#[inline]
+pub(super) fn below(x: f64, length: f64, bar: f64) -> bool {
+    let (square, bar_square) = (x * x, bar * bar * length);
+    if bar >= 0.0 { x < 0.0 || square < bar_square } else { x < 0.0 && square > bar_square }
 }

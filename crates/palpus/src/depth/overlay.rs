@@ -20,22 +20,11 @@
 
 use glam::DVec3;
 
-use super::cso::Cso;
+use super::antipodal::Corner;
+use super::cso::{Cso, below};
 use super::gauss_map::{Arc, GaussMaps, PAGE, cone_holds, pages};
 use super::{Antipodal, HubPair};
 use crate::algebra::tolerance::PARALLEL_EDGES;
-
-/// A facet of the CSO, represented as a corner of an overlap.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Corner {
-    /// Unit vector from b into a.
-    pub(super) normal: DVec3,
-    /// h(n), accurate within rounding and the slack with which the corner was accepted.
-    pub(super) offset: f64,
-    pub(super) antipodal: Antipodal,
-    /// The hub pair at which the corner was found.
-    pub(super) hub: HubPair,
-}
 
 /// Arcs of one page that have an end below `bar`.
 struct Kept {
@@ -183,11 +172,4 @@ pub(super) fn crossing(
     let up = x >= 0.0 && y <= 0.0 && z >= 0.0 && w <= 0.0;
     let down = x <= 0.0 && y >= 0.0 && z <= 0.0 && w >= 0.0;
     (up || down).then(|| if up { edge_b.cross(edge_a) } else { edge_a.cross(edge_b) })
-}
-
-/// Returns true if `x / √length < bar`, without computing the root.
-#[inline]
-pub(super) fn below(x: f64, length: f64, bar: f64) -> bool {
-    let (square, bar_square) = (x * x, bar * bar * length);
-    if bar >= 0.0 { x < 0.0 || square < bar_square } else { x < 0.0 && square > bar_square }
 }

@@ -37,6 +37,7 @@ mod outline;
 use glam::{DVec2, DVec3};
 
 use self::outline::{Frame, Outline, Outlines, Side};
+use super::clip::clip;
 use super::cso::Cso;
 use crate::algebra::Placement;
 use crate::algebra::tolerance::{PATCH_CORNERS, PATCH_SAME, PATCH_SIDES};
@@ -164,7 +165,7 @@ impl Patch {
         for (k, &from) in corners.iter().enumerate() {
             let along = corners[(k + 1) % corners.len()] - from;
             let [points, kept] = &mut self.clipped;
-            count = clip(&points[..count], kept, |p| along.perp_dot(p - from));
+            count = clip(&points[..count], kept, |p| along.perp_dot(p - from), DVec2::lerp);
             self.clipped.swap(0, 1);
         }
         for k in 0..count {
@@ -268,32 +269,6 @@ fn crossing([p, q]: [DVec2; 2], [r, s]: [DVec2; 2]) -> Option<DVec2> {
     let across = along.perp_dot(other);
     let (t, u) = ((r - p).perp_dot(other) / across, (r - p).perp_dot(along) / across);
     ((0.0..=1.0).contains(&t) && (0.0..=1.0).contains(&u)).then(|| p + along * t)
-}
-
-/// Keeps the part of a convex polygon or segment where `height` is not negative. Returns the number
-/// of points kept.
-fn clip(points: &[DVec2], kept: &mut [DVec2], height: impl Fn(DVec2) -> f64) -> usize {
-    let Some(&last) = points.last() else { return 0 };
-    let mut count = 0;
-    let mut push = |p: DVec2| {
-        if count < kept.len() {
-            kept[count] = p;
-            count += 1;
-        }
-    };
-    let mut from = last;
-    let mut from_height = height(from);
-    for &to in points {
-        let to_height = height(to);
-        if (from_height < 0.0) != (to_height < 0.0) {
-            push(from.lerp(to, from_height / (from_height - to_height)));
-        }
-        if to_height >= 0.0 {
-            push(to);
-        }
-        (from, from_height) = (to, to_height);
-    }
-    count
 }
 
 #[cfg(test)]

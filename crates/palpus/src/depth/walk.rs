@@ -1,23 +1,53 @@
-//! The walk over hub pairs \[K02 §3.3.3\].
+//! Walks downhill from a facet of the CSO to a neighbouring facet, along coherent motion \[K02
+//! §3.3.3\].
 //!
-//! 1. Find the corner with the smallest offset in the overlap at the first hub.
-//! 2. Test each hub of the facet at this corner once. Move to the lowest corner that is below the
-//!    current one.
-//! 3. Stop if there is no lower corner. Offsets decrease strictly, so the walk ends. The number of
-//!    moves is also limited.
+//! The facet of the answer is nearly always the facet of the previous tick or one of its
+//! neighbours. So no search is needed. The previous facet is computed at the new pose, and the
+//! facets across its sides are tested. To find a facet across a side, the supporting plane turns
+//! about the side until it meets the next vertex. On the Gauss map, the plane's normal then moves
+//! along the arc of an edge of one body. It starts at the facet's corner and stops at the next
+//! corner of the overlay. That corner is the far end of the arc, or the first arc of the other body
+//! that crosses it.
 //!
-//! Deviations from \[K02\]: The overlay lies on the sphere. From a facet of many corners (flush
-//! faces), the walk tests only the side beyond which the origin lies, not every corner. This finds
-//! a lower facet whenever a neighbouring one exists.
+//! 1. Compute the facet at the new pose. For a face, climb to the vertex that supports it. For two
+//!    edges, test whether they still cross; if not, take the lowest face beside them.
+//! 2. Unless a proof follows, make a quick test of the normals around the facet. In most cases, the
+//!    normals of one body show that all facets which share a side or a corner with this one are
+//!    higher. Then the walk ends.
+//! 3. Otherwise test the facet across each side. For a face of many sides, test only the side
+//!    beyond which the origin lies. Move to the lowest of these facets if it is lower than the
+//!    current one, and repeat.
+//! 4. If none is lower, no facet that shares a side is nearer. Repeat the quick test, and compute
+//!    the overlay at the hubs at which the test is undecided. Continue from a lower facet found
+//!    there.
+//! 5. Measure the offset with true supports.
+//!
+//! Flush features (a box on a table) give facets of many corners. Turning about their sides does
+//! not work. Such a facet is a local minimum if the origin's projection lies within it. If it does
+//! not, and if rounding gives a contradiction, the walk returns no answer. The certificate then
+//! finds the depth from nothing.
+//!
+//! Deviation from \[K02\]: the walk of the paper computes the overlay at every hub of every facet.
 
-use super::HubPair;
-use super::antipodal::Facet;
+mod hub_test;
+mod spokes;
+mod view;
+
+use glam::DVec3;
+
+use super::antipodal::{Corner, Facet};
 use super::cso::Cso;
 use super::gauss_map::GaussMaps;
-use super::overlay::{Corner, lowest_corner};
-use super::seed::Start;
-use crate::algebra::tolerance::{FACET_HUBS, FLUSH_FACET, OFFSET_SLACK, WALK_DECREASE, WALK_STEPS};
+use super::overlay::lowest_corner;
+use super::{Antipodal, HubPair};
+use crate::algebra::Placement;
+use crate::algebra::tolerance::{
+    FACET_SIDES, FLUSH_FACET, FLUSH_WITNESS, OFFSET_SLACK, PARALLEL_EDGES, STRAY, WALK_DECREASE, WALK_STEPS,
+};
 use crate::collision::StopReason;
+use hub_test::{Doubt, HubTest};
+use spokes::{Lowest, Met, Spokes};
+use view::{View, farthest_side};
 
 /// End of a walk.
 #[derive(Clone, Copy, Debug)]
@@ -29,124 +59,313 @@ pub(super) struct Walked {
     pub(super) stop: StopReason,
 }
 
-/// Working memory of the walk. It keeps its content within one query only.
+/// Working memory of the tests around corners. Its content is not used across calls.
 #[derive(Clone, Debug)]
-pub(super) struct Trail {
-    pub(super) maps_a: GaussMaps,
-    pub(super) maps_b: GaussMaps,
-    visited: Visited,
+pub(super) struct Overlays {
+    maps_a: GaussMaps,
+    maps_b: GaussMaps,
 }
 
-impl Trail {
+impl Overlays {
     pub(super) fn new() -> Self {
-        Self { maps_a: GaussMaps::new(), maps_b: GaussMaps::new(), visited: Visited::new() }
+        Self { maps_a: GaussMaps::new(), maps_b: GaussMaps::new() }
     }
 
-    /// Clears everything that belongs to the bodies of the previous query.
-    pub(super) fn clear(&mut self) {
+    /// Clears everything that belongs to the bodies and the pose of the previous query.
+    fn clear(&mut self) {
         self.maps_a.clear();
         self.maps_b.clear();
-        self.visited.clear();
     }
 
-    /// Returns the corner with the smallest offset at `hub`, if that offset is below `bar`.
-    pub(super) fn lower_at(&mut self, cso: &Cso<'_>, hub: HubPair, bar: f64) -> Option<Corner> {
-        lowest_corner(cso, &mut self.maps_a, &mut self.maps_b, hub, bar)
-    }
-
-    /// Walks from a start. `None` if no facet of the CSO was found there; then the hub supports no
-    /// direction.
-    pub(super) fn walk(&mut self, cso: &Cso<'_>, start: &Start) -> Option<Walked> {
-        self.visited.clear();
-        self.visited.insert(start.hub);
-        let mut here = self.first_corner(cso, start)?;
-        let decrease = WALK_DECREASE * cso.size();
-        for steps in 0..WALK_STEPS {
-            match self.lower_neighbour(cso, &here, here.offset - decrease) {
-                Some(lower) => here = lower,
-                None => return Some(Walked { corner: here, alone: false, steps, stop: StopReason::Converged }),
-            }
-        }
-        Some(Walked { corner: here, alone: false, steps: WALK_STEPS, stop: StopReason::Budget })
-    }
-
-    /// Returns the corner with the smallest offset at the start's hub.
-    pub(super) fn first_corner(&mut self, cso: &Cso<'_>, start: &Start) -> Option<Corner> {
-        // The overlap contains the start's normal, so it has a corner that is not higher. The
-        // offset of the start is therefore a bound that rejects most of the overlap.
-        [start.offset + OFFSET_SLACK * cso.size(), f64::INFINITY]
-            .into_iter()
-            .find_map(|bar| lowest_corner(cso, &mut self.maps_a, &mut self.maps_b, start.hub, bar))
-    }
-
-    /// Returns the lowest corner below `bar` around the hubs of the facet of `here`.
-    fn lower_neighbour(&mut self, cso: &Cso<'_>, here: &Corner, bar: f64) -> Option<Corner> {
-        let mut look = Look { trail: self, cso, bar, found: None };
-        let facet = Facet::at(cso, here, FLUSH_FACET);
-        if facet.a.count * facet.b.count <= FACET_HUBS {
-            for i in 0..facet.a.count {
-                (0..facet.b.count).for_each(|j| look.at(HubPair { a: facet.a.corner(i), b: facet.b.corner(j) }));
-            }
-        } else if let Some(side) = facet.farthest_side(cso) {
-            look.at(side.from);
-            look.at(side.to);
-        }
-        look.found
+    /// Returns the lowest facet at the first of the hubs that has a facet below `bar`.
+    fn lower(&mut self, cso: &Cso<'_>, doubt: &Doubt, bar: f64) -> Option<Corner> {
+        doubt.hubs().iter().find_map(|&hub| lowest_corner(cso, &mut self.maps_a, &mut self.maps_b, hub, bar))
     }
 }
 
-/// The search around the hubs of one facet.
-struct Look<'l, 'p> {
-    trail: &'l mut Trail,
-    cso: &'l Cso<'p>,
-    bar: f64,
-    found: Option<Corner>,
+/// Walks downhill from the facet of `antipodal`. `None` if flush features or rounding prevent an
+/// answer. Without `overlays`, facets that share only a corner with the last one are not tested.
+#[inline]
+pub(super) fn walk(cso: &Cso<'_>, antipodal: Antipodal, overlays: Option<&mut Overlays>) -> Option<Walked> {
+    let pose_ab = cso.pose_ba.inverse();
+    let downhill = Downhill { cso, pose_ab: &pose_ab, decrease: WALK_DECREASE * cso.size() };
+    let here = downhill.set_up(antipodal)?;
+    let Some(overlays) = overlays else { return downhill.descend(here) };
+    // Along coherent motion the first facet is usually also the last one.
+    let mut doubt = downhill.test_hubs(&here.corner);
+    if doubt.count == 0 {
+        return downhill.end(&here, 0);
+    }
+    overlays.clear();
+    let mut walked = downhill.descend(here)?;
+    for _ in 0..WALK_STEPS {
+        if walked.steps > 0 {
+            doubt = downhill.test_hubs(&walked.corner);
+        }
+        let Some(corner) = overlays.lower(cso, &doubt, walked.corner.offset - downhill.decrease) else {
+            return Some(walked);
+        };
+        let next = downhill.descend(Here { corner, supported: false, alone: false })?;
+        walked = Walked { steps: walked.steps + 1 + next.steps, ..next };
+    }
+    None
 }
 
-impl Look<'_, '_> {
-    fn at(&mut self, hub: HubPair) {
-        if !self.trail.visited.insert(hub) {
-            return;
-        }
-        let Trail { maps_a, maps_b, .. } = self.trail;
-        if let Some(corner) = lowest_corner(self.cso, maps_a, maps_b, hub, self.bar) {
-            self.bar = corner.offset;
-            self.found = Some(corner);
-        }
-    }
+/// Returns the facet of `antipodal` at this pose. Used if it is already known that no facet is
+/// lower. `None` as in [`walk`].
+pub(super) fn settle(cso: &Cso<'_>, antipodal: Antipodal) -> Option<Walked> {
+    let pose_ab = cso.pose_ba.inverse();
+    let downhill = Downhill { cso, pose_ab: &pose_ab, decrease: WALK_DECREASE * cso.size() };
+    downhill.end(&downhill.set_up(antipodal)?, 0)
 }
 
-/// The set of hubs that were already tested. If two hubs share a slot, the later one overwrites the
-/// earlier. A hub may then be tested twice, which costs time but does not change the result.
-#[derive(Clone, Debug)]
-struct Visited {
-    places: [(HubPair, u32); Self::PLACES],
-    round: u32,
+/// A facet and the data known from its construction.
+struct Here {
+    corner: Corner,
+    /// The features support the normal, within the accuracy of their face planes.
+    supported: bool,
+    /// No other feature is flush with the facet.
+    alone: bool,
 }
 
-impl Visited {
-    const PLACES: usize = 128;
+/// Returns the corner with its true offset. Merged faces are flat only within a tolerance, so one
+/// vertex of a face does not give the offset of the whole face.
+fn measured(cso: &Cso<'_>, corner: &Corner) -> Corner {
+    let hub = HubPair {
+        a: cso.a.climb(corner.hub.a, cso.toward_b(corner.normal)).0,
+        b: cso.b.climb(corner.hub.b, corner.normal).0,
+    };
+    Corner { hub, offset: corner.normal.dot(cso.vertex(hub)), ..*corner }
+}
 
-    fn new() -> Self {
-        Self { places: [(HubPair { a: 0, b: 0 }, 0); Self::PLACES], round: 0 }
-    }
+/// Error: features are flush, or rounding makes the results inconsistent.
+struct Odd;
 
-    fn clear(&mut self) {
-        self.round = self.round.wrapping_add(1);
-        if self.round == 0 {
-            *self = Self::new();
-            self.round = 1;
-        }
-    }
+struct Downhill<'d, 'p> {
+    cso: &'d Cso<'p>,
+    pose_ab: &'d Placement,
+    decrease: f64,
+}
 
-    /// Returns true if the hub is new.
+impl Downhill<'_, '_> {
+    /// View for the facets of b's faces and a's vertices.
     #[inline]
-    fn insert(&mut self, hub: HubPair) -> bool {
-        // Fibonacci hashing: the odd multiplier is 2³² over the golden ratio.
-        let hash = (hub.a.wrapping_mul(31).wrapping_add(hub.b)).wrapping_mul(0x9E37_79B9);
-        let place = &mut self.places[(hash >> 25) as usize];
-        let new = *place != (hub, self.round);
-        *place = (hub, self.round);
-        new
+    fn on_b(&self) -> View<'_> {
+        let Cso { a, b, pose_ba } = *self.cso;
+        View { p: b, q: a, q_in_p: pose_ba, p_in_q: self.pose_ab, p_is_a: false }
     }
+
+    /// View for the facets of a's faces and b's vertices.
+    #[inline]
+    fn on_a(&self) -> View<'_> {
+        let Cso { a, b, pose_ba } = *self.cso;
+        View { p: a, q: b, q_in_p: self.pose_ab, p_in_q: pose_ba, p_is_a: true }
+    }
+
+    /// Returns the result of a walk that ends at this facet. The offset is measured if it may
+    /// differ from the true one. `None` if the facet does not support its normal.
+    #[inline]
+    fn end(&self, here: &Here, steps: u32) -> Option<Walked> {
+        let Cso { a, b, .. } = *self.cso;
+        let crisp = here.supported && !(a.is_rough() || b.is_rough());
+        let corner = if crisp { here.corner } else { measured(self.cso, &here.corner) };
+        let is_true = corner.offset - here.corner.offset <= OFFSET_SLACK * self.cso.size();
+        is_true.then_some(Walked { corner, alone: here.alone, steps, stop: StopReason::Converged })
+    }
+
+    /// Moves from facet to lower neighbour until no neighbour is lower.
+    fn descend(&self, mut here: Here) -> Option<Walked> {
+        for steps in 0..WALK_STEPS {
+            match self.lower_neighbour(&here.corner) {
+                Ok(Some(corner)) => here = Here { corner, supported: false, alone: false },
+                Ok(None) => return self.end(&here, steps),
+                Err(Odd) => return self.is_lowest(&here.corner).then(|| self.end(&here, steps)).flatten(),
+            }
+        }
+        None
+    }
+
+    /// Returns the facet of `antipodal` at this pose. The features come from an earlier pose.
+    #[inline]
+    fn set_up(&self, antipodal: Antipodal) -> Option<Here> {
+        let Cso { a, b, .. } = *self.cso;
+        let (vertices_a, vertices_b) = (a.vertices().len() as u32, b.vertices().len() as u32);
+        match antipodal {
+            Antipodal::VertexFace { a: v, b: f } if v < vertices_a && (f as usize) < b.face_count() => {
+                Some(self.on_face(&self.on_b(), f, v))
+            }
+            Antipodal::FaceVertex { a: f, b: w } if w < vertices_b && (f as usize) < a.face_count() => {
+                Some(self.on_face(&self.on_a(), f, w))
+            }
+            Antipodal::EdgeEdge { a: e, b: g } if (e as usize) < a.edge_count() && (g as usize) < b.edge_count() => {
+                self.on_edges(e, g)
+            }
+            _ => None,
+        }
+    }
+
+    /// Returns the facet of face `f` of p and the vertex of q that supports it. The climb to that
+    /// vertex starts at `w`.
+    fn on_face(&self, view: &View<'_>, f: u32, w: u32) -> Here {
+        let normal = view.p.plane(f).normal;
+        let (w, height, next) = view.q.climb_apart(w, view.facing(normal));
+        let v = view.p.face_vertices(f).at(0);
+        let offset = normal.dot(view.vertex(v, w));
+        let normal = if view.p_is_a { view.facing(normal) } else { normal };
+        // No edge is longer than twice the radius. The bound is doubled for rounding.
+        let alone = height - next > 4.0 * FLUSH_WITNESS * view.q.radius();
+        let corner = Corner { normal, offset, antipodal: view.face(f, w), hub: view.hub(v, w) };
+        Here { corner, supported: true, alone }
+    }
+
+    /// Returns the facet of two edges if they cross on the Gauss map. Otherwise returns the facet
+    /// of the lowest face beside them. `None` if the edges are parallel.
+    fn on_edges(&self, e: u32, g: u32) -> Option<Here> {
+        let Cso { a, b, pose_ba } = *self.cso;
+        let (edge_a, edge_b) = (a.edge(e), b.edge(g));
+        let along_a = pose_ba.vector(a.vertex(edge_a.head) - a.vertex(edge_a.tail));
+        let along_b = b.vertex(edge_b.head) - b.vertex(edge_b.tail);
+        let hub = HubPair { a: edge_a.tail, b: edge_b.tail };
+        let c = self.cso.vertex(hub);
+        let normals_a = [edge_a.left, edge_a.right].map(|f| -pose_ba.vector(a.plane(f).normal));
+        let normals_b = [edge_b.left, edge_b.right].map(|f| b.plane(f).normal);
+        let [x, y] = normals_b.map(|n| -n.dot(along_a));
+        let [z, w] = normals_a.map(|n| n.dot(along_b));
+        let up = x > 0.0 && y < 0.0 && z > 0.0 && w < 0.0;
+        let down = x < 0.0 && y > 0.0 && z < 0.0 && w > 0.0;
+        if up || down {
+            let across = if up { along_a.cross(along_b) } else { along_b.cross(along_a) };
+            let normal = edge_normal(along_a, along_b, across)?;
+            let antipodal = Antipodal::EdgeEdge { a: e, b: g };
+            let corner = Corner { normal, offset: normal.dot(c), antipodal, hub };
+            // For unit vectors at a small angle, the dot product is one minus half the square of
+            // the angle. The angle is doubled for rounding.
+            let flush = 1.0 - 2.0 * FLUSH_WITNESS * FLUSH_WITNESS;
+            let alone = normals_a.iter().chain(&normals_b).all(|n| n.dot(normal) < flush);
+            return Some(Here { corner, supported: true, alone });
+        }
+        let scores = [normals_b[0], normals_b[1], normals_a[0], normals_a[1]].map(|n| n.dot(c));
+        let least = (1..4).fold(0, |least, k| if scores[k] < scores[least] { k } else { least });
+        Some(match least {
+            0 => self.on_face(&self.on_b(), edge_b.left, hub.a),
+            1 => self.on_face(&self.on_b(), edge_b.right, hub.a),
+            2 => self.on_face(&self.on_a(), edge_a.left, hub.b),
+            _ => self.on_face(&self.on_a(), edge_a.right, hub.b),
+        })
+    }
+
+    /// Returns the lowest facet across a side of the current facet. `None` if none is lower.
+    fn lower_neighbour(&self, here: &Corner) -> Result<Option<Corner>, Odd> {
+        let mut lowest = Lowest { bar: here.offset - self.decrease, met: None };
+        match here.antipodal {
+            Antipodal::VertexFace { a: v, b: f } => self.around_face(&self.on_b(), f, v, &mut lowest)?,
+            Antipodal::FaceVertex { a: f, b: w } => self.around_face(&self.on_a(), f, w, &mut lowest)?,
+            Antipodal::EdgeEdge { a: e, b: g } => {
+                self.around_edges(&self.on_b(), g, e, here.normal, &mut lowest)?;
+                let outward_a = -self.cso.pose_ba.inverse_vector(here.normal);
+                self.around_edges(&self.on_a(), e, g, outward_a, &mut lowest)?;
+            }
+        }
+        lowest.met.map(|met| self.corner(&met)).transpose()
+    }
+
+    /// Tests the facets across the sides of face `f` of p. The plane turns about each side while
+    /// vertex `w` of q supports it.
+    #[inline]
+    fn around_face(&self, view: &View<'_>, f: u32, w: u32, lowest: &mut Lowest) -> Result<(), Odd> {
+        let normal = view.p.plane(f).normal;
+        let (corners, edges) = (view.p.face_vertices(f), view.p.face_edges(f));
+        let origin = view.q_in_p.point(view.q.vertex(w));
+        let sides = if corners.len() > FACET_SIDES {
+            let k = farthest_side(view.p, f, origin);
+            k..k + 1
+        } else {
+            0..corners.len()
+        };
+        let mut spokes: Option<Spokes> = None;
+        for k in sides {
+            let edge = view.p.edge(edges.at(k));
+            let across = if edge.left == f { edge.right } else { edge.left };
+            let end = view.p.plane(across).normal;
+            // The offset is concave along the arc. If the far end is not lower, no point of the arc
+            // is.
+            if end.dot(view.p.vertex(corners.at(k)) - origin) >= lowest.bar {
+                continue;
+            }
+            let spokes = match &mut spokes {
+                Some(spokes) => spokes,
+                none => none.insert(Spokes::of(view, w, normal, None)?),
+            };
+            spokes.turn(view, edges.at(k), across, corners.at(k), lowest);
+        }
+        Ok(())
+    }
+
+    /// Tests both directions from an edge pair along the arc of edge `g` of p. In each direction,
+    /// one end of edge `e` of q supports the plane.
+    #[inline]
+    fn around_edges(&self, view: &View<'_>, g: u32, e: u32, normal: DVec3, lowest: &mut Lowest) -> Result<(), Odd> {
+        let (edge_p, edge_q) = (view.p.edge(g), view.q.edge(e));
+        let along = view.q.vertex(edge_q.head) - view.q.vertex(edge_q.tail);
+        // Toward the left face of `g`, the supporting end of `e` is its tail if this is true, else
+        // its head. Toward the right face it is the other end.
+        let tail_first = view.facing(view.p.plane(edge_p.left).normal).dot(along) < 0.0;
+        let ends = if tail_first { [edge_q.tail, edge_q.head] } else { [edge_q.head, edge_q.tail] };
+        for (end, face) in ends.into_iter().zip([edge_p.left, edge_p.right]) {
+            if view.p.plane(face).normal.dot(view.vertex(edge_p.tail, end)) < lowest.bar {
+                Spokes::of(view, end, normal, Some(e))?.turn(view, g, face, edge_p.tail, lowest);
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns true if the origin's projection lies within the facet, including flush features. The
+    /// facet is then a local minimum of h.
+    fn is_lowest(&self, here: &Corner) -> bool {
+        let stray = STRAY * self.cso.size();
+        Facet::at(self.cso, here, FLUSH_FACET).beyond(self.cso) <= stray * stray
+    }
+
+    /// Returns the hubs of the facet at which a lower facet may exist.
+    #[inline]
+    fn test_hubs(&self, here: &Corner) -> Doubt {
+        let mut test = HubTest { bar: here.offset - self.decrease, doubt: Doubt::NONE };
+        match here.antipodal {
+            Antipodal::VertexFace { a: v, b: f } => test.around_face(&self.on_b(), f, v),
+            Antipodal::FaceVertex { a: f, b: w } => test.around_face(&self.on_a(), f, w),
+            Antipodal::EdgeEdge { a: e, b: g } => test.around_edges(&self.on_b(), &self.on_a(), g, e),
+        }
+        test.doubt
+    }
+
+    /// Returns the exact facet at which the turning plane stopped.
+    fn corner(&self, met: &Met) -> Result<Corner, Odd> {
+        let Cso { a, b, pose_ba } = *self.cso;
+        let Met { antipodal, hub, normal } = *met;
+        let normal = match antipodal {
+            Antipodal::EdgeEdge { a: e, b: g } => {
+                let (e, g) = (a.edge(e), b.edge(g));
+                let along_a = pose_ba.vector(a.vertex(e.head) - a.vertex(e.tail));
+                let along_b = b.vertex(g.head) - b.vertex(g.tail);
+                let across = along_a.cross(along_b);
+                let across = if across.dot(normal) < 0.0 { -across } else { across };
+                edge_normal(along_a, along_b, across).ok_or(Odd)?
+            }
+            _ => normal,
+        };
+        Ok(Corner { normal, offset: normal.dot(self.cso.vertex(hub)), antipodal, hub })
+    }
+}
+
+/// Returns the unit normal of two edges, given their cross product. `None` if they are parallel.
+#[inline]
+fn edge_normal(along_a: DVec3, along_b: DVec3, across: DVec3) -> Option<DVec3> {
+    let (length_a, length_b) = (along_a.length_squared(), along_b.length_squared());
+    if across.length_squared() <= PARALLEL_EDGES * PARALLEL_EDGES * length_a * length_b {
+        return None;
+    }
+    // The cross product of nearly parallel edges has a rounding error along the edges. After
+    // removing that part, the plane supports both edges.
+    let normal = across - along_a * (across.dot(along_a) / length_a);
+    Some(normal / normal.length())
 }

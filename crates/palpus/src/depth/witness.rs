@@ -12,12 +12,16 @@
 //! witness on b is the nearest point of b's supporting feature. The witness on a lies in a's
 //! supporting plane, but not on a.
 
+mod validate;
+
 use glam::DVec3;
 
-use super::antipodal::{Facet, Flush};
+use super::antipodal::{Corner, Facet, Flush};
+use super::clip::clip;
 use super::cso::Cso;
-use super::overlay::Corner;
-use crate::algebra::tolerance::{CLIP_CORNERS, PARALLEL_EDGES};
+use super::walk::Walked;
+use super::{Certainty, Depth};
+use crate::algebra::tolerance::{CLIP_CORNERS, FLUSH_WITNESS, PARALLEL_EDGES};
 use crate::algebra::{closest_on_segment, closest_segment_segment};
 
 /// Buffers to clip one flush polygon by another. They keep no content between calls.
@@ -31,6 +35,34 @@ impl Clip {
     pub(super) fn new() -> Self {
         Self { points: [DVec3::ZERO; CLIP_CORNERS], spare: [DVec3::ZERO; CLIP_CORNERS] }
     }
+}
+
+/// Returns the answer at the measured end of a walk.
+#[inline]
+pub(super) fn answer_at(cso: &Cso<'_>, walked: &Walked, clip: &mut Clip) -> Depth {
+    let Walked { corner, alone, .. } = walked;
+    let facet = if *alone { Facet::spanned(cso, corner) } else { Facet::at(cso, corner, FLUSH_WITNESS) };
+    answer_on(cso, &facet, walked, clip)
+}
+
+/// Returns the same on a known facet.
+#[inline]
+pub(super) fn answer_on(cso: &Cso<'_>, facet: &Facet<'_>, walked: &Walked, clip: &mut Clip) -> Depth {
+    let Walked { corner, steps, stop, .. } = walked;
+    let (point_a, point_b) = witness(cso, facet, corner, clip);
+    let answer = Depth {
+        point_a,
+        point_b,
+        normal: corner.normal,
+        depth: corner.offset,
+        antipodal: corner.antipodal,
+        hub: corner.hub,
+        certainty: Certainty::LocallyOptimal,
+        steps: *steps,
+        stop: *stop,
+    };
+    debug_assert!(!answer.is_sampled() || answer.validate(cso) == Ok(()), "{:?}", answer.validate(cso));
+    answer
 }
 
 /// The two flush features in b's supporting plane, after moving a by the depth.
@@ -117,7 +149,7 @@ fn edges(contact: &Contact<'_, '_>) -> DVec3 {
 }
 
 /// Returns the centroid of the overlap of two flush features. At least one of them is a polygon.
-fn overlap(contact: &Contact<'_, '_>, clip: &mut Clip) -> DVec3 {
+fn overlap(contact: &Contact<'_, '_>, buffers: &mut Clip) -> DVec3 {
     let Facet { normal, a, b } = *contact.facet;
     let circle_a = circle(a.count, |k| contact.a(k));
     let circle_b = circle(b.count, |k| contact.b(k));
@@ -131,7 +163,7 @@ fn overlap(contact: &Contact<'_, '_>, clip: &mut Clip) -> DVec3 {
     let (middle, radius_squared) = if cut_a { circle_a } else { circle_b };
     let (mut count, sides) = if cut_a { (a.count, b.count) } else { (b.count, a.count) };
     for k in 0..count {
-        clip.points[k] = if cut_a { contact.a(k) } else { contact.b(k) };
+        buffers.points[k] = if cut_a { contact.a(k) } else { contact.b(k) };
     }
     let side_of = |k: usize| if cut_a { contact.b(k) } else { contact.a(sides - k) };
     let mut from = side_of(0);
@@ -142,47 +174,21 @@ fn overlap(contact: &Contact<'_, '_>, clip: &mut Clip) -> DVec3 {
         let height = inward.dot(middle - from);
         let clear = height > 0.0 && height * height > radius_squared * inward.length_squared();
         if !clear {
-            count = cut(&clip.points[..count], &mut clip.spare, |p| inward.dot(p - from));
-            std::mem::swap(&mut clip.points, &mut clip.spare);
+            count = clip(&buffers.points[..count], &mut buffers.spare, |p| inward.dot(p - from), DVec3::lerp);
+            std::mem::swap(&mut buffers.points, &mut buffers.spare);
         }
         if count == 0 {
             return stray();
         }
         from = to;
     }
-    centroid(&clip.points[..count], normal)
+    centroid(&buffers.points[..count], normal)
 }
 
 /// Returns the mean of some points, and the square of the largest distance from it.
 fn circle(count: usize, point: impl Fn(usize) -> DVec3) -> (DVec3, f64) {
     let middle = (0..count).map(&point).sum::<DVec3>() / count as f64;
     (middle, (0..count).map(|k| point(k).distance_squared(middle)).fold(0.0, f64::max))
-}
-
-/// Keeps the part of a convex polygon (or segment, or point) where `height` is not negative.
-/// Returns the number of points kept.
-fn cut(points: &[DVec3], kept: &mut [DVec3], height: impl Fn(DVec3) -> f64) -> usize {
-    let mut count = 0;
-    let mut push = |p: DVec3| {
-        if count < kept.len() {
-            kept[count] = p;
-            count += 1;
-        }
-    };
-    let Some(&last) = points.last() else { return 0 };
-    let mut from = last;
-    let mut from_height = height(from);
-    for &to in points {
-        let to_height = height(to);
-        if (from_height < 0.0) != (to_height < 0.0) {
-            push(from.lerp(to, from_height / (from_height - to_height)));
-        }
-        if to_height >= 0.0 {
-            push(to);
-        }
-        (from, from_height) = (to, to_height);
-    }
-    count
 }
 
 /// Returns the area centroid of a convex polygon. If the area is negligible, returns the centre of

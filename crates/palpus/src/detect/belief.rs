@@ -1,4 +1,4 @@
-//! Checks of depths against the surfaces of the bodies, and a replacement for a depth that fails.
+//! Which depths count, by the surfaces of the bodies, and what stands in if none does.
 //!
 //! The depth of a piece can differ from that of the solid. A probe that has entered through the
 //! near wall of a thin part overlaps pieces of the far wall from behind, and the depth direction of
@@ -26,11 +26,11 @@
 //! only b's point inside a could confirm the depth, and this point is too near to the sides of a
 //! steep corner.
 //!
-//! Bodies that overlap must always have a contact. If no depth is accepted, the shallowest is
-//! *corrected*: its witness point is inside the solid, so the contact goes from there to the
-//! nearest surface. If no pieces overlap because the probe is between pieces, the witness point of
-//! the last overlap is checked in the same way ([`LastOverlap`]). If it is still inside, the bodies
-//! still overlap, by at least its distance to the surface.
+//! Bodies that overlap must always have a contact. If no depth counts, one contact *stands in*, from
+//! a witness point that is inside the other solid to the nearest surface. It is the witness of the
+//! first of these that there is: the shallowest rejected depth; the last overlap ([`LastOverlap`]),
+//! since as long as its witness is inside, the bodies still overlap, even where the probe is between
+//! pieces; the least depth of two pieces that share no normal.
 //!
 //! Deviation: \[K02\] moves a depth to original features without such a check.
 
@@ -111,23 +111,27 @@ fn lies_within(body: &Body, own: &[u32], point: DVec3, depth: f64) -> bool {
     body.tree().nearest_among(point, depth, denies).is_none() && (!body.mesh().is_closed() || body.tree().inside(point))
 }
 
-/// Returns the contact corrected to the solids: from the deeper of its witness points to the
-/// nearest surface. Returns it unchanged if neither point is inside the other body.
-pub(super) fn corrected(asked: &Asked<'_>, contact: &Contact) -> Contact {
+/// The contact from the deeper of a contact's witness points to the nearest surface. `None` if
+/// neither point is inside the other body.
+pub(super) fn stand_in(asked: &Asked<'_>, contact: &Contact) -> Option<Contact> {
     let Asked { a, b, place, .. } = asked;
     let [point_a, point_b] = on_features(asked, contact);
-    let of_a = way_out(b, point_a).map(|out| at_point_of_a(contact, point_a, out));
-    let of_b = way_out(a, place.inverse_point(point_b)).map(|out| at_point_of_b(contact, point_b, place.vector(out)));
-    match (of_a, of_b) {
+    let of_a = way_out(b, point_a).map(|out| (out, [point_a, point_a + out]));
+    // b's point goes out of a: a moves the other way.
+    let out_of_a = way_out(a, place.inverse_point(point_b)).map(|out| -place.vector(out));
+    let of_b = out_of_a.map(|out| (out, [point_b - out, point_b]));
+    let (out, [point_a, point_b]) = match (of_a, of_b) {
         (Some(x), Some(y)) => {
-            if x.separation <= y.separation {
+            if x.0.length_squared() >= y.0.length_squared() {
                 x
             } else {
                 y
             }
         }
-        (x, y) => x.or(y).unwrap_or(*contact),
-    }
+        (x, y) => x.or(y)?,
+    };
+    let depth = out.length();
+    Some(Contact { point_a, point_b, normal: out / depth, separation: -depth, ..*contact })
 }
 
 /// The way from a point inside a closed body to the nearest surface.
@@ -138,18 +142,6 @@ fn way_out(body: &Body, point: DVec3) -> Option<DVec3> {
     // A way that is as short as the rounding has no direction.
     let least = TOUCHING * body.mesh().bounding_diagonal();
     body.tree().nearest(point).map(|near| near.point - point).filter(|out| out.length() > least)
-}
-
-/// a's point goes out of b along `out`.
-fn at_point_of_a(contact: &Contact, point_a: DVec3, out: DVec3) -> Contact {
-    let depth = out.length();
-    Contact { point_a, point_b: point_a + out, normal: out / depth, separation: -depth, ..*contact }
-}
-
-/// b's point goes out of a along `out`: a moves the other way.
-fn at_point_of_b(contact: &Contact, point_b: DVec3, out: DVec3) -> Contact {
-    let depth = out.length();
-    Contact { point_a: point_b + out, point_b, normal: -out / depth, separation: -depth, ..*contact }
 }
 
 /// The deepest contact of the last query in which the bodies overlapped.
@@ -179,14 +171,9 @@ impl LastOverlap {
         self.depth = deepest.map_or(0.0, |contact| -contact.separation);
     }
 
-    /// The contact from its witness points at the present pose, if one of them is still inside the
-    /// other body.
+    /// Its stand-in at the present pose, if one of its witness points is still inside the other
+    /// body.
     pub(super) fn still(&self, asked: &Asked<'_>) -> Option<Contact> {
-        let Asked { a, b, place, .. } = asked;
-        let memory = self.contact?;
-        let (last, point_a, point_b) = (memory.extrapolate(place), place.point(memory.point_a), memory.point_b);
-        let of_a = way_out(b, point_a).map(|out| at_point_of_a(&last, point_a, out));
-        let out_of_a = || way_out(a, place.inverse_point(point_b));
-        of_a.or_else(|| out_of_a().map(|out| at_point_of_b(&last, point_b, place.vector(out))))
+        stand_in(asked, &self.contact?.extrapolate(&asked.place))
     }
 }

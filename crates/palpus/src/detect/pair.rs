@@ -1,14 +1,14 @@
 //! The result of one pair of pieces: a contact at its closest points or at its depth, or none.
 
+use glam::DVec3;
+
 use super::contact::points_about;
 use super::search::{Asked, PairSearch};
 use super::{Contact, QueryCounters};
 use crate::algebra::tolerance::BARREN_LEAST;
+use crate::body::FeaturePair;
 use crate::collision::{Closest, LeafPair, Overlap, Proximity, StopReason, WarmStart};
-use crate::depth::{
-    AdmissibleDepth, Antipodal, Certainty, Depth, HubPair, Seed, Touch, admissible_depth, barren_angle, depth,
-    half_admissible_depth,
-};
+use crate::depth::{Antipodal, Certainty, Depth, HubPair, Seed, Touch, admissible_depth, barren_angle, depth};
 
 /// Result of a pair of pieces within tolerance.
 pub(super) enum Found {
@@ -19,8 +19,9 @@ pub(super) enum Found {
     /// A contact along another direction, the least depth among the directions that the pieces own;
     /// and the same contact with its points on its features, for the check of its depth.
     Moved(Contact, Contact),
-    /// An overlap without a normal that both pieces own.
-    Inadmissible,
+    /// An overlap without a normal that both pieces own: the contact along the direction of least
+    /// depth, if that was computed.
+    Inadmissible(Option<Contact>),
 }
 
 impl PairSearch {
@@ -46,7 +47,7 @@ impl PairSearch {
         counters: &mut QueryCounters,
     ) -> Found {
         if self.front.is_barren(leaf) {
-            return Found::Inadmissible;
+            return Found::Inadmissible(None);
         }
         let place = &asked.place;
         let memory = leaf.memory.filter(|memory| memory.facet.is_some());
@@ -74,11 +75,13 @@ impl PairSearch {
                     self.front.remember_barren(leaf, angle);
                 }
             }
-            return Found::Inadmissible;
+            let Depth { point_a, point_b, normal, depth, antipodal, .. } = walked;
+            let contact = at(leaf, antipodal.features(), [point_a, point_b], normal, -depth);
+            return Found::Inadmissible(Some(contact).filter(|contact| contact.separation < 0.0));
         };
         counters.moved += u32::from(real.moved);
         counters.admissible_stops += u32::from(real.moved && real.stop != StopReason::Converged);
-        let contact = at(leaf, &real);
+        let contact = at(leaf, real.features, [real.point_a, real.point_b], real.normal, -real.depth);
         if real.moved {
             let (point_a, point_b) = real.facing;
             Found::Moved(contact, Contact { point_a, point_b, ..contact })
@@ -102,15 +105,6 @@ impl PairSearch {
             Some(prover) => prover.depth(piece_a, piece_b, &asked.place, leaf, &seeds, &mut self.scratch),
             None => depth(piece_a, piece_b, &asked.place, &seeds, &mut self.scratch),
         }
-    }
-
-    /// The contact of an overlap that has no admissible depth, along the best normal that one of
-    /// the pieces owns.
-    pub(super) fn half_admissible(&mut self, asked: &Asked<'_>, leaf: &LeafPair) -> Option<Contact> {
-        let Asked { a, b, place, .. } = asked;
-        let (normals_a, normals_b) = (a.own_normals(leaf.piece_a), b.own_normals(leaf.piece_b));
-        let hub = HubPair { a: 0, b: 0 };
-        half_admissible_depth(&normals_a, &normals_b, place, hub, &mut self.scratch).map(|half| at(leaf, &half))
     }
 
     /// Adds the other corners of a leaf pair's new contact, which follows the `known` first
@@ -164,32 +158,14 @@ impl PairSearch {
 
 /// The contact at the closest points.
 pub(super) fn at_closest(leaf: &LeafPair, closest: &Closest) -> Contact {
-    Contact {
-        piece_a: leaf.piece_a,
-        piece_b: leaf.piece_b,
-        features: closest.features,
-        point_a: closest.point_a,
-        point_b: closest.point_b,
-        normal: closest.normal,
-        separation: closest.distance,
-        slope: 0.0,
-        count: 1.0,
-    }
+    let Closest { point_a, point_b, normal, features, distance, .. } = *closest;
+    at(leaf, features, [point_a, point_b], normal, distance)
 }
 
-/// The contact at a depth.
-fn at(leaf: &LeafPair, real: &AdmissibleDepth) -> Contact {
-    Contact {
-        piece_a: leaf.piece_a,
-        piece_b: leaf.piece_b,
-        features: real.features,
-        point_a: real.point_a,
-        point_b: real.point_b,
-        normal: real.normal,
-        separation: -real.depth,
-        slope: 0.0,
-        count: 1.0,
-    }
+/// Returns the contact of a leaf pair at these points.
+fn at(leaf: &LeafPair, features: FeaturePair, points: [DVec3; 2], normal: DVec3, separation: f64) -> Contact {
+    let (LeafPair { piece_a, piece_b, .. }, [point_a, point_b]) = (*leaf, points);
+    Contact { piece_a, piece_b, features, point_a, point_b, normal, separation, slope: 0.0, count: 1.0 }
 }
 
 /// Returns true if the closest points lie on the surfaces of both meshes and both pieces own their

@@ -3,12 +3,11 @@
 use crate::algebra::Placement;
 use crate::body::Polytope;
 use crate::collision::LeafPair;
-use crate::depth::{CertificateMemory, Depth, ProofScratch, Seed, WalkScratch, depth_proven};
+use crate::depth::{CertificateMemory, Depth, DepthScratch, Seed, depth_proven};
 
-/// Working memory of proofs, and their results of the last query.
+/// The proofs of the last query.
 #[derive(Clone, Debug)]
 pub(super) struct Prover {
-    scratch: ProofScratch,
     /// Pieces of a and b. Pairs that share a place replace each other, so that each starts without
     /// cached data.
     places: Vec<([u32; 2], CertificateMemory)>,
@@ -20,7 +19,7 @@ impl Prover {
 
     pub(super) fn new() -> Self {
         let places = (0..Self::PLACES).map(|_| ([u32::MAX; 2], CertificateMemory::new())).collect();
-        Self { scratch: ProofScratch::new(), places }
+        Self { places }
     }
 
     pub(super) fn clear(&mut self) {
@@ -34,7 +33,7 @@ impl Prover {
         place: &Placement,
         leaf: &LeafPair,
         seeds: &[Seed],
-        walk: &mut WalkScratch,
+        scratch: &mut DepthScratch,
     ) -> Depth {
         // Fibonacci hashing: the odd multiplier is 2³² over the golden ratio.
         let hash = leaf.piece_a.wrapping_mul(31).wrapping_add(leaf.piece_b).wrapping_mul(0x9E37_79B9);
@@ -43,6 +42,6 @@ impl Prover {
             *pieces = [leaf.piece_a, leaf.piece_b];
             memory.clear();
         }
-        depth_proven(piece_a, piece_b, place, seeds, memory, &mut self.scratch, walk)
+        depth_proven(piece_a, piece_b, place, seeds, memory, scratch)
     }
 }

@@ -9,16 +9,17 @@
 //!    normal, the witness of the march and the line of centroids. If the walk ends on a normal that
 //!    one of the meshes does not have, the depth is the least along a normal that both pieces own
 //!    ([`admissible_depth`](crate::depth::admissible_depth)). The contact is left out if the check
-//!    of `belief` rejects this depth. A pair without such a normal is no contact. If an overlap has
-//!    no other contact, the shallowest rejected one stays.
+//!    of `belief` rejects this depth. A pair without such a normal is no contact. If the bodies
+//!    overlap and no depth counts, one contact stands in, from a witness point to the nearest
+//!    surface.
 //!
 //! With [`Proof::Prove`], the query proves that each depth is the global minimum for its pair of
 //! pieces, or replaces it by a proven one. This happens before virtual features are considered. A
 //! depth that is later moved to a normal of the meshes is therefore not the least of the pair, but
 //! the least is known.
 //!
-//! If the pose has jumped since the last query, the walk starts cold, from several seeds, and keeps
-//! the best result. The cached normal of a pair is then only one of the seeds.
+//! If the pose has jumped since the last query, or a pair begins to overlap, its depth is found from
+//! nothing, with a proof ([`depth`](crate::depth::depth)).
 //!
 //! A pair of pieces is one contact, at its exact witness points, or on request the corners of its
 //! *patch* ([`Patch`]): as many contacts as are needed to describe where flush features touch.
@@ -26,7 +27,7 @@
 //! Contacts are in the order in which they began; after a jump, in the order of the descent. The
 //! same history gives the same order.
 
-use super::belief::{LastOverlap, corrected, is_believed, is_believed_beyond};
+use super::belief::{LastOverlap, is_believed, is_believed_beyond, stand_in};
 use super::guard::Guard;
 use super::held::HeldContacts;
 use super::pair::{Found, at_closest};
@@ -37,7 +38,7 @@ use crate::algebra::tolerance::{WORK_ANSWER, WORK_BOUND};
 use crate::algebra::{Clock, Placement, Pose, Quota};
 use crate::body::{Body, OwnNormals, Polytope};
 use crate::collision::{Front, LeafPair, LeafPairs, PlacedPair, Proximity, Side};
-use crate::depth::{AdmissibleScratch, Patch, WalkScratch};
+use crate::depth::{AdmissibleScratch, DepthScratch, Patch};
 
 /// Working memory of the queries between two bodies, and data cached from query to query.
 #[derive(Clone, Debug)]
@@ -47,9 +48,7 @@ pub(super) struct PairSearch {
     pub(super) capacity: usize,
     pub(super) leaves: LeafPairs,
     pub(super) contacts: Vec<Contact>,
-    /// Indices of the leaf pairs that overlap without an admissible depth.
-    pub(super) inadmissible: Vec<u32>,
-    pub(super) scratch: WalkScratch,
+    pub(super) scratch: DepthScratch,
     pub(super) admissible: AdmissibleScratch,
     pub(super) prover: Option<Box<Prover>>,
     pub(super) last_pose: Option<Pose>,
@@ -86,8 +85,7 @@ impl PairSearch {
             capacity,
             leaves: LeafPairs::new(capacity),
             contacts: Vec::with_capacity(capacity),
-            inadmissible: Vec::with_capacity(capacity),
-            scratch: WalkScratch::new(),
+            scratch: DepthScratch::new(),
             admissible: AdmissibleScratch::new(a.admissible(), b.admissible()),
             prover: (settings.proof == Proof::Prove).then(|| Box::new(Prover::new())),
             last_pose: None,
@@ -126,7 +124,7 @@ impl PairSearch {
         self.hold_unvisited(asked, &mut counters);
         self.sample.keep(&self.contacts, asked.tolerance);
         self.count_crowd();
-        self.hold_overlap(asked, doubtful, &mut counters);
+        self.hold_overlap(asked, &doubtful, &mut counters);
         let all = self.contacts.len();
         self.contacts.retain(Contact::is_finite);
         counters.non_finite += (all - self.contacts.len()) as u32;
@@ -146,11 +144,10 @@ impl PairSearch {
     }
 
     /// Finds the contacts of the leaf pairs until the quota is spent; returns the shallowest of the
-    /// rejected contacts.
-    fn answer_leaves(&mut self, asked: &Asked<'_>, quota: &Quota<'_>, counters: &mut QueryCounters) -> Option<Contact> {
+    /// depths that do not count.
+    fn answer_leaves(&mut self, asked: &Asked<'_>, quota: &Quota<'_>, counters: &mut QueryCounters) -> Doubtful {
         self.contacts.clear();
-        self.inadmissible.clear();
-        let mut doubtful = None;
+        let mut doubtful = Doubtful::default();
         let rests = self.crowd > 0.0;
         self.touching = 0;
         let count = self.leaves.as_slice().len();
@@ -186,11 +183,11 @@ impl PairSearch {
                 Found::Moved(contact, facing) if is_believed(asked, &facing) => self.contacts.push(contact),
                 Found::Admissible(contact) | Found::Moved(contact, _) => {
                     counters.disbelieved += 1;
-                    doubtful = shallower(doubtful, contact);
+                    doubtful.rejected = shallower(doubtful.rejected, contact);
                 }
-                Found::Inadmissible => {
+                Found::Inadmissible(contact) => {
                     counters.inadmissible += 1;
-                    self.inadmissible.push(k as u32);
+                    doubtful.unowned = contact.map_or(doubtful.unowned, |contact| shallower(doubtful.unowned, contact));
                 }
             }
             if k >= sampled && self.represent_measured(asked, &leaf, known) {
@@ -208,23 +205,15 @@ impl PairSearch {
         doubtful
     }
 
-    /// Adds a contact if bodies overlap and no contact was accepted, even if its direction is
-    /// doubtful.
-    fn hold_overlap(&mut self, asked: &Asked<'_>, mut doubtful: Option<Contact>, counters: &mut QueryCounters) {
+    /// Adds a contact if bodies overlap and no depth counts: the stand-in of a rejected depth, of
+    /// the last overlap, or of a depth along a normal that the pieces do not own.
+    fn hold_overlap(&mut self, asked: &Asked<'_>, doubtful: &Doubtful, counters: &mut QueryCounters) {
         if self.contacts.iter().any(|contact| contact.separation <= 0.0) {
             return;
         }
-        for k in 0..self.inadmissible.len() {
-            let leaf = self.leaves.as_slice()[self.inadmissible[k] as usize];
-            if let Some(contact) = self.half_admissible(asked, &leaf) {
-                doubtful = shallower(doubtful, contact);
-            }
-        }
-        let stands_in = match doubtful {
-            Some(contact) => Some(corrected(asked, &contact)),
-            None if counters.traversal.postponed == 0 => self.last_overlap.still(asked),
-            None => None,
-        };
+        let rejected = doubtful.rejected.map(|contact| stand_in(asked, &contact).unwrap_or(contact));
+        let still = || self.last_overlap.still(asked).filter(|_| counters.traversal.postponed == 0);
+        let stands_in = rejected.or_else(still).or_else(|| stand_in(asked, &doubtful.unowned?));
         // Nothing is added beyond the memory that was allocated at construction. If it is full of
         // contacts that are apart, these hold the bodies.
         let room = self.capacity - self.contacts.len();
@@ -260,7 +249,7 @@ impl PairSearch {
             Proximity::Disjoint(closest) => Some(at_closest(&leaf, &closest)),
             Proximity::Overlapping(_) => match self.contact(asked, &leaf, counters) {
                 Found::Admissible(contact) | Found::Moved(contact, _) => Some(contact),
-                Found::Inadmissible => self.half_admissible(asked, &leaf),
+                Found::Inadmissible(contact) => contact,
                 Found::Nothing => None,
             },
         };
@@ -299,6 +288,15 @@ impl PairSearch {
             prover.clear();
         }
     }
+}
+
+/// The shallowest of the depths that do not count.
+#[derive(Clone, Copy, Default)]
+struct Doubtful {
+    /// Contradicts the surfaces of the solids.
+    rejected: Option<Contact>,
+    /// Its normal is not owned by both pieces.
+    unowned: Option<Contact>,
 }
 
 /// Input of a query.

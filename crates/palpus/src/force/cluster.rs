@@ -159,7 +159,10 @@ impl Linkage {
         }
         self.link(settings.radius);
         self.gather();
-        if let Some(angle) = settings.split_angle {
+        // A contact by itself fits any cone.
+        if let Some(angle) = settings.split_angle
+            && self.len() < self.order.len()
+        {
             counters.cut_groups = self.cut(contacts, (0.5 * angle).cos());
             if counters.cut_groups > 0 {
                 self.link(settings.radius);

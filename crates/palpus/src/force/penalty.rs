@@ -55,12 +55,6 @@ impl NetWrench {
         self.on_a = self.on_a + Wrench::of_force_at(force_a, point - centers.a); // Eq. 8
         self.on_b = self.on_b + Wrench::of_force_at(force_b, point - centers.b); // Eq. 9
     }
-
-    /// Adds the pure torque `torque_a` that b exerts on a, and its reaction on b.
-    pub fn add_torque(&mut self, torque_a: DVec3) {
-        self.on_a.torque += torque_a;
-        self.on_b.torque -= torque_a;
-    }
 }
 
 #[cfg(test)]

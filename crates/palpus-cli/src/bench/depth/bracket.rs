@@ -14,7 +14,7 @@ use palpus::depth::{GlobalDepth, GlobalMemory, GlobalSettings, Interior};
 use palpus_io::Threads;
 use palpus_scenes::shape;
 
-use crate::plots::{BLUE, Drawn, Figure, Panel, Series, VERMILION, write_svg};
+use crate::plots::{BLUE, Figure, Panel, Series, VERMILION, write_svg};
 
 /// Poses along the path, and its half length as a share of the ring's size.
 const POSES: i32 = 240;
@@ -56,20 +56,14 @@ fn path(query: &GlobalDepth<'_>, settings: &GlobalSettings, size: f64, file: &Pa
         after.push((x, coherent.evaluations as f64));
         cold.push((x, alone.evaluations as f64));
     }
-    let line = |label, color, points| Series { label, color, points };
+    let line = |label, color, points| Series::new(label, color, points);
     let bounds = vec![line("upper", VERMILION, upper), line("lower", BLUE, lower)];
     let work = vec![line("from nothing", VERMILION, cold), line("after the pose before", BLUE, after)];
-    let figure = Figure {
-        title: "A ring moves through another one: the proven bounds of the depth".to_owned(),
-        x_label: "distance of the centres (mm)",
-        bands: Vec::new(),
-        log_x: false,
-        marks: Vec::new(),
-        panels: vec![
-            Panel { title: "depth", unit: "mm", series: bounds, drawn: Drawn::Lines },
-            Panel { title: "evaluations of a pose", unit: "", series: work, drawn: Drawn::Lines },
-        ],
-    };
+    let figure = Figure::new(
+        "A ring moves through another one: the proven bounds of the depth",
+        "distance of the centres (mm)",
+        vec![Panel::lines("depth", "mm", bounds), Panel::lines("evaluations of a pose", "", work)],
+    );
     write_svg(&figure, file)
 }
 
@@ -83,20 +77,16 @@ fn budget(query: &GlobalDepth<'_>, settings: &GlobalSettings, size: f64, file: &
         upper.push((budget as f64, answer.upper * 1e3));
     }
     let figure = Figure {
-        title: "One pose: the bounds over the budget".to_owned(),
-        x_label: "budget (evaluations)",
-        bands: Vec::new(),
         log_x: true,
-        marks: Vec::new(),
-        panels: vec![Panel {
-            title: "depth",
-            unit: "mm",
-            series: vec![
-                Series { label: "upper", color: VERMILION, points: upper },
-                Series { label: "lower", color: BLUE, points: lower },
-            ],
-            drawn: Drawn::Lines,
-        }],
+        ..Figure::new(
+            "One pose: the bounds over the budget",
+            "budget (evaluations)",
+            vec![Panel::lines(
+                "depth",
+                "mm",
+                vec![Series::new("upper", VERMILION, upper), Series::new("lower", BLUE, lower)],
+            )],
+        )
     };
     write_svg(&figure, file)
 }

@@ -4,7 +4,7 @@
 use super::Outcome;
 use super::ground::{Ground, JUDGED};
 use crate::bench::TICK;
-use crate::plots::{self, BLUE, Drawn, Figure, GREEN, Ink, Panel, Series, VERMILION, bands};
+use crate::plots::{self, BLUE, Figure, GREEN, Ink, Panel, Series, VERMILION, bands};
 
 /// Colours of the methods, in their order.
 fn color(k: usize) -> Ink {
@@ -27,11 +27,7 @@ pub(super) fn of_scene(ground: &Ground, curves: &[(&'static str, &Outcome)]) -> 
 
 fn open_loop(ground: &Ground, curves: &[(&'static str, &Outcome)]) -> Figure {
     let series = |of: &dyn Fn(&Outcome) -> Vec<(f64, f64)>| -> Vec<Series> {
-        let one = |(k, (label, outcome)): (usize, &(&'static str, &Outcome))| Series {
-            label,
-            color: color(k),
-            points: of(outcome),
-        };
+        let one = |(k, (label, outcome)): (usize, &(&'static str, &Outcome))| Series::new(label, color(k), of(outcome));
         curves.iter().enumerate().filter(|(_, (_, outcome))| !outcome.curve.times.is_empty()).map(one).collect()
     };
     let felt = |outcome: &Outcome, of: &dyn Fn(&palpus::algebra::Wrench) -> f64| -> Vec<(f64, f64)> {
@@ -41,39 +37,33 @@ fn open_loop(ground: &Ground, curves: &[(&'static str, &Outcome)]) -> Figure {
         let pairs = outcome.curve.wrenches.windows(2).zip(outcome.curve.times.iter().skip(1));
         pairs.map(|(pair, time)| (*time, pair[1].force.distance(pair[0].force))).collect()
     };
-    let panel = |title, unit, series| Panel { title, unit, series, drawn: Drawn::Lines };
+
     let depths = ground.depths.iter().enumerate().map(|(k, depth)| ((k * JUDGED) as f64 * TICK, *depth > 0.0));
     Figure {
-        title: format!("{}, open loop: the same poses for all (shaded: overlapping)", ground.name),
-        x_label: "time (s)",
-        log_x: false,
-        marks: Vec::new(),
         bands: bands(depths),
-        panels: vec![
-            panel("force", "N", series(&|outcome| felt(outcome, &|w| w.force.length()))),
-            panel("torque", "mN·m", series(&|outcome| felt(outcome, &|w| w.torque.length() * 1e3))),
-            panel("change of the force in a millisecond", "N", series(&steps)),
-        ],
+        ..Figure::new(
+            format!("{}, open loop: the same poses for all (shaded: overlapping)", ground.name),
+            "time (s)",
+            vec![
+                Panel::lines("force", "N", series(&|outcome| felt(outcome, &|w| w.force.length()))),
+                Panel::lines("torque", "mN·m", series(&|outcome| felt(outcome, &|w| w.torque.length() * 1e3))),
+                Panel::lines("change of the force in a millisecond", "N", series(&steps)),
+            ],
+        )
     }
 }
 
 fn held(ground: &Ground, curves: &[(&'static str, &Outcome)]) -> Figure {
-    let panels = curves.iter().enumerate().map(|(k, &(label, outcome))| Panel {
-        title: label,
-        unit: "N",
-        series: vec![Series {
+    let panels = curves.iter().enumerate().map(|(k, &(label, outcome))| {
+        Panel::lines(
             label,
-            color: color(k),
-            points: outcome.held.iter().map(|tick| (tick.time, tick.felt.force.length())).collect(),
-        }],
-        drawn: Drawn::Lines,
+            "N",
+            vec![Series::new(
+                label,
+                color(k),
+                outcome.held.iter().map(|tick| (tick.time, tick.felt.force.length())).collect(),
+            )],
+        )
     });
-    Figure {
-        title: format!("{}, held by a normal hand that presses with 1 N", ground.name),
-        x_label: "time (s)",
-        log_x: false,
-        marks: Vec::new(),
-        bands: Vec::new(),
-        panels: panels.collect(),
-    }
+    Figure::new(format!("{}, held by a normal hand that presses with 1 N", ground.name), "time (s)", panels.collect())
 }

@@ -14,7 +14,7 @@ use super::motion::{Orbit, PERIOD, STRETCH, nearest_query};
 use super::timing::{self, Times};
 use super::{Bodies, Effort, Row};
 use crate::bodies;
-use crate::plots::{BLUE, Drawn, Figure, GREEN, Panel, Series, VERMILION, write_svg};
+use crate::plots::{BLUE, Figure, GREEN, Panel, Series, VERMILION, write_svg};
 use palpus::algebra::Random;
 
 /// Seed of the directions from which the ball comes.
@@ -143,29 +143,27 @@ const LARGEST_TOLERANCE: f64 = 1e-2;
 const BISECTIONS: usize = 12;
 
 fn figure(title: String, x_label: &'static str, rows: &[Row], x: &dyn Fn(&Row) -> f64) -> Figure {
-    let curve = |label, color, y: fn(&Times) -> f64| Series {
-        label,
-        color,
-        points: rows.iter().map(|row| (x(row), y(&row.times))).collect(),
+    let curve = |label, color, y: fn(&Times) -> f64| {
+        Series::new(label, color, rows.iter().map(|row| (x(row), y(&row.times))).collect())
     };
-    let panel = |title, unit, series| Panel { title, unit, series, drawn: Drawn::Lines };
+    let panel = |title, unit, series| Panel::lines(title, unit, series);
     Figure {
-        title,
-        x_label,
         log_x: true,
-        marks: Vec::new(),
-        bands: Vec::new(),
-        panels: vec![
-            panel(
-                "engine step",
-                "µs",
-                vec![
-                    curve("median", BLUE, |times| times.p50),
-                    curve("99 %", GREEN, |times| times.p99),
-                    curve("99.9 %", VERMILION, |times| times.p999),
-                ],
-            ),
-            panel("contacts a tick", "number", vec![curve("contacts", BLUE, |times| times.contacts)]),
-        ],
+        ..Figure::new(
+            title,
+            x_label,
+            vec![
+                panel(
+                    "engine step",
+                    "µs",
+                    vec![
+                        curve("median", BLUE, |times| times.p50),
+                        curve("99 %", GREEN, |times| times.p99),
+                        curve("99.9 %", VERMILION, |times| times.p999),
+                    ],
+                ),
+                panel("contacts a tick", "number", vec![curve("contacts", BLUE, |times| times.contacts)]),
+            ],
+        )
     }
 }

@@ -266,24 +266,16 @@ fn parry_alone(data: &Data<'_>) -> Option<Table> {
     })
 }
 
-/// How often the depth walk ends in a local minimum, and how the centre of a contact patch moves.
+/// How the centre of a contact patch moves.
 pub(super) fn depth(html: &mut Html, data: &Data<'_>, run: &str) {
-    html.section("depth", "Penetration depth: accuracy and smoothness", |section| {
+    html.section("depth", "Penetration depth: smoothness", |section| {
         section.paragraph(
-            "The paper's walk finds a local minimum of the depth, which is often the global minimum. The first \
-            plot shows how often it is not, from a cold start, for random poses of two rounded hulls of 100 \
-            vertices. The second plot shows that the middle of a contact patch moves continuously while a box \
-            tilts through flat contact on a table; an exact contact point cannot.",
+            "The plot shows that the middle of a contact patch moves continuously while a box tilts through flat contact \
+             on a table; an exact contact point cannot.",
         );
         origin(section, data, "depth", run);
-        if let Some(svg) = data.bytes("depth", "depth_local.svg") {
-            section.drawing(&svg, "Error of the walk's depth, in the worst twentieth of all poses");
-        }
         if let Some(svg) = data.bytes("depth", "depth_witness.svg") {
             section.drawing(&svg, "Contact point of a box that tilts on a table: the exact witness point, and the middle of the contact patch");
-        }
-        if let Some(text) = data.text("depth", SAID) {
-            section.said(text.lines().next().unwrap_or(""));
         }
     });
 }
@@ -315,10 +307,9 @@ pub(super) fn made(html: &mut Html, data: &Data<'_>, reproduction: &Reproduction
 }
 
 /// All random seeds.
-const SEEDS: [(&str, &str); 6] = [
+const SEEDS: [(&str, &str); 5] = [
     ("scripted hands' tremor", "5 and others, in palpus-scenes"),
     ("tick lengths of the servo loop in the feel suite", "0xfee1_0001"),
-    ("penetration depth: shapes and poses", "0xdeb7_0001"),
     ("scale: directions from which the ball comes", "0x5ca1_e002"),
     ("pairs: directions from which bodies meet", "0x5ca1_e001"),
     ("convex pairs: shapes and poses", "0x5eed_c03e"),

@@ -9,6 +9,8 @@
 //!    the edge that ends there.
 //! 4. Write all indices into one list, and compute the centroid, the radius and the directory.
 
+mod open_edges;
+
 use glam::DVec3;
 
 use super::numbers::{Numbers, SPOKE};
@@ -16,6 +18,7 @@ use super::{Edge, FACES_A_WORD, Lists, Polytope, PolytopeError, Provenance};
 use crate::algebra::Plane;
 use crate::algebra::tolerance::{CRISP, SHORT_EDGE};
 use crate::body::polytope::directory::Directory;
+use open_edges::OpenEdges;
 
 impl Polytope {
     /// Builds a solid polytope from its merged planar faces.
@@ -413,60 +416,4 @@ fn flattened(loops: &[Vec<u32>]) -> (Vec<u32>, Vec<u32>) {
         starts.push(vertices.len() as u32);
     }
     (starts, vertices)
-}
-
-/// The edges that have only one face so far, in a linked list for each tail vertex.
-struct OpenEdges {
-    /// For each vertex, the first edge of its list.
-    first: Vec<u32>,
-    /// For each edge, the next edge of its list.
-    next: Vec<u32>,
-}
-
-impl OpenEdges {
-    const END: u32 = u32::MAX;
-
-    fn new(vertices: usize) -> Self {
-        Self { first: vec![Self::END; vertices], next: Vec::new() }
-    }
-
-    /// Removes the open edge `tail → head` and returns it; `None` if this edge is not open.
-    fn close(&mut self, edges: &[Edge], tail: u32, head: u32) -> Option<u32> {
-        let (mut before, mut e) = (Self::END, self.first[tail as usize]);
-        while e != Self::END {
-            let after = self.next[e as usize];
-            if edges[e as usize].head == head {
-                if before == Self::END {
-                    self.first[tail as usize] = after;
-                } else {
-                    self.next[before as usize] = after;
-                }
-                return Some(e);
-            }
-            (before, e) = (e, after);
-        }
-        None
-    }
-
-    /// Adds the edge `tail → head`, which the caller will push next. Returns false if there already
-    /// is an open edge `tail → head`.
-    fn open(&mut self, edges: &[Edge], tail: u32, head: u32) -> bool {
-        let mut e = self.first[tail as usize];
-        while e != Self::END {
-            if edges[e as usize].head == head {
-                return false;
-            }
-            e = self.next[e as usize];
-        }
-        self.next.push(self.first[tail as usize]);
-        self.first[tail as usize] = edges.len() as u32;
-        true
-    }
-
-    /// Returns the open edge with the smallest index; `None` if no edge is open.
-    fn first(&self) -> Option<u32> {
-        let edge = |e: u32| (e != Self::END).then_some(e);
-        let chain = |&first: &u32| std::iter::successors(edge(first), |&e| edge(self.next[e as usize]));
-        self.first.iter().flat_map(chain).min()
-    }
 }

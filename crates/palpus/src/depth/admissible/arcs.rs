@@ -3,7 +3,8 @@
 
 use glam::DVec3;
 
-use super::super::overlay::{below, crossing};
+use super::super::cso::below;
+use super::super::overlay::crossing;
 use super::{AdmissibleScratch, Search};
 use crate::algebra::Placement;
 use crate::algebra::tolerance::{ADMISSIBLE_CROSSINGS, PARALLEL_EDGES};

@@ -4,8 +4,7 @@
 use glam::DVec3;
 
 use super::super::Antipodal;
-use super::super::antipodal::{Facet, flush_at_vertex};
-use super::super::overlay::Corner;
+use super::super::antipodal::{Corner, Facet, flush_at_vertex};
 use super::super::witness::{Clip, witness};
 use super::{Found, Search};
 use crate::algebra::closest_on_segment;

@@ -49,7 +49,7 @@ impl CertificateMemory {
     }
 
     /// Returns true if the memory contains a surface of these two polytopes.
-    pub(super) fn serves(&self, cso: &Cso<'_>) -> bool {
+    pub(in super::super) fn serves(&self, cso: &Cso<'_>) -> bool {
         !self.triangles.is_empty() && self.pair == pair_of(cso)
     }
 

@@ -2,17 +2,16 @@
 
 use glam::DVec3;
 
+use super::super::antipodal::{Corner, Facet};
 use super::super::cso::Cso;
-use super::super::descent::settle;
 use super::super::inner::{Joint, Refusal, Surface, judged};
-use super::super::overlay::Corner;
-use super::super::query::{answer_at, scan, walk_from};
 use super::super::seed::Start;
-use super::super::walk::Walked;
-use super::super::{Antipodal, Certainty, Depth, HubPair, WalkScratch};
+use super::super::walk::{Walked, settle, walk};
+use super::super::witness::{Clip, answer_at, answer_on};
+use super::super::{Antipodal, Certainty, Depth, HubPair};
 use super::CertificateMemory;
 use crate::algebra::tolerance::{
-    PROOF_BEGIN, PROOF_BLIND, PROOF_GROWTHS, PROOF_RELATIVE, PROOF_REPAIRS, PROOF_ROUNDING,
+    FLUSH_WITNESS, PROOF_BEGIN, PROOF_BLIND, PROOF_GROWTHS, PROOF_RELATIVE, PROOF_REPAIRS, PROOF_ROUNDING,
 };
 use crate::collision::StopReason;
 
@@ -29,31 +28,32 @@ enum Ground {
     Grown,
 }
 
-pub(super) struct Search<'s, 'p> {
+pub(in super::super) struct Search<'s, 'p> {
     cso: &'s Cso<'p>,
     /// The direction of the least h found so far.
     best: Start,
     /// The answer along `best`. `None` if `best` was found after the last answer.
     answer: Option<Depth>,
-    /// Corners of the facet along `best`. `None` if no triangle of the surface lies in that facet.
+    /// Corners of the triangle nearest to the origin, which lies in the facet along `best` or in one
+    /// at the same distance.
     facet: Option<[HubPair; 3]>,
     /// Number of moves of all walks.
     steps: u32,
     /// Part of the tolerance: heights that differ from the depth by less than this count as equal
     /// to it. The other part is [`PROOF_RELATIVE`] of the depth.
     rounding: f64,
-    pub(super) growths: u32,
+    pub(in super::super) growths: u32,
     surface: &'s mut Surface,
-    walk: &'s mut WalkScratch,
+    clip: &'s mut Clip,
 }
 
 impl<'s, 'p> Search<'s, 'p> {
-    pub(super) fn new(
+    pub(in super::super) fn new(
         cso: &'s Cso<'p>,
         best: Start,
         answer: Option<Depth>,
         surface: &'s mut Surface,
-        walk: &'s mut WalkScratch,
+        clip: &'s mut Clip,
     ) -> Self {
         let Cso { a, b, pose_ba } = *cso;
         // Rounding is relative to the coordinates whose differences are the points of the CSO.
@@ -69,13 +69,13 @@ impl<'s, 'p> Search<'s, 'p> {
             rounding: PROOF_ROUNDING * coordinates,
             growths: 0,
             surface,
-            walk,
+            clip,
         }
     }
 
     /// Runs the proof, first from the memory, then from a tetrahedron. Returns the proven answer.
     /// If no proof is found, returns the best known answer.
-    pub(super) fn run(&mut self, memory: &mut CertificateMemory) -> Depth {
+    pub(in super::super) fn run(&mut self, memory: &mut CertificateMemory) -> Depth {
         let outcome = match self.warm(memory) {
             Err(_) if self.answer.is_none() => self.cold(PROOF_BLIND).or_else(|_| {
                 self.adopt_walk_end();
@@ -87,13 +87,25 @@ impl<'s, 'p> Search<'s, 'p> {
         match outcome {
             Ok(ground) => {
                 self.keep(memory, ground);
-                Depth { certainty: Certainty::GloballyOptimal, ..self.answer() }
+                self.proven()
             }
             Err(stop) => {
                 memory.clear();
                 Depth { certainty: Certainty::LocallyOptimal, stop, ..self.answer() }
             }
         }
+    }
+
+    /// Finds the depth from nothing, in a bounded number of growths. Returns the proven answer. If
+    /// the growths do not suffice, returns the answer along the best direction found.
+    pub(in super::super) fn run_anew(&mut self) -> Depth {
+        let outcome = self.cold(PROOF_BLIND);
+        let answer = if outcome.is_ok() { self.proven() } else { self.answer() };
+        Depth { steps: answer.steps + self.growths, ..answer }
+    }
+
+    fn proven(&mut self) -> Depth {
+        Depth { certainty: Certainty::GloballyOptimal, stop: StopReason::Converged, ..self.answer() }
     }
 
     /// Proves from the surface in the memory.
@@ -231,35 +243,43 @@ impl<'s, 'p> Search<'s, 'p> {
         hub
     }
 
-    /// Returns the answer at the end of a walk from the best direction.
+    /// Returns the answer along the best direction, or at the end of a walk from there if that is
+    /// lower.
     ///
     /// If features are parallel within rounding, the walk distinguishes corners less finely than
-    /// the proof. It may then end slightly above its start. In that case the answer combines the
-    /// best direction with the features at the end of the walk.
+    /// the proof. It may then end slightly above its start. In that case the answer has the best
+    /// direction.
     fn answer(&mut self) -> Depth {
         if let Some(answer) = self.answer {
             return answer;
         }
-        let mut walked = self.walk_to_answer();
-        if walked.corner.offset > self.best.offset {
-            let Start { hub, normal, offset } = self.best;
-            walked = Walked { corner: Corner { normal, offset, hub, ..walked.corner }, alone: false, ..walked };
-        }
-        self.steps += walked.steps;
-        let answer = answer_at(self.cso, &Walked { steps: self.steps, ..walked }, &mut self.walk.clip);
+        let Start { hub, normal, offset } = self.best;
+        let answer = match self.walk_to_answer() {
+            Some(walked) if walked.corner.offset <= offset => {
+                self.steps += walked.steps;
+                answer_at(self.cso, &Walked { steps: self.steps, ..walked }, self.clip)
+            }
+            _ => {
+                let (facet, antipodal) = Facet::supported(self.cso, hub, normal, FLUSH_WITNESS);
+                let antipodal = antipodal.unwrap_or_else(|| Antipodal::beside(self.cso, hub));
+                let corner = Corner { normal, offset, antipodal, hub };
+                let walked = Walked { corner, alone: false, steps: self.steps, stop: StopReason::Stalled };
+                answer_on(self.cso, &facet, &walked, self.clip)
+            }
+        };
         self.answer = Some(answer);
         answer
     }
 
-    /// Walks from the best direction. Starts at the facet there if that is known.
-    fn walk_to_answer(&mut self) -> Walked {
+    /// Returns the facet along the best direction if it is known. Otherwise walks from a facet
+    /// beside it.
+    fn walk_to_answer(&self) -> Option<Walked> {
         let known = self.facet.and_then(|hubs| Antipodal::spanned(self.cso.a, self.cso.b, hubs));
         let highest = self.best.offset + self.tolerance();
         known
             .and_then(|antipodal| settle(self.cso, antipodal))
             .filter(|walked| walked.corner.offset <= highest)
-            .or_else(|| walk_from(self.cso, self.best, false, &mut self.walk.trail))
-            .unwrap_or_else(|| scan(self.cso))
+            .or_else(|| walk(self.cso, Antipodal::beside(self.cso, self.best.hub), None))
     }
 
     /// Grows the surface, nearest triangle first, until no triangle is nearer to the origin than
@@ -270,7 +290,7 @@ impl<'s, 'p> Search<'s, 'p> {
             let low = self.surface.nearest();
             let near = low.offset < self.bar();
             if !near {
-                self.facet = (low.normal == self.best.normal).then(|| self.surface.hubs(low.triangle));
+                self.facet = low.offset.is_finite().then(|| self.surface.hubs(low.triangle));
                 return if low.offset.is_finite() { Ok(()) } else { Err(StopReason::Stalled) };
             }
             if self.growths == most {

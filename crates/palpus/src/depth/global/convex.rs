@@ -11,7 +11,7 @@ use crate::algebra::Pose;
 use crate::algebra::tolerance::DEPTH_HAIR;
 use crate::body::{Body, FeaturePair, Polytope};
 use crate::collision::{Proximity, initial_features, march};
-use crate::depth::{Certainty, CertificateMemory, ProofScratch, WalkScratch, depth_proven};
+use crate::depth::{Certainty, CertificateMemory, DepthScratch, depth_proven};
 
 /// Number of minima computed in parallel.
 const LANES: usize = 8;
@@ -21,8 +21,7 @@ const LANES: usize = 8;
 pub(super) struct ConvexMemory {
     features: Option<FeaturePair>,
     certificate: CertificateMemory,
-    proof: ProofScratch,
-    walk: WalkScratch,
+    scratch: DepthScratch,
 }
 
 /// Proven bounds of two convex bodies at a pose.
@@ -50,12 +49,11 @@ pub(super) fn convex_pair(
 ) -> Option<ConvexPair> {
     let shortfall = query.interior_a.convex? + query.interior_b.convex?;
     let (a, b) = (&query.a.polytopes()[0], &query.b.polytopes()[0]);
-    let ConvexMemory { features, certificate, proof, walk } = &mut **memory.get_or_insert_with(|| {
+    let ConvexMemory { features, certificate, scratch } = &mut **memory.get_or_insert_with(|| {
         Box::new(ConvexMemory {
             features: None,
             certificate: CertificateMemory::default(),
-            proof: ProofScratch::new(),
-            walk: WalkScratch::new(),
+            scratch: DepthScratch::new(),
         })
     });
     let place = pose_ba.placement();
@@ -66,7 +64,7 @@ pub(super) fn convex_pair(
         let free = parted(query, pose_ba, closest.normal, DVec3::ZERO);
         return free.then_some(ConvexPair::Apart(closest.distance));
     }
-    let answer = depth_proven(a, b, &place, &[], certificate, proof, walk);
+    let answer = depth_proven(a, b, &place, &[], certificate, scratch);
     if answer.certainty != Certainty::GloballyOptimal || answer.depth <= 0.0 {
         return None;
     }

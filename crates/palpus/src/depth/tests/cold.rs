@@ -10,7 +10,7 @@ use crate::depth::oracle::exhaustive_depth;
 fn cold_answers_are_valid_and_nearly_always_global() {
     let shapes = shapes();
     let mut rng = Random::new(SEED);
-    let mut scratch = WalkScratch::new();
+    let mut scratch = DepthScratch::new();
     let mut total = Tally::default();
     for (name_a, a) in &shapes {
         for (name_b, b) in &shapes {
@@ -25,10 +25,13 @@ fn cold_answers_are_valid_and_nearly_always_global() {
                 let (exact, _) = exhaustive_depth(a, b, &placement);
                 let answer = depth(a, b, &placement, &[], &mut scratch);
                 assert_identities(a, b, &placement, &answer, &what);
-                assert!(answer.depth >= exact - 1e-12 * size, "{what}: {} below {exact}", answer.depth);
                 if exact < 0.0 {
+                    // The oracle tries facets only, and two bodies may be farther apart along
+                    // another normal.
+                    assert!(answer.depth <= 0.0, "{what}: {} deep, {exact} apart", answer.depth);
                     continue;
                 }
+                assert!(answer.depth >= exact - 1e-12 * size, "{what}: {} below {exact}", answer.depth);
                 assert_eq!(answer.stop, crate::collision::StopReason::Converged, "{what}");
                 assert_points_on_bodies(a, b, &placement, &answer, 2e-9, &what);
                 tally.add(answer.depth, exact, size);
@@ -60,7 +63,7 @@ fn nearly_degenerate_poses_give_local_minima_long() {
 fn nearly_degenerate(seed: u64, rounds: usize) {
     let shapes = shapes();
     let mut rng = Random::new(seed);
-    let mut scratch = WalkScratch::new();
+    let mut scratch = DepthScratch::new();
     let mut total = Tally::default();
     for k in 0..rounds * shapes.len() * shapes.len() {
         let (name_a, a) = &shapes[k % shapes.len()];
@@ -98,7 +101,7 @@ fn nearly_degenerate(seed: u64, rounds: usize) {
 fn moving_by_depth_separates_the_bodies_exactly() {
     let shapes = shapes();
     let mut rng = Random::new(SEED);
-    let mut scratch = WalkScratch::new();
+    let mut scratch = DepthScratch::new();
     for k in 0..300 {
         let (name_a, a) = &shapes[rng.below(shapes.len())];
         let (name_b, b) = &shapes[rng.below(shapes.len())];
@@ -149,7 +152,7 @@ fn rough_faces(seed: u64, poses: u32) {
             smooth.map(|body| rough(&body, noise))
         })
         .collect();
-    let mut scratch = WalkScratch::new();
+    let mut scratch = DepthScratch::new();
     let mut total = Tally::default();
     let mut stalls = 0u32;
     for k in 0..poses {

@@ -4,7 +4,7 @@ use super::*;
 
 /// Returns the depth of `a` at `pose` in b's frame, without a previous answer.
 fn cold(a: &Polytope, b: &Polytope, pose: &Pose) -> Depth {
-    let answer = depth(a, b, &pose.placement(), &[], &mut WalkScratch::new());
+    let answer = depth(a, b, &pose.placement(), &[], &mut DepthScratch::new());
     assert_identities(a, b, &pose.placement(), &answer, "flush");
     assert_points_on_bodies(a, b, &pose.placement(), &answer, 2e-9, "flush");
     answer

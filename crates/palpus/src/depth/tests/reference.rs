@@ -43,7 +43,7 @@ fn read_depths(path: &std::path::Path) -> Vec<(usize, f64)> {
 #[test]
 #[allow(clippy::print_stderr, reason = "the share of local answers is a measurement to be seen")]
 fn reference_depths_are_reproduced() {
-    let mut scratch = WalkScratch::new();
+    let mut scratch = DepthScratch::new();
     let (mut random, mut sliding) = (Tally::default(), Tally::default());
     for folder in reference_folders() {
         let (a, b) = (read_hull(&folder.join("a.obj")), read_hull(&folder.join("b.obj")));
@@ -55,8 +55,8 @@ fn reference_depths_are_reproduced() {
             let answer = depth(&a, &b, &placement, &[], &mut scratch);
             let what = format!("{folder:?} random {frame}");
             assert_identities(&a, &b, &placement, &answer, &what);
-            assert!(answer.depth >= exact - 1e-9 * size, "{what}: {} below {exact}", answer.depth);
             if exact >= 0.0 {
+                assert!(answer.depth >= exact - 1e-9 * size, "{what}: {} below {exact}", answer.depth);
                 cold.add(answer.depth, exact, size);
                 random.add(answer.depth, exact, size);
             }
@@ -71,8 +71,8 @@ fn reference_depths_are_reproduced() {
             let what = format!("{folder:?} sliding {frame}");
             assert_identities(&a, &b, &placement, &answer, &what);
             if let Some(&exact) = exact.get(&frame) {
-                assert!(answer.depth >= exact - 1e-9 * size, "{what}: {} below {exact}", answer.depth);
                 if exact >= 0.0 {
+                    assert!(answer.depth >= exact - 1e-9 * size, "{what}: {} below {exact}", answer.depth);
                     warm.add(answer.depth, exact, size);
                     sliding.add(answer.depth, exact, size);
                 }

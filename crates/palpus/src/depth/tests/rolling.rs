@@ -26,7 +26,7 @@ fn pose_at_depth(a: &Polytope, b: &Polytope, rotation: DQuat, normal: DVec3, dep
 fn warm_start_keeps_global_depth_while_rolling() {
     let shapes = shapes();
     let mut rng = Random::new(SEED);
-    let mut scratch = WalkScratch::new();
+    let mut scratch = DepthScratch::new();
     let mut total = Tally::default();
     for (name_a, a) in &shapes {
         for (name_b, b) in &shapes {

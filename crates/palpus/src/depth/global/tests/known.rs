@@ -1,7 +1,7 @@
 //! Known depths, and a verification of every result on the surfaces.
 
 use super::*;
-use crate::depth::{Certainty, CertificateMemory, ProofScratch, WalkScratch, depth_proven};
+use crate::depth::{Certainty, CertificateMemory, DepthScratch, depth_proven};
 
 const SEED: u64 = 0x61_0ba1;
 
@@ -59,9 +59,9 @@ fn convex_pairs_get_the_certified_depth() {
         let query = GlobalDepth::new(&a, &inside_a, &b, &inside_b);
         let pose = Pose { translation: random.vector() * 0.4, ..random_pose(&mut random, 0.0) };
         let answer = query.run(&pose, &GlobalSettings::new(&a, &b), &mut GlobalMemory::default());
-        let (mut memory, mut proof, mut walk) = (CertificateMemory::new(), ProofScratch::new(), WalkScratch::new());
+        let (mut memory, mut scratch) = (CertificateMemory::new(), DepthScratch::new());
         let (p, q) = (&a.polytopes()[0], &b.polytopes()[0]);
-        let exact = depth_proven(p, q, &pose.placement(), &[], &mut memory, &mut proof, &mut walk);
+        let exact = depth_proven(p, q, &pose.placement(), &[], &mut memory, &mut scratch);
         assert_eq!(exact.certainty, Certainty::GloballyOptimal);
         let size = a.size().min(b.size());
         assert!(

@@ -3,9 +3,9 @@
 use glam::DVec3;
 
 use super::super::HubPair;
-use super::super::overlay::below;
+use super::super::cso::below;
 use super::view::{View, farthest_side};
-use crate::algebra::tolerance::FACET_HUBS;
+use crate::algebra::tolerance::FACET_SIDES;
 
 /// A quick test of a facet's hubs: the normals of one body alone may show that no facet at a hub is
 /// lower.
@@ -25,7 +25,7 @@ impl HubTest {
     pub(super) fn around_face(&mut self, view: &View<'_>, f: u32, w: u32) {
         let corners = view.p.face_vertices(f);
         let origin = view.q_in_p.point(view.q.vertex(w));
-        let few = corners.len() <= FACET_HUBS;
+        let few = corners.len() <= FACET_SIDES;
         let first = if few { 0 } else { farthest_side(view.p, f, origin) };
         let hubs = if few { corners.len() } else { 2 };
         for k in first..first + hubs {
@@ -106,22 +106,22 @@ impl HubTest {
 
 /// Hubs at which the quick test is undecided.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::depth) struct Doubt {
-    hubs: [HubPair; FACET_HUBS],
+pub(super) struct Doubt {
+    hubs: [HubPair; FACET_SIDES],
     pub(super) count: usize,
 }
 
 impl Doubt {
-    pub(super) const NONE: Self = Self { hubs: [HubPair { a: 0, b: 0 }; FACET_HUBS], count: 0 };
+    pub(super) const NONE: Self = Self { hubs: [HubPair { a: 0, b: 0 }; FACET_SIDES], count: 0 };
 
-    pub(in crate::depth) fn hubs(&self) -> &[HubPair] {
+    pub(super) fn hubs(&self) -> &[HubPair] {
         &self.hubs[..self.count]
     }
 
     /// Adds a hub, unless the list is full.
     #[inline]
     fn push(&mut self, hub: HubPair) {
-        if self.count < FACET_HUBS {
+        if self.count < FACET_SIDES {
             self.hubs[self.count] = hub;
             self.count += 1;
         }

@@ -62,7 +62,7 @@ impl Depth {
 mod tests {
     use glam::DVec3;
 
-    use super::super::{WalkScratch, depth};
+    use super::super::super::{DepthScratch, depth};
     use super::*;
     use crate::algebra::Pose;
     use crate::algebra::Random;
@@ -78,7 +78,7 @@ mod tests {
     #[test]
     fn validate_names_the_broken_invariant() {
         let mut random = Random::new(SEED);
-        let mut scratch = WalkScratch::new();
+        let mut scratch = DepthScratch::new();
         for case in 0..200 {
             let (a, b) = (ball(&mut random), ball(&mut random));
             let turn = glam::DQuat::from_axis_angle(random.direction(), random.between(-3.0, 3.0));

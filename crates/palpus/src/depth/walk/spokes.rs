@@ -3,11 +3,11 @@
 
 use glam::DVec3;
 
-use super::super::overlay::below;
+use super::super::cso::below;
 use super::super::{Antipodal, HubPair};
 use super::Odd;
 use super::view::View;
-use crate::algebra::tolerance::{FACET_SPOKES, FLUSH_WITNESS};
+use crate::algebra::tolerance::FLUSH_FACET;
 use crate::body::Polytope;
 
 /// The facet at which the turning plane stopped.
@@ -26,12 +26,10 @@ pub(super) struct Lowest {
     pub(super) met: Option<Met>,
 }
 
-/// The spokes of a vertex of q, and how far each spoke's other end lies above the supporting plane
-/// (always negative).
+/// The spokes of a vertex of q, all of which lie below the supporting plane.
 pub(super) struct Spokes {
     vertex: u32,
     normal: DVec3,
-    heights: [f64; FACET_SPOKES],
     /// The spoke that lies in the plane because its edge belongs to the facet; numbered by
     /// [`side_of`].
     within: u32,
@@ -43,22 +41,17 @@ impl Spokes {
     /// spoke is flush with it.
     #[inline]
     pub(super) fn of(view: &View<'_>, w: u32, normal: DVec3, within: Option<u32>) -> Result<Self, Odd> {
-        let ring = view.q.ring(w);
-        if ring.len() > FACET_SPOKES {
-            return Err(Odd);
-        }
         let within = within.map_or(u32::MAX, |edge| side_of(view.q, edge));
         let (facing, at) = (view.facing(normal), view.q.vertex(w));
-        let mut heights = [0.0; FACET_SPOKES];
-        for (height, spoke) in heights.iter_mut().zip(ring) {
+        for spoke in view.q.ring(w) {
             let along = view.q.vertex(spoke.neighbour) - at;
-            *height = facing.dot(along);
-            let clear = *height < 0.0 && *height * *height > FLUSH_WITNESS * FLUSH_WITNESS * along.length_squared();
+            let height = facing.dot(along);
+            let clear = height < 0.0 && height * height > FLUSH_FACET * FLUSH_FACET * along.length_squared();
             if !clear && side_of(view.q, spoke.edge) != within {
                 return Err(Odd);
             }
         }
-        Ok(Self { vertex: w, normal, heights, within })
+        Ok(Self { vertex: w, normal, within })
     }
 
     /// Turns the plane about edge `edge` of p toward face `face` of p, until it meets a spoke.
@@ -66,16 +59,20 @@ impl Spokes {
     #[inline]
     pub(super) fn turn(&self, view: &View<'_>, edge: u32, face: u32, corner: u32, lowest: &mut Lowest) {
         let end = view.p.plane(face).normal;
-        let (facing, at) = (view.facing(end), view.q.vertex(self.vertex));
+        let (from, to, at) = (view.facing(self.normal), view.facing(end), view.q.vertex(self.vertex));
         // The first spoke that the plane meets has the smallest fraction of the turn at which its
         // height is zero.
         let mut first: Option<u32> = None;
         let (mut below_by, mut rises_by) = (1.0, 0.0);
-        for (&height, spoke) in self.heights.iter().zip(view.q.ring(self.vertex)) {
-            let rise = facing.dot(view.q.vertex(spoke.neighbour) - at);
-            if rise > 0.0 && rise * below_by > rises_by * -height && side_of(view.q, spoke.edge) != self.within {
-                (below_by, rises_by) = (-height, rise);
-                first = Some(spoke.edge);
+        for spoke in view.q.ring(self.vertex) {
+            let along = view.q.vertex(spoke.neighbour) - at;
+            let rise = to.dot(along);
+            if rise > 0.0 && side_of(view.q, spoke.edge) != self.within {
+                let depth = -from.dot(along);
+                if rise * below_by > rises_by * depth {
+                    (below_by, rises_by) = (depth, rise);
+                    first = Some(spoke.edge);
+                }
             }
         }
         let c = view.vertex(corner, self.vertex);
