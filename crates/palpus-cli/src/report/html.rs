@@ -300,7 +300,7 @@ mod tests {
     fn any_text_is_escaped() {
         let hostile = "</td><script>alert(1)</script><img src=x onerror=\"y\">&'`\u{0}";
         let mut html = Html::new();
-        html.paragraph(hostile).text(hostile).said(hostile).heading(hostile).badge(Tone::Bad, hostile);
+        html.paragraph(hostile).text(hostile).prose(hostile).heading(hostile).badge(Tone::Bad, hostile);
         html.facts(&[(hostile.to_owned(), hostile.to_owned())]).folded(hostile, |inner| {
             inner.text(hostile);
         });

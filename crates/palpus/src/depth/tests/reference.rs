@@ -70,12 +70,12 @@ fn reference_depths_are_reproduced() {
             let answer = depth(&a, &b, &placement, &[seed], &mut scratch);
             let what = format!("{folder:?} sliding {frame}");
             assert_identities(&a, &b, &placement, &answer, &what);
-            if let Some(&exact) = exact.get(&frame) {
-                if exact >= 0.0 {
-                    assert!(answer.depth >= exact - 1e-9 * size, "{what}: {} below {exact}", answer.depth);
-                    warm.add(answer.depth, exact, size);
-                    sliding.add(answer.depth, exact, size);
-                }
+            if let Some(&exact) = exact.get(&frame)
+                && exact >= 0.0
+            {
+                assert!(answer.depth >= exact - 1e-9 * size, "{what}: {} below {exact}", answer.depth);
+                warm.add(answer.depth, exact, size);
+                sliding.add(answer.depth, exact, size);
             }
             steps += answer.steps;
             previous = Some(answer);
