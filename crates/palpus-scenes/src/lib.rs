@@ -7,14 +7,17 @@
 //! * [`flush`] — parts with flush faces in play, with parameters; [`overlap`] — how far two solids
 //!   truly overlap.
 //! * [`sweep`] — how deep a body can be felt, and how truly.
-//! * [`truth`] — what contacts there truly are, where that can be said in closed form.
+//! * [`truth`] — what contacts there truly are, where that can be said in closed form; [`refined`]
+//!   — where there are several, or curved ones.
 //! * [`scenes`], [`trials`], [`scene`] — a probe, an environment, how they touch and how the hand
 //!   moves, by name.
 
 mod catalogue;
+mod features;
 pub mod flush;
 pub mod overlap;
 mod path;
+pub mod refined;
 mod scene;
 pub mod shape;
 pub mod sweep;

@@ -62,9 +62,9 @@ pub(super) fn measure(ground: &Ground, entry: &Entry, rows: &mut Rows) -> anyhow
     Ok(Curve { times, wrenches: played.wrenches })
 }
 
-/// Friction is as in the scene, but off in scenes with a known truth, which has none.
+/// Friction is as in the scene, but off where there is a truth, which has none.
 pub(super) fn tuning(ground: &Ground) -> Tuning {
-    Tuning { friction: ground.truth.is_none(), ..Tuning::of(ground) }
+    Tuning { friction: ground.truth.is_none() && ground.refined.is_none(), ..Tuning::of(ground) }
 }
 
 /// Steps the method along the script; `is_held` asks for the wrenches at rest too.
