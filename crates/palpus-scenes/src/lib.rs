@@ -8,13 +8,16 @@
 //!   really overlap.
 //! * [`sweep`] — how deep contact with a body can be felt, and how accurately.
 //! * [`truth`] — the true contacts of scenes for which they are known in closed form.
+//!   [`refined`] — the true contacts of scenes with several contacts or curved surfaces.
 //! * [`scenes`], [`trials`], [`scene`] — the built-in scenes by name: a probe, an environment, the
 //!   contact settings and the motion of the hand.
 
 mod catalogue;
+mod features;
 pub mod flush;
 pub mod overlap;
 mod path;
+pub mod refined;
 mod scene;
 pub mod shape;
 pub mod sweep;

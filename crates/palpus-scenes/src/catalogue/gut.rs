@@ -10,7 +10,8 @@ use crate::shape::{CenterLine, intestine, sphere};
 use crate::{ContactSettings, HandPath, Key, Tremor};
 
 const TREMOR_SEED: u64 = 23;
-const BALL: f64 = 0.006;
+/// Radius of the ball, m.
+pub(crate) const BALL: f64 = 0.006;
 const DURATION: f64 = 20.0;
 const KEYS: usize = 160;
 /// Largest intended depth of the ball in the wall, m.

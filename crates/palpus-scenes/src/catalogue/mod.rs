@@ -1,7 +1,7 @@
 //! The built-in scenes by name.
 
 mod block;
-mod gut;
+pub(crate) mod gut;
 mod machine;
 mod many;
 mod pen_sphere;

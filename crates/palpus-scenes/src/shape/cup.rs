@@ -20,6 +20,9 @@ pub const CUP_HEIGHT: f64 = 0.070;
 /// Height of the cavity's floor above the table, m.
 pub const CUP_FLOOR: f64 = 0.005;
 
+/// Thickness of the wall at the rim, m.
+pub const CUP_WALL: f64 = 0.003;
+
 const SIDES: usize = 16;
 
 /// Points (radius, height) of the outer wall upward, then of the inner wall downward, mm.

@@ -20,7 +20,7 @@ const WAVINESS: f64 = 0.10;
 /// Length of one haustrum along the centre line, m.
 const HAUSTRUM: f64 = 0.033;
 /// Thickness of the wall, m.
-const WALL: f64 = 0.003;
+pub const GUT_WALL: f64 = 0.003;
 
 /// Number of straight rows. Half circles connect them.
 const ROWS: usize = 4;
@@ -86,7 +86,7 @@ pub fn intestine() -> PolygonSoup {
         let (level, steep) = line.across(u);
         skin.ring(circle(line.point(u), level, steep, line.lumen_radius(u) + wall, SIDES, 0.0))
     };
-    let outer = (0..=OUTER_BANDS).map(|k| (k as f64 / OUTER_BANDS as f64, WALL));
+    let outer = (0..=OUTER_BANDS).map(|k| (k as f64 / OUTER_BANDS as f64, GUT_WALL));
     let lumen = (0..=LUMEN_BANDS).rev().map(|k| (k as f64 / LUMEN_BANDS as f64, 0.0));
     let rings: Vec<_> = outer.chain(lumen).map(|(u, wall)| ring_at(u, wall)).collect();
     for k in 0..rings.len() {

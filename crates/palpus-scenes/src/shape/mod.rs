@@ -24,11 +24,11 @@ mod thread;
 mod torus;
 
 pub use ball_joint::{JOINT_CENTER, JOINT_RADIUS, ball_on_stem, socket};
-pub use cup::{CUP_FLOOR, CUP_HEIGHT, cup, cup_inner_radius};
+pub use cup::{CUP_FLOOR, CUP_HEIGHT, CUP_WALL, cup, cup_inner_radius};
 pub use fit::{ChannelSection, KEY_SIDE, KEY_TIP, SQUARE_PEG, along_x, channel, key, sleeve, square_peg};
 pub use gear::{GEAR_BACKLASH, GEAR_PITCH_RADIUS, GEAR_TEETH, gear};
 pub use groove::{GROOVE_DEPTH, v_groove};
-pub use intestine::{CenterLine, LUMEN_RADIUS, intestine};
+pub use intestine::{CenterLine, GUT_WALL, LUMEN_RADIUS, intestine};
 pub use peg_hole::{DEFAULT_CLEARANCE, PEG_RADIUS, PEG_TIP, hole_block, peg};
 pub use primitive::{PEN_TIP, cuboid, disc, pen, sphere, table};
 pub use rails::{KNIFE_DEPTH, knife, rails, rails_half_gap};

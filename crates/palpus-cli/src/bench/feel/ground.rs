@@ -12,7 +12,8 @@ use palpus::render::{ProbeState, Settings};
 use palpus_baselines::{BaselineError, Voxel};
 use palpus_device::SimulationSettings;
 use palpus_io::scene::CouplingMode;
-use palpus_scenes::truth::Truth;
+use palpus_scenes::refined::Refined;
+use palpus_scenes::truth::{TrueContact, Truth};
 use palpus_scenes::{HandPath, Scene};
 
 use crate::bench::TICK;
@@ -45,6 +46,8 @@ pub(super) struct Ground {
     pub(super) coupled: Settings,
     pub(super) path: HandPath,
     pub(super) truth: Option<Truth>,
+    /// The contacts of a refined truth, if they were requested.
+    pub(super) refined: Option<Vec<RefinedPose>>,
     /// Distance from the grip to the farthest point of the probe, m.
     pub(super) reach: f64,
     /// Time on the path at which the script begins, s.
@@ -61,6 +64,9 @@ pub(super) struct Ground {
     /// Voxel maps, which are slow to make and are the same for every stiffness.
     pub(super) voxels: OnceLock<Result<Voxel, BaselineError>>,
 }
+
+/// The true contacts at one of the judged poses; `None` if the two searches disagree.
+pub(super) type RefinedPose = Option<Vec<TrueContact>>;
 
 /// Ticks between two measurements of the overlap.
 pub(super) const JUDGED: usize = 5;
@@ -114,6 +120,7 @@ impl Ground {
         Ok(Self {
             name: scene.name,
             truth: None,
+            refined: None,
             reach,
             rest: None,
             begin: 0.0,
@@ -137,6 +144,14 @@ impl Ground {
         // A hand that starts in the middle of a path first has to build up its press.
         let s = (seconds / LEAN_IN).clamp(0.0, 1.0);
         at(k).lerp(at(k + 1), place - place.floor()) * (s * s * (3.0 - 2.0 * s))
+    }
+
+    /// Returns the true contacts at every [`JUDGED`]th pose of the script, in a scene with a refined truth.
+    pub(super) fn refined_contacts(&self) -> Option<Vec<RefinedPose>> {
+        let refined = Refined::of(&palpus_scenes::scene(self.name)?)?;
+        let reach = self.settings.contact_tolerance;
+        let judged = self.script.iter().step_by(JUDGED);
+        Some(judged.map(|probe| refined.contacts(&probe.pose_ba, reach)).collect())
     }
 
     /// Returns the query that measures the overlap of the bodies.

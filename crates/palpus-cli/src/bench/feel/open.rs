@@ -66,7 +66,7 @@ pub(super) fn measure(ground: &Ground, entry: &Entry, rows: &mut Rows) -> anyhow
 /// Friction is as in the scene. In scenes with a known truth it is off, because the truth has no
 /// friction.
 pub(super) fn tuning(ground: &Ground) -> Tuning {
-    Tuning { friction: ground.truth.is_none(), ..Tuning::of(ground) }
+    Tuning { friction: ground.truth.is_none() && ground.refined.is_none(), ..Tuning::of(ground) }
 }
 
 /// Steps the method along the script. `is_held` also requests the wrenches at rest.

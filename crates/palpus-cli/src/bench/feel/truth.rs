@@ -23,6 +23,7 @@
 use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Wrench};
 use palpus::render::{ProbeState, Settings};
+use palpus_scenes::refined;
 use palpus_scenes::truth::Truth;
 
 use super::ground::{Ground, JUDGED};
@@ -76,8 +77,14 @@ const REST: Names = [
 /// Adds the differences of `wrenches` from the truth, if the scene has one. `still`: the wrenches
 /// at rest at every [`JUDGED`]th pose, for a method behind palpus's coupling.
 pub(super) fn measure(ground: &Ground, skin: Skin, wrenches: &[Wrench], still: &[Wrench], add: Add<'_>) {
-    let Some(truth) = &ground.truth else { return };
     let skin = skin.width(ground);
+    if ground.refined.is_some() {
+        let at = |k: usize| Some((shared(ground, skin, k)?, *wrenches.get(k)?));
+        let (wanted, felt): (Vec<True>, Vec<Wrench>) = (0..wrenches.len()).filter_map(at).unzip();
+        compare(&wanted, &felt, None, &ALL, add);
+        return;
+    }
+    let Some(truth) = &ground.truth else { return };
     let direct: Vec<True> = ground.script.iter().map(|probe| direct(truth, &ground.settings, skin, probe)).collect();
     if let Some(gain) = compare(&direct, wrenches, None, &ALL, add) {
         add("felt stiffness", "N/m", gain);
@@ -107,6 +114,17 @@ pub(super) fn direct(truth: &Truth, settings: &Settings, skin: f64, probe: &Prob
         sum.torque = sum.torque.zip(contact.point).map(|(sum, point)| sum + (point - grip).cross(push));
     }
     sum
+}
+
+/// The wrench of a refined truth on contacts of unit stiffness in tick `k`. `None` in ticks that are
+/// not judged, and where the contacts are not agreed on.
+pub(super) fn shared(ground: &Ground, skin: f64, k: usize) -> Option<True> {
+    if !k.is_multiple_of(JUDGED) {
+        return None;
+    }
+    let contacts = ground.refined.as_ref()?.get(k / JUDGED)?.as_ref()?;
+    let (force, torque) = refined::push(contacts, skin, ground.script[k].pose_ba.point(ground.settings.grip_a));
+    Some(True { force, torque })
 }
 
 /// Compares the wrenches after scaling by `gain`, or by the least-squares factor; returns the

@@ -60,7 +60,9 @@ pub(super) fn write(out: &Path, ground: &Ground) -> anyhow::Result<()> {
         tolerance: settings.contact_tolerance,
         friction: friction.map(|friction| [friction.static_coefficient, friction.dynamic_coefficient]),
         period: TICK,
-        has_truth: ground.truth.is_some() || Fit::of(ground.name).is_some_and(|fit| fit.is_exact),
+        has_truth: ground.truth.is_some()
+            || ground.refined.is_some()
+            || Fit::of(ground.name).is_some_and(|fit| fit.is_exact),
     };
     files::write(&folder.join("parameters.json"), serde_json::to_string_pretty(&parameters)? + "\n")
 }
@@ -81,23 +83,25 @@ fn obj(name: &str, soup: PolygonSoup) -> anyhow::Result<Vec<u8>> {
 }
 
 /// Returns the true wrench at each row of the motion, for methods whose force begins where surfaces
-/// touch. Unknown torques are empty. `None` for a scene without known wrenches.
+/// touch. An unknown torque or row is empty. `None` for a scene without known wrenches.
 fn truth(ground: &Ground) -> Option<String> {
     let exact = Fit::of(ground.name).filter(|fit| fit.is_exact);
-    if ground.truth.is_none() && exact.is_none() {
+    if ground.truth.is_none() && ground.refined.is_none() && exact.is_none() {
         return None;
     }
     let mut text = String::from("force_x,force_y,force_z,torque_x,torque_y,torque_z\n");
-    for probe in &ground.script {
+    for (k, probe) in ground.script.iter().enumerate() {
         let unit = match (&ground.truth, exact) {
-            (Some(truth), _) => truth::direct(truth, &ground.settings, 0.0, probe),
-            (None, fit) => True { force: fit.map_or(DVec3::ZERO, |fit| fit.overlap(probe)), torque: None },
+            (Some(truth), _) => Some(truth::direct(truth, &ground.settings, 0.0, probe)),
+            (None, Some(fit)) => Some(True { force: fit.overlap(probe), torque: None }),
+            (None, None) => truth::shared(ground, 0.0, k),
         };
-        let force = unit.force * ground.settings.stiffness;
-        let torque = unit.torque.map(|torque| torque * ground.settings.stiffness);
-        let torque = torque.map_or(",,".to_owned(), |t| format!("{:?},{:?},{:?}", t.x, t.y, t.z));
+        let cells = |v: Option<DVec3>| {
+            let v = v.map(|v| v * ground.settings.stiffness);
+            v.map_or(",,".to_owned(), |v| format!("{:?},{:?},{:?}", v.x, v.y, v.z))
+        };
         // Writing to a string cannot fail.
-        let _ = writeln!(text, "{:?},{:?},{:?},{torque}", force.x, force.y, force.z);
+        let _ = writeln!(text, "{},{}", cells(unit.map(|unit| unit.force)), cells(unit.and_then(|unit| unit.torque)));
     }
     Some(text)
 }

@@ -97,6 +97,10 @@ pub(in crate::bench) fn run(asked: &Asked<'_>) -> anyhow::Result<ExitCode> {
             _ => grounds.push(Ground::new(name, asked.seconds)?),
         }
     }
+    let refined = shared_out(grounds.len(), |k| Ok(grounds[k].refined_contacts()))?;
+    for (ground, refined) in grounds.iter_mut().zip(refined) {
+        ground.refined = refined;
+    }
     data::describe(asked.out)?;
     for ground in &grounds {
         data::write(asked.out, ground)?;
@@ -226,14 +230,30 @@ fn page(grounds: &[Ground], names: &[&str], rows: &[Row]) -> String {
     }
     let text = "docs/open-benchmark.md describes the measures and how an engine takes part. A cell is empty if \
                the scene has no known truth, or if the engine takes part with files.";
-    let mut tables = vec![without_empty(table, 2), without_empty(fits, 2)];
+    let mut tables = vec![without_empty(table, 2), without_empty(fits, 2), refined(grounds)];
     tables.retain(|table| !table.rows.is_empty());
     let section = Section { title: "Open benchmark".to_owned(), text: text.to_owned(), tables, figures: &[] };
     markdown(&[section])
 }
 
+/// How many poses the refined truths of the scenes leave out.
+fn refined(grounds: &[Ground]) -> Table {
+    let row = |ground: &Ground| {
+        let poses = ground.refined.as_ref()?;
+        let left_out = poses.iter().filter(|contacts| contacts.is_none()).count();
+        Some(vec![ground.name.to_owned(), poses.len().to_string(), left_out.to_string()])
+    };
+    Table {
+        title: "Refined truth".to_owned(),
+        head: ["scene", "judged poses", "left out"].map(str::to_owned).to_vec(),
+        rows: grounds.iter().filter_map(row).collect(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
+    use super::super::ground::JUDGED;
+    use super::super::truth;
     use super::*;
 
     /// The paper's method, judged from files, must get the same figures as the built-in method.
@@ -250,5 +270,28 @@ mod tests {
             assert_eq!(value(&own, measure), value(&theirs, measure), "{measure}");
             assert!(value(&own, measure).is_some(), "{measure}");
         }
+    }
+
+    /// Answers that are the refined truth have no error, and others have theirs.
+    #[test]
+    fn refined_truth_is_judged() {
+        let mut ground = Ground::new("rails", 1.5).expect("a built-in scene");
+        ground.refined = ground.refined_contacts();
+        let stiffness = ground.settings.stiffness;
+        let off = |turn: f64| {
+            let wrench = |k: usize| {
+                let unit = truth::shared(&ground, 0.0, k - k % JUDGED).expect("known");
+                let force = glam::DQuat::from_rotation_x(turn) * (unit.force * stiffness);
+                Wrench { force, torque: unit.torque.expect("known") * stiffness }
+            };
+            let wrenches = (0..ground.script.len()).map(wrench).collect();
+            let mut rows = Rows::new("rails", "truth");
+            judged(&ground, Skin::Surface, Answers { wrenches, micros: Vec::new() }, &mut rows);
+            ["direction error max", "size error max", "line of action error max"]
+                .map(|measure| rows.rows.iter().find(|row| row.measure == measure).expect("judged").value)
+        };
+        assert!(off(0.0).iter().all(|error| *error < 1e-9), "{:?}", off(0.0));
+        assert!((off(0.1)[0] - 0.1_f64.to_degrees()).abs() < 1e-6, "{:?}", off(0.1));
+        assert!(page(&[ground], &[], &[]).contains("| rails | 301 | 0 |"));
     }
 }

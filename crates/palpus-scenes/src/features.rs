@@ -1,0 +1,448 @@
+//! All contacts of two polyhedra: every pair of features is tried, without pieces, hulls, fronts or
+//! memory.
+//!
+//! A pair is a vertex of one mesh and a face of the other, or two edges. It is a contact if
+//!
+//! 1. its direction is the face's normal, or at a right angle to both edges,
+//! 2. each surface lies on its own side of its feature along that direction, near the feature: no
+//!    small motion along the surfaces brings the bodies nearer,
+//! 3. the two points lie within the face, or within both edges,
+//! 4. between the points there is only air where the bodies are apart, and material of the entered
+//!    body (of both, for two edges) where they overlap.
+//!
+//! A vertex inside the other body counts for its nearest face of these.
+//!
+//! The contacts are checked: the probe is moved by the shortest way that ends them all, and the
+//! edges of both bodies are sampled there. If one is still far inside the other body, there is no
+//! answer. If it takes less than half of that way to end a single contact, and the bodies are apart
+//! then, the contacts that are left were ways out on another side, and do not count. If it takes
+//! more than half of it, there is no answer.
+
+use glam::DVec3;
+use palpus::algebra::Pose;
+use palpus::body::{Mesh, PolygonSoup, TriangleTree};
+
+use crate::truth::TrueContact;
+
+/// Cosine to a surface's tangent plane that counts as on its side.
+const LEVEL: f64 = 1e-6;
+/// Sine of the angle below which two edges are parallel, and two faces one plane.
+const PARALLEL: f64 = 1e-6;
+/// Relative to a face or an edge: how far a point may lie outside of it.
+const OUTSIDE: f64 = 1e-9;
+
+/// m: overlap that may be left where the contacts have ended, and the share of the deepest contact
+/// that may be left on top: a tilted part between two walls is not freed by a translation.
+const SLACK: f64 = 30e-6;
+const SLACK_SHARE: f64 = 0.5;
+/// A way out that is shorter than this part of another one, and a cosine of at most that away from
+/// it, is another way; one that is shorter than the second part is the right one.
+const SHORTER: f64 = 0.9;
+const MUCH_SHORTER: f64 = 0.5;
+/// m: between samples along an edge.
+const SPACING: f64 = 0.5e-3;
+/// Rounds of the search for the shortest way.
+const SWEEPS: usize = 100;
+
+/// Relative to the separation: how far a point between two edges is moved into a body.
+const INWARD: f64 = 1e-3;
+
+/// Two polyhedra.
+#[derive(Debug)]
+pub(crate) struct Features {
+    a: Polyhedron,
+    b: Polyhedron,
+    /// m: contacts deeper than half of this have two ways out.
+    wall: f64,
+}
+
+#[derive(Debug)]
+struct Polyhedron {
+    faces: Vec<[u32; 3]>,
+    edges: Vec<[u32; 2]>,
+    /// The vertices at the end of a convex edge, each with its place in `spokes`.
+    corners: Vec<(u32, std::ops::Range<usize>)>,
+    placed: Placed,
+    tree: TriangleTree,
+}
+
+/// The vectors of a polyhedron in one frame.
+#[derive(Clone, Debug)]
+struct Placed {
+    vertices: Vec<DVec3>,
+    /// Unit, of the faces.
+    normals: Vec<DVec3>,
+    /// Of each edge: unit, at a right angle to it, into its two faces.
+    into: Vec<[DVec3; 2]>,
+    /// Unit, from each corner to its neighbours.
+    spokes: Vec<DVec3>,
+}
+
+impl Placed {
+    fn at(&self, pose: &Pose) -> Self {
+        let turned = |list: &[DVec3]| list.iter().map(|&v| pose.vector(v)).collect();
+        Self {
+            vertices: self.vertices.iter().map(|&v| pose.point(v)).collect(),
+            normals: turned(&self.normals),
+            into: self.into.iter().map(|into| into.map(|v| pose.vector(v))).collect(),
+            spokes: turned(&self.spokes),
+        }
+    }
+}
+
+impl Polyhedron {
+    fn new(soup: &PolygonSoup) -> Option<Self> {
+        let (mesh, _) = Mesh::from_soup(soup).ok()?;
+        let vertices = mesh.vertices().to_vec();
+        let faces = mesh.triangles().to_vec();
+        let normals: Vec<DVec3> = (0..faces.len() as u32).map(|t| mesh.triangle_normal(t)).collect();
+        // Half edges by their ends in order; each edge of a closed mesh has two.
+        let mut halves: Vec<([u32; 2], u32, u32)> = Vec::new();
+        for (t, &[a, b, c]) in (0u32..).zip(&faces) {
+            for (from, to, third) in [(a, b, c), (b, c, a), (c, a, b)] {
+                halves.push(([from.min(to), from.max(to)], third, t));
+            }
+        }
+        halves.sort_unstable();
+        let at = |v: u32| vertices[v as usize];
+        let (mut edges, mut into) = (Vec::new(), Vec::new());
+        for pair in halves.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
+            let ends = pair[0].0;
+            let along = (at(ends[1]) - at(ends[0])).normalize();
+            let inward = [pair[0].1, pair[1].1].map(|third| (at(third) - at(ends[0])).reject_from(along).normalize());
+            // Convex: each face falls off below the other one's plane.
+            if inward[1].dot(normals[pair[0].2 as usize]) < -PARALLEL {
+                edges.push(ends);
+                into.push(inward);
+            }
+        }
+        let mut neighbours = vec![Vec::new(); vertices.len()];
+        for (ends, ..) in &halves {
+            neighbours[ends[0] as usize].push(ends[1]);
+            neighbours[ends[1] as usize].push(ends[0]);
+        }
+        let mut is_corner = vec![false; vertices.len()];
+        edges.iter().flatten().for_each(|&v| is_corner[v as usize] = true);
+        let (mut corners, mut spokes) = (Vec::new(), Vec::new());
+        for (v, others) in (0u32..).zip(&mut neighbours) {
+            others.sort_unstable();
+            others.dedup();
+            if is_corner[v as usize] {
+                let first = spokes.len();
+                spokes.extend(others.iter().map(|&other| (at(other) - at(v)).normalize()));
+                corners.push((v, first..spokes.len()));
+            }
+        }
+        Some(Self { faces, edges, corners, placed: Placed { vertices, normals, into, spokes }, tree: mesh.tree() })
+    }
+
+    /// True if an edge of `other`, placed by `pose`, is deeper than `depth` (m) in this body
+    /// somewhere.
+    fn is_entered(&self, other: &Self, pose: &Pose, depth: f64) -> bool {
+        let at = |v: u32| pose.point(other.placed.vertices[v as usize]);
+        other.edges.iter().any(|&[from, to]| {
+            let (from, to) = (at(from), at(to));
+            let parts = (from.distance(to) / SPACING).ceil().max(1.0) as usize;
+            (0..=parts)
+                .map(|k| from.lerp(to, k as f64 / parts as f64))
+                .any(|p| self.contains(p) && self.tree.nearest(p).is_some_and(|near| near.distance > depth))
+        })
+    }
+
+    fn contains(&self, p: DVec3) -> bool {
+        self.tree.bounds().holds(p) && self.tree.inside(p)
+    }
+}
+
+/// A polyhedron in the frame of the search.
+#[derive(Clone, Copy)]
+struct Side<'a> {
+    shape: &'a Polyhedron,
+    placed: &'a Placed,
+}
+
+/// A feature's box, grown by the reach of the search.
+#[derive(Clone, Copy)]
+struct Near {
+    low: DVec3,
+    high: DVec3,
+}
+
+impl Near {
+    fn around(points: impl IntoIterator<Item = DVec3>, by: f64) -> Self {
+        let (low, high) =
+            points.into_iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+        Self { low: low - by, high: high + by }
+    }
+
+    fn meets(&self, other: &Self) -> bool {
+        self.low.cmple(other.high).all() && other.low.cmple(self.high).all()
+    }
+}
+
+impl Features {
+    /// The features of two closed meshes; `wall`: thickness of the thinnest wall that contacts
+    /// enter, m. `None` if one is no mesh.
+    pub(crate) fn new(probe: &PolygonSoup, environment: &PolygonSoup, wall: f64) -> Option<Self> {
+        Some(Self { a: Polyhedron::new(probe)?, b: Polyhedron::new(environment)?, wall })
+    }
+
+    /// The contacts with a separation below `reach` (m). `None` if one is deeper than half a wall, if
+    /// they do not explain how the bodies overlap, or if two ways out are about as short.
+    pub(crate) fn contacts(&self, pose_ba: &Pose, reach: f64) -> Option<Vec<TrueContact>> {
+        let placed = self.a.placed.at(pose_ba);
+        let (a, b) = (Side { shape: &self.a, placed: &placed }, Side { shape: &self.b, placed: &self.b.placed });
+        let to_a = pose_ba.inverse();
+        let in_a = |p: DVec3| self.a.contains(to_a.point(p));
+        let in_b = |p: DVec3| self.b.contains(p);
+        let in_air = |p: DVec3| !in_a(p) && !in_b(p);
+        let range = -self.wall..reach;
+        let mut found = corners_on_faces(a, b, &range, |p, is_deep| if is_deep { in_b(p) } else { in_air(p) });
+        let corners_of_b = corners_on_faces(b, a, &range, |p, is_deep| if is_deep { in_a(p) } else { in_air(p) });
+        // From the environment into the probe.
+        found.extend(corners_of_b.into_iter().map(|contact| TrueContact { normal: -contact.normal, ..contact }));
+        found.extend(edges_on_edges(a, b, &range, |[own, other], is_deep| match is_deep {
+            true => in_a(own) && in_b(other),
+            false => in_air(own),
+        }));
+        let deepest = found.iter().map(|contact| -contact.separation).fold(0.0, f64::max);
+        let is_free = |way: DVec3, left: f64| {
+            let moved = Pose { translation: pose_ba.translation + way, ..*pose_ba };
+            !self.b.is_entered(&self.a, &moved, left) && !self.a.is_entered(&self.b, &moved.inverse(), left)
+        };
+        let way = way_out(&found);
+        if !is_free(way, SLACK + SLACK_SHARE * deepest) {
+            return None;
+        }
+        let single = |contact: &TrueContact| {
+            let own = contact.normal * -contact.separation;
+            let aside = contact.separation < -SLACK && contact.normal.dot(way) < SHORTER * way.length();
+            (aside && own.length() < SHORTER * way.length() && is_free(own, SLACK)).then_some(own)
+        };
+        let shorter = found.iter().filter_map(single).min_by(|a, b| a.length().total_cmp(&b.length()));
+        if let Some(own) = shorter {
+            if own.length() > MUCH_SHORTER * way.length() {
+                return None;
+            }
+            found.retain(|contact| contact.separation + contact.normal.dot(own) >= -SLACK);
+        }
+        found.iter().all(|contact| contact.separation >= -0.5 * self.wall).then_some(found)
+    }
+}
+
+/// The shortest translation that ends all overlaps of `contacts`, or nearly so if there is none.
+fn way_out(contacts: &[TrueContact]) -> DVec3 {
+    let mut way = DVec3::ZERO;
+    let mut pushes = vec![0.0; contacts.len()];
+    for _ in 0..SWEEPS {
+        for (contact, push) in contacts.iter().zip(&mut pushes) {
+            let gap = contact.separation + contact.normal.dot(way);
+            let next = (*push - gap).max(0.0);
+            way += contact.normal * (next - *push);
+            *push = next;
+        }
+    }
+    way
+}
+
+/// The contacts of corners of `own` with faces of `other`, each with its normal from `other` to
+/// `own`. `joins` says whether what is between two points with this middle is as it should be,
+/// where the bodies overlap or not.
+fn corners_on_faces(
+    own: Side<'_>,
+    other: Side<'_>,
+    range: &std::ops::Range<f64>,
+    joins: impl Fn(DVec3, bool) -> bool,
+) -> Vec<TrueContact> {
+    let by = range.end.max(-range.start);
+    let at = |v: u32| other.placed.vertices[v as usize];
+    let boxes: Vec<Near> = other.shape.faces.iter().map(|face| Near::around(face.map(at), by)).collect();
+    let all = Near::around(other.placed.vertices.iter().copied(), by);
+    let is_one = |contact: &TrueContact, normal: DVec3| contact.normal.cross(normal).length() < PARALLEL;
+    let mut found: Vec<TrueContact> = Vec::new();
+    for (vertex, spokes) in &own.shape.corners {
+        let p = own.placed.vertices[*vertex as usize];
+        let point = Near { low: p, high: p };
+        if !all.meets(&point) {
+            continue;
+        }
+        let spokes = &own.placed.spokes[spokes.clone()];
+        let first = found.len();
+        for (k, face) in other.shape.faces.iter().enumerate().filter(|&(k, _)| boxes[k].meets(&point)) {
+            let normal = other.placed.normals[k];
+            let separation = normal.dot(p - at(face[0]));
+            let foot = p - normal * separation;
+            if range.contains(&separation)
+                && spokes.iter().all(|spoke| spoke.dot(normal) >= -LEVEL)
+                && is_within(foot, face.map(at), normal)
+                // Triangles of one face meet there.
+                && !found[first..].iter().any(|contact| is_one(contact, normal))
+                && joins(0.5 * (p + foot), separation < 0.0)
+            {
+                found.push(TrueContact { point: Some(foot), normal, separation });
+            }
+        }
+        // Inside the other body only the nearest face counts.
+        let nearest = found[first..].iter().map(|contact| contact.separation).fold(f64::NEG_INFINITY, f64::max);
+        let mut k = first;
+        while k < found.len() {
+            if found[k].separation < 0.0 && found[k].separation < nearest - OUTSIDE {
+                found.swap_remove(k);
+            } else {
+                k += 1;
+            }
+        }
+    }
+    found
+}
+
+/// True if `p`, which lies in the plane of a triangle, lies in the triangle.
+fn is_within(p: DVec3, corners: [DVec3; 3], normal: DVec3) -> bool {
+    (0..3).all(|k| {
+        let (from, to) = (corners[k], corners[(k + 1) % 3]);
+        normal.cross(to - from).dot(p - from) >= -OUTSIDE * (to - from).length()
+    })
+}
+
+/// The contacts of convex edges. `joins` gets the middle between the two points twice: moved a
+/// little into each body, since both may have a face there.
+fn edges_on_edges(
+    a: Side<'_>,
+    b: Side<'_>,
+    range: &std::ops::Range<f64>,
+    joins: impl Fn([DVec3; 2], bool) -> bool,
+) -> Vec<TrueContact> {
+    let by = range.end.max(-range.start);
+    let ends = |side: &Side<'_>, edge: &[u32; 2]| edge.map(|v| side.placed.vertices[v as usize]);
+    let all = Near::around(b.placed.vertices.iter().copied(), by);
+    let boxes: Vec<Near> = b.shape.edges.iter().map(|edge| Near::around(ends(&b, edge), by)).collect();
+    let mut found = Vec::new();
+    for (i, edge) in a.shape.edges.iter().enumerate() {
+        let [p, q] = ends(&a, edge);
+        let own = Near::around([p, q], 0.0);
+        if !all.meets(&own) {
+            continue;
+        }
+        for (j, other) in b.shape.edges.iter().enumerate().filter(|&(j, _)| boxes[j].meets(&own)) {
+            let [r, s] = ends(&b, other);
+            let (u, v) = (q - p, s - r);
+            let across = u.cross(v);
+            if across.length() < PARALLEL * u.length() * v.length() {
+                continue;
+            }
+            let is_between = |normal: DVec3| {
+                a.placed.into[i].iter().all(|into| into.dot(normal) >= -LEVEL)
+                    && b.placed.into[j].iter().all(|into| into.dot(normal) <= LEVEL)
+            };
+            let unit = across.normalize();
+            let Some(normal) = [unit, -unit].into_iter().find(|normal| is_between(*normal)) else { continue };
+            let square = across.length_squared();
+            let along_a = (r - p).cross(v).dot(across) / square;
+            let along_b = (r - p).cross(u).dot(across) / square;
+            let inside = -OUTSIDE..=1.0 + OUTSIDE;
+            if !(inside.contains(&along_a) && inside.contains(&along_b)) {
+                continue;
+            }
+            let (on_a, on_b) = (p + u * along_a, r + v * along_b);
+            let separation = normal.dot(on_a - on_b);
+            let aside = INWARD * separation.abs();
+            let moved = |into: [DVec3; 2]| 0.5 * (on_a + on_b) + (into[0] + into[1]) * aside;
+            let middles = [moved(a.placed.into[i]), moved(b.placed.into[j])];
+            if range.contains(&separation) && joins(middles, separation < 0.0) {
+                found.push(TrueContact { point: Some(on_b), normal, separation });
+            }
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_4;
+
+    use glam::DQuat;
+
+    use super::*;
+    use crate::refined::push;
+    use crate::shape::cuboid;
+
+    const DEPTH: f64 = 1e-4;
+
+    fn boxes() -> Features {
+        Features::new(&cuboid(DVec3::new(0.02, 0.01, 0.006)), &cuboid(DVec3::splat(0.04)), 0.006).expect("boxes")
+    }
+
+    /// Placed so that its lowest point is `DEPTH` below the large box's top.
+    fn turned(rotation: DQuat, x: f64) -> Pose {
+        let corners = [0.01, -0.01]
+            .into_iter()
+            .flat_map(|x| [0.005, -0.005].into_iter().flat_map(move |y| [0.003, -0.003].map(|z| DVec3::new(x, y, z))));
+        let lowest = corners.map(|corner| (rotation * corner).z).fold(0.0, f64::min);
+        Pose::new(rotation, DVec3::new(x, 0.0, 0.02 - lowest - DEPTH))
+    }
+
+    #[test]
+    fn flat_box_is_held_at_the_corners_of_its_part_on_the_other() {
+        let boxes = boxes();
+        for (x, middle) in [(0.0, 0.0), (0.015, 0.0125)] {
+            let pose = turned(DQuat::IDENTITY, x);
+            let contacts = boxes.contacts(&pose, 1e-5).expect("not deep");
+            // Corners of the small box, and crossings of its edges with those of the large one.
+            assert_eq!(contacts.len(), 4, "{contacts:?}");
+            let (force, torque) = push(&contacts, 0.0, DVec3::new(middle, 0.0, 0.0));
+            assert!((force - DVec3::Z * DEPTH).length() < 1e-12, "{force}");
+            assert!(torque.expect("known").length() < 1e-12, "{torque:?}");
+        }
+    }
+
+    #[test]
+    fn tilted_box_is_held_at_its_lowest_corner() {
+        let pose = turned(DQuat::from_euler(glam::EulerRot::XYZ, 0.4, 0.3, 0.2), 0.0);
+        let contacts = boxes().contacts(&pose, 1e-5).expect("not deep");
+        let [contact] = contacts[..] else { panic!("{contacts:?}") };
+        assert!((contact.separation + DEPTH).abs() < 1e-12 && contact.normal == DVec3::Z, "{contact:?}");
+        // Apart by as much.
+        let above = Pose { translation: pose.translation + DVec3::Z * (2.0 * DEPTH), ..pose };
+        let apart = boxes().contacts(&above, 2.0 * DEPTH).expect("apart");
+        assert!(apart.len() == 1 && (apart[0].separation - DEPTH).abs() < 1e-12, "{apart:?}");
+    }
+
+    #[test]
+    fn crossing_edges_push_across_both() {
+        let rod = cuboid(DVec3::new(0.05, 0.01, 0.01));
+        let rods = Features::new(&rod, &rod, 0.01).expect("rods");
+        let half = 0.005 * std::f64::consts::SQRT_2;
+        let below = Pose::new(DQuat::from_rotation_x(FRAC_PI_4), DVec3::ZERO);
+        let above = Pose::new(
+            DQuat::from_rotation_z(2.0 * FRAC_PI_4) * DQuat::from_rotation_x(FRAC_PI_4),
+            DVec3::Z * (2.0 * half - DEPTH),
+        );
+        let contacts = rods.contacts(&(below.inverse() * above), 1e-5).expect("not deep");
+        let [contact] = contacts[..] else { panic!("{contacts:?}") };
+        assert!((contact.separation + DEPTH).abs() < 1e-12, "{contact:?}");
+        assert!(below.vector(contact.normal).dot(DVec3::Z) > 1.0 - 1e-12, "{contact:?}");
+    }
+
+    #[test]
+    fn the_shorter_of_two_ways_out_counts() {
+        // A box over the edge of another one: 0.2 mm up, or to the side.
+        let (small, large) = (cuboid(DVec3::splat(0.01)), cuboid(DVec3::splat(0.04)));
+        let boxes = Features::new(&small, &large, 0.02).expect("boxes");
+        let over = |aside: f64| {
+            let pose = Pose::from_translation(DVec3::new(0.025 - aside, 0.001, 0.025 - 2e-4));
+            boxes.contacts(&pose, 1e-5)
+        };
+        for aside in [5e-4, 5e-3] {
+            let found = over(aside).expect("up is much shorter");
+            assert!(!found.is_empty() && found.iter().all(|contact| contact.normal.z > 0.5), "{found:?}");
+        }
+        let found = over(2.5e-4);
+        assert!(found.is_none(), "as far up as aside: {found:?}");
+    }
+
+    #[test]
+    fn deeper_than_half_a_wall_there_is_no_answer() {
+        let pose = Pose { translation: DVec3::Z * 0.0195, ..turned(DQuat::IDENTITY, 0.0) };
+        assert!(boxes().contacts(&pose, 1e-5).is_none());
+    }
+}
