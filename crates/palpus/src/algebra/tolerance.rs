@@ -604,8 +604,8 @@ pub const JUMP: f64 = 0.1;
 pub const SPHERE_NAP: f64 = 8.0;
 
 /// Relative to the distance of a piece from the other body's origin: more than the rounding of a
-/// sight's normal and of its base to single precision.
-pub const SIGHT_ROUNDING: f64 = 3e-7;
+/// point bound's normal and base to single precision.
+pub const POINT_BOUND_ROUNDING: f64 = 3e-7;
 
 /// Ticks: the bound by boxes is enough if it lets the pair sleep longer than this. This value
 /// affects only speed.
@@ -664,56 +664,66 @@ pub const REST_SPREAD: f64 = 0.5;
 /// A pair's rest may be at most this many times its previous rest.
 pub const REST_GROWTH: f64 = 4.0;
 
-/// Pairs of pieces in contact up to which each one is measured; of more, a sample of about as many
-/// stands for all.
+/// Up to this number of touching pairs, each pair is measured. If more pairs touch, a sample of
+/// about this size stands for all.
 ///
-/// The wrench of N contacts that push alike differs from that of an even sample of n by about 1/√n
-/// of the spread of their engagements. A larger value costs time on close-fitting pairs.
+/// The wrench of N contacts that push in the same direction differs from the wrench of an even
+/// sample of n by about 1/√n of the spread of their engagements. A larger value costs time on
+/// close-fitting pairs.
 pub const SAMPLE_PAIRS: f64 = 160.0;
 
-/// Share of the sample whose contacts count less, at its end.
+/// Share of the sample, at its end, whose contacts count less.
+///
+/// A larger value lets contacts come and go more gradually, and measures more pairs.
 pub const SAMPLE_FADE: f64 = 0.25;
 
 /// The sample grows or shrinks by at most this share of itself from query to query.
 ///
-/// A contact's weight then changes by at most SAMPLE_PACE / SAMPLE_FADE in a query.
+/// The weight of a contact then changes by at most SAMPLE_PACE / SAMPLE_FADE in a query.
 pub const SAMPLE_PACE: f64 = 0.02;
 
-/// A pair is left out if it presses harder than the sample by at most this share.
+/// A pair outside the sample is not measured if it presses harder than the sample by at most this
+/// share.
+///
+/// The size of the force is wrong by up to this share. A smaller value measures more pairs.
 pub const SAMPLE_EXCESS: f64 = 0.05;
 
-/// Beside contacts outside the sample, a pair is left out that presses less by at least this share:
-/// of two that press alike, at least one stays.
+/// A pair outside the sample is not measured if another such pair presses harder by this share.
+///
+/// The share is above 0, so that of two pairs that press equally hard at least one is measured.
 pub const SAMPLE_EQUAL: f64 = 0.02;
 
-/// A contact that presses harder by this share more counts fully.
-pub const SAMPLE_FULL_EXCESS: f64 = 0.05;
-
-/// Change of a represented pair's separation relative to the motion that causes it, as assumed when
-/// the pair is due again.
+/// A contact counts fully if it presses harder by this share beyond [`SAMPLE_EXCESS`].
 ///
-/// Surfaces that slide along each other change their distance by a small part of the motion. A
-/// larger value costs time; with a smaller one a pair may be deeper than its bound for some ticks.
-pub const REPRESENTED_SLOPE: f64 = 0.04;
-
-/// A represented pair is due after this share of the motion after which it is measured, at the
-/// earliest.
-pub const REPRESENTED_LEAST: f64 = 0.05;
+/// A smaller value makes the force change faster while such a contact appears.
+pub const SAMPLE_FULL_EXCESS: f64 = 0.05;
 
 /// Share of the contact offset that counts as pressing where the sample presses less.
 ///
-/// Shares of nothing would keep every contact that has just begun to press.
+/// With 0, each contact that has just begun to press would be measured.
 pub const SAMPLE_LEAST: f64 = 0.05;
 
-/// The most contacts of the sample that are compared with those of other pairs.
+/// Largest number of contacts, of the sample and of other pairs, with which a pair is compared.
 pub const SAMPLE_LOADS: usize = 512;
 
-/// Relative to the radius of the smaller piece: the motion after which a pair that was left out is
-/// looked at again.
+/// Relative to the radius of the smaller piece: the motion after which a represented pair is
+/// measured again.
 ///
-/// Surfaces that slide along each other change contacts after about this motion. A smaller value
-/// costs time; a larger one lets a deeper contact go unnoticed for longer.
+/// Surfaces that slide along each other have other contacts after about this motion. A smaller value
+/// costs time. With a larger one, a deeper contact may be missed for longer.
 pub const SAMPLE_TRAVEL: f64 = 1.0;
+
+/// Assumed change of a represented pair's gap relative to the motion that causes it.
+///
+/// Surfaces that slide along each other change their gap by a small part of the motion. A larger
+/// value costs time. With a smaller one, a pair may be deeper than its bound for some ticks.
+pub const REPRESENTED_SLOPE: f64 = 0.04;
+
+/// A represented pair is due at the earliest after this share of the motion after which it is
+/// measured again.
+///
+/// A smaller value bounds pairs near their bound in each query.
+pub const REPRESENTED_LEAST: f64 = 0.05;
 
 /// Relative to the clearance of [`MERGE_CLEARANCE`]: the motion after which a refused merge is
 /// tried again.

@@ -31,10 +31,10 @@ pub struct TraversalCounters {
     pub postponed: u32,
     /// Pairs within tolerance at rest: their contacts are extrapolated from an earlier query.
     pub resting: u32,
-    /// Pairs that were due and bounded by their sights.
-    pub sighted: u32,
-    /// Represented pairs that were due and bounded by their supports.
-    pub bounded: u32,
+    /// Pairs that were due and for which a stored point bound was enough.
+    pub bounded_by_point: u32,
+    /// Represented pairs that were due and whose gap was computed from support vertices.
+    pub bounded_by_supports: u32,
     /// Node pairs in the tree down to the front's cut.
     pub front: u32,
     /// Leaf pairs of the front within tolerance.
@@ -66,8 +66,8 @@ impl std::ops::AddAssign for TraversalCounters {
             crowded,
             postponed,
             resting,
-            sighted,
-            bounded,
+            bounded_by_point,
+            bounded_by_supports,
             front,
             near,
             restarted,
@@ -84,8 +84,8 @@ impl std::ops::AddAssign for TraversalCounters {
         self.crowded += crowded;
         self.postponed += postponed;
         self.resting += resting;
-        self.sighted += sighted;
-        self.bounded += bounded;
+        self.bounded_by_point += bounded_by_point;
+        self.bounded_by_supports += bounded_by_supports;
         self.front += front;
         self.near += near;
         self.restarted += restarted;

@@ -45,9 +45,9 @@ mod below;
 mod due;
 mod merge;
 mod pair;
+mod point_bound;
 mod represented;
 mod rest;
-mod sight;
 mod validate;
 
 use glam::DVec3;
@@ -64,9 +64,9 @@ use crate::algebra::{Placement, Quota, Work};
 use crate::body::{FeaturePair, NodeKind};
 use below::NodePair;
 use pair::{NONE, Pair, State};
+use point_bound::PointBound;
 pub(crate) use represented::Represented;
 use rest::Rest;
-use sight::Sight;
 
 /// The front of one pair of bodies.
 #[derive(Clone, Debug)]
@@ -76,7 +76,7 @@ pub struct Front {
     pairs: Vec<Pair>,
     memories: Vec<WarmStart>,
     rests: Vec<Rest>,
-    sights: Vec<Sight>,
+    point_bounds: Vec<PointBound>,
     wakes: WakeBoard,
     motion_bound: MotionBound,
     /// Thicknesses of a and of b.
@@ -131,7 +131,7 @@ impl Front {
             pairs: vec![Pair::of(0, 0, NONE); places],
             memories: vec![WarmStart::BLANK; places],
             rests: vec![Rest::NONE; places],
-            sights: vec![Sight::NONE; places],
+            point_bounds: vec![PointBound::NONE; places],
             wakes: WakeBoard::new(places),
             motion_bound: MotionBound::new(root_a, root_b),
             thickness: [Thickness::of(a), Thickness::of(b)],
@@ -355,7 +355,7 @@ impl Front {
         let answer = march(polytope_a, polytope_b, query.pose_ba, start);
         if !pair.known {
             *memory = WarmStart::BLANK;
-            self.sights[place as usize] = Sight::NONE;
+            self.point_bounds[place as usize] = PointBound::NONE;
             pair.known = true;
         }
         memory.features = answer.features;
@@ -365,7 +365,7 @@ impl Front {
         {
             let hub = [features.a.some_vertex(polytope_a), features.b.some_vertex(polytope_b)];
             *memory = WarmStart { normal, hub, facet: None, ..*memory };
-            self.sight(query, place, normal, distance);
+            self.store_gap(query, place, normal, distance);
         }
         counters.march_steps += answer.steps;
         counters.march_fallbacks += u32::from(answer.stop != StopReason::Converged);

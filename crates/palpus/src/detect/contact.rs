@@ -28,8 +28,8 @@ pub struct Contact {
     /// Tangent of the tilt angle of the contact's patch ([`crate::depth::Patch`]): for tilts up to
     /// this angle, the other corners of the patch are contacts too. 0 if patches are not computed.
     pub slope: f64,
-    /// How many contacts it stands for, beside others that push the same way: 1, or more for one of
-    /// a sample, or less for one that comes or goes.
+    /// The number of contacts for which this contact stands when contacts share a load. It is 1, more
+    /// in a sample of many contacts, and less for a contact that comes or goes.
     #[cfg_attr(feature = "serde", serde(default = "one"))]
     pub count: f64,
 }

@@ -110,7 +110,7 @@ impl PairSearch {
         Some(least_separation(held.iter().map(|memory| memory.extrapolate(&asked.place).separation)))
     }
 
-    /// Moves the leaf pairs of the sample to the front of the list; returns how many there are.
+    /// Moves the leaf pairs of the sample to the start of the list, and returns their number.
     pub(super) fn begin_sampled(&mut self) -> usize {
         if !self.sample.is_partial() {
             return self.leaves.as_slice().len();
@@ -119,8 +119,8 @@ impl PairSearch {
         self.leaves.partition(|leaf| leaf.place.is_none() || sample.weight([leaf.piece_a, leaf.piece_b]) > 0.0)
     }
 
-    /// The bound of a pair that is not of the sample and for which contacts of the sample stand: it
-    /// presses no harder than they do, or not at all. Also returns its separation along that bound.
+    /// Returns the bound of a pair outside the sample, and its separation along that bound. `None` if
+    /// the pair may press harder than the sample, so that it has to be measured.
     pub(super) fn representation(&self, asked: &Asked<'_>, leaf: &LeafPair) -> Option<(Represented, f64)> {
         let (normal, hub, separation) = match leaf.proximity {
             Proximity::Disjoint(Closest { normal, features, distance, .. }) => {
@@ -135,7 +135,7 @@ impl PairSearch {
                 (bound.normal, bound.hub, -bound.depth)
             }
         };
-        // The normal of closest points need not be one that the pieces own: it bounds no depth.
+        // The normal of closest points may be inadmissible, and then it bounds no depth.
         let nearest = if separation > 0.0 { 0.0 } else { f64::NEG_INFINITY };
         let least = (asked.tolerance - self.sample.stands_for(normal, [leaf.piece_a, leaf.piece_b], &asked.range()))
             .max(nearest);
@@ -143,9 +143,9 @@ impl PairSearch {
         (separation >= least).then_some((bound, separation))
     }
 
-    /// Leaves out a pair that is not of the sample and was measured, if it has no contact, or only
-    /// one (at the end of the list, from index `known` on) for which others stand. Returns true if
-    /// so.
+    /// Makes a pair outside the sample, which was measured, a represented one if it has no contact, or
+    /// a contact (from index `known` on) that presses no harder than the sample. Returns true if it
+    /// did.
     pub(super) fn represent_measured(&mut self, asked: &Asked<'_>, leaf: &LeafPair, known: usize) -> bool {
         let mut bound = self.unbounded(asked, leaf);
         let mut separation = 0.0;
@@ -165,7 +165,8 @@ impl PairSearch {
         true
     }
 
-    /// A pair without a contact, which is measured again after some motion.
+    /// Returns the representation of a pair without a contact: it is measured again after some
+    /// motion.
     pub(super) fn unbounded(&self, asked: &Asked<'_>, leaf: &LeafPair) -> Represented {
         let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
         let length = SAMPLE_TRAVEL * piece_a.radius().min(piece_b.radius());

@@ -1,20 +1,21 @@
-//! The sample: where surfaces fit closely, a few hundred of the touching pairs stand for all.
+//! The sample: where surfaces fit closely, a few hundred of the touching pairs stand for all pairs.
 //!
-//! A nut pressed on its thread touches with five thousand pairs of pieces. Their wrench is a mean
-//! over contacts ([`crate::force::LoadSharing`]): contacts that push the same way share one
-//! stiffness. A mean over an even sample is nearly the same, and costs much less.
+//! A nut that is pressed on its thread touches with five thousand pairs of pieces. Contacts that
+//! push in the same direction share one stiffness, so their wrench is a mean over contacts
+//! ([`crate::force::LoadSharing`]). A mean over an even sample is nearly the same, and costs less.
 //!
-//! 1. *Rank*: the pieces of the body with more pieces are ranked once. The pieces up to any rank are
-//!    spread evenly over the surface: the rank is the bit-reversed place in the order of the
-//!    hierarchy's leaves, in which neighbours stand side by side.
-//! 2. *Share*: pairs are measured whose piece has a rank below a share. The share follows from the
-//!    number of touching pairs, and changes slowly. It is 1 up to [`SAMPLE_PAIRS`] pairs.
-//! 3. *Weight*: contacts near the end of the share count less, so that they come and go gradually.
-//! 4. *Represented pairs*: any other pair is only bounded. If it presses no harder than the sampled
-//!    contacts of its direction, it is left out until the bodies have moved by a part of the smaller
-//!    piece. If it may press harder, it is measured like the others and counts, from nothing to
-//!    fully, by how much harder it presses. So a burr on a thread is felt, and so is a wall that
-//!    nothing else touches.
+//! 1. *Rank*: the pieces of the smaller body are ranked once. The pieces below any rank are spread
+//!    evenly over the surface and its directions. For this, the leaves of the hierarchy are sorted
+//!    by the side to which they face, neighbours stay together, and the rank is the bit-reversed
+//!    place in this order.
+//! 2. *Share*: a pair belongs to the sample if the rank of its piece is below the share. The share
+//!    follows from the number of touching pairs and changes slowly. Up to [`SAMPLE_PAIRS`] pairs,
+//!    all pairs belong to the sample.
+//! 3. *Weight*: contacts with a rank near the share count less, so that they come and go gradually.
+//! 4. *Represented pairs*: any other pair is only bounded. While it presses no harder than the
+//!    sampled contacts of its direction, it is not measured ([`crate::collision::Represented`]). If
+//!    it presses harder, it is measured, and its contacts count, from 0 to 1, by how much harder it
+//!    presses. So a burr on a thread is felt, and so is a wall that no other pair touches.
 
 use std::sync::Arc;
 
@@ -32,25 +33,26 @@ pub(super) struct Sample {
     /// Rank of each piece of one body, 0 to 1.
     ranks: Arc<[f32]>,
     of_a: bool,
-    /// Ranks below this are measured. With [`Self::ALL`], all of them are, with full weight.
+    /// Pieces with a rank below this belong to the sample. With [`Self::ALL`], all pieces do, with
+    /// full weight.
     share: f64,
-    /// The contacts of the sample.
+    /// The contacts of the sample, as of the last query.
     loads: Vec<Load>,
-    /// The other contacts.
+    /// The contacts of other pairs.
     others: Vec<Load>,
 }
 
-/// A contact that stands for others.
+/// A contact with which other pairs are compared.
 #[derive(Clone, Copy, Debug)]
 struct Load {
     normal: DVec3,
-    /// Model units, times its presence.
+    /// Engagement (model units), times the contact's count if that is below 1.
     engagement: f64,
     pieces: [u32; 2],
 }
 
 impl Load {
-    /// The engagement along `normal`, with the kernel of [`crate::force::LoadSharing`].
+    /// Returns the engagement along `normal`, with the kernel of [`crate::force::LoadSharing`].
     fn felt(&self, normal: DVec3) -> f64 {
         let alike = normal.dot(self.normal).max(0.0);
         alike * alike * self.engagement
@@ -86,8 +88,8 @@ impl Sample {
         self.loads.is_empty()
     }
 
-    /// Step 2, for the next query: `touching` pairs touch. `at_once`: the bodies have jumped, so
-    /// that nothing changes gradually.
+    /// Step 2: sets the share for `touching` pairs in contact. If `at_once`, the bodies have jumped,
+    /// and the share does not change gradually.
     pub(super) fn set_touching(&mut self, touching: f64, at_once: bool) {
         let target = Self::ALL * (SAMPLE_PAIRS / touching.max(1.0)).min(1.0);
         self.share = match at_once {
@@ -103,15 +105,15 @@ impl Sample {
         full + 0.5 * (self.share.min(1.0) - full) * (1.0 + last)
     }
 
-    /// Step 3: the weight of the contacts of these pieces, 0 to 1.
+    /// Step 3: returns the weight of the contacts of these pieces, 0 to 1.
     pub(super) fn weight(&self, pieces: [u32; 2]) -> f64 {
         let piece = pieces[usize::from(!self.of_a)];
         let rank = f64::from(self.ranks[piece as usize]);
         ((self.share - rank) / (SAMPLE_FADE * self.share)).clamp(0.0, 1.0)
     }
 
-    /// Step 4: contacts of these pieces along `normal` may be left out up to this engagement (model
-    /// units).
+    /// Step 4: returns the largest engagement (model units) along `normal` up to which contacts of
+    /// these pieces need not be measured.
     pub(super) fn stands_for(&self, normal: DVec3, pieces: [u32; 2], range: &Range) -> f64 {
         let others = self.others.iter().filter(|load| load.pieces != pieces).map(|load| load.felt(normal));
         let others = others.fold(0.0, f64::max);
@@ -119,7 +121,7 @@ impl Sample {
         (known + SAMPLE_EXCESS * range.pressing(known)).max(others - SAMPLE_EQUAL * range.pressing(others))
     }
 
-    /// The greatest engagement (model units) along `normal` that contacts of the sample have.
+    /// Returns the largest engagement (model units) of the sample along `normal`.
     fn represented(&self, normal: DVec3) -> f64 {
         // Four at a time, for SIMD.
         let mut most = [0.0; 4];
@@ -132,7 +134,7 @@ impl Sample {
         most.into_iter().fold(0.0, f64::max)
     }
 
-    /// Gives the contacts of a pair, which are next to each other, their count.
+    /// Sets the count of the contacts of a pair.
     pub(super) fn weigh(&self, contacts: &mut [Contact], range: &Range) {
         if !self.is_partial() {
             return;
@@ -143,7 +145,7 @@ impl Sample {
         }
     }
 
-    /// Keeps what other pairs are compared with.
+    /// Stores the contacts with which other pairs are compared.
     pub(super) fn keep(&mut self, contacts: &[Contact], tolerance: f64) {
         self.loads.clear();
         self.others.clear();
@@ -157,7 +159,7 @@ impl Sample {
         }
     }
 
-    /// From 0 to 1: by how much the contact presses harder than those that stand for it.
+    /// Returns by how much the contact presses harder than the sample, 0 to 1.
     fn excess(&self, contact: &Contact, range: &Range) -> f64 {
         let (engagement, known) = (range.tolerance - contact.separation, self.represented(contact.normal));
         let scale = range.pressing(known);
@@ -168,20 +170,20 @@ impl Sample {
 /// The separations in which contacts are searched, and in which they press, model units.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Range {
-    /// Contacts have an engagement below this separation.
+    /// Contacts are found below this separation.
     pub(super) tolerance: f64,
-    /// They press below this one.
+    /// Contacts press below this separation.
     pub(super) offset: f64,
 }
 
 impl Range {
-    /// The part of an engagement that presses, or a small part of what could.
+    /// Returns the part of an engagement that presses; at least a small part of the contact offset.
     fn pressing(&self, engagement: f64) -> f64 {
         (engagement - (self.tolerance - self.offset)).max(SAMPLE_LEAST * self.offset).max(f64::MIN_POSITIVE)
     }
 }
 
-/// Step 1.
+/// Step 1: returns the rank of each piece.
 fn ranks(body: &Body) -> Arc<[f32]> {
     let hierarchy = body.hierarchy();
     let mut order = Vec::with_capacity(body.polytopes().len());
@@ -200,7 +202,7 @@ fn ranks(body: &Body) -> Arc<[f32]> {
     ranks.into()
 }
 
-/// Which of the six sides of a cube a direction points to.
+/// Returns the side of a cube, 0 to 5, to which a direction points.
 fn side(direction: DVec3) -> usize {
     let axis = direction.abs().max_position();
     2 * axis + usize::from(direction[axis] < 0.0)

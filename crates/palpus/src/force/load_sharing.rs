@@ -59,7 +59,7 @@ pub struct LoadSharing {
     seen: Vec<Seen>,
     /// How many push.
     pushing: usize,
-    /// Tilt shares times the contacts that each one stands for.
+    /// Tilt shares times counts.
     counts: Vec<f64>,
     shares: Vec<f64>,
 }
@@ -170,9 +170,9 @@ fn felt(one: &Tilted, others: &[Seen], engagement: impl Fn(&Seen) -> f64) -> (f6
     (most.into_iter().fold(0.0, f64::max), sums[0] + sums[1] + sums[2] + sums[3])
 }
 
-/// How much of its engagement a contact counts with where the greatest is chosen. One that comes or
-/// goes beside a sample presses a little harder than the sample does; it begins with what the
-/// sample has.
+/// Returns the factor of a contact's engagement where the largest engagement is chosen. A contact
+/// that comes or goes beside a sample presses a little harder than the sample, and begins with the
+/// engagement of the sample.
 fn presence(count: f64) -> f64 {
     if count >= 1.0 {
         return 1.0;

@@ -92,9 +92,9 @@ impl Front {
             return;
         }
         if self.pairs[place as usize].known {
-            let gap = self.sighted_gap(query, place);
+            let gap = self.least_gap(query, place);
             if gap > query.tolerance {
-                counters.sighted += 1;
+                counters.bounded_by_point += 1;
                 self.sleep(query, place, gap);
                 self.merge(query, place, counters);
                 return;
@@ -167,7 +167,7 @@ impl Front {
         let (gap, hub) = support_gap(hull_a, hull_b, query.pose_ba, memory.normal, memory.hub);
         let normal = memory.normal;
         memory.hub = hub;
-        self.sight(query, place, normal, gap);
+        self.store_gap(query, place, normal, gap);
         Some(gap)
     }
 

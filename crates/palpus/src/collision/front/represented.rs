@@ -1,9 +1,11 @@
-//! Represented pairs: they are within tolerance, but other pairs stand for them, so that they are not
-//! measured.
+//! Represented pairs: pairs within tolerance that are not measured, because contacts of other pairs
+//! stand for them.
 //!
-//! Such a pair is due again after some motion, and is first bounded along the normal of its last
-//! bound. If it is no deeper than what stands for it, it goes on; the nearer it comes to that, the
-//! sooner it is due again. After a longer motion, or if it may be deeper, it is measured.
+//! The caller states a bound: a direction, and the least separation along it for which other
+//! contacts stand. After some motion the pair is due, and its gap along that direction is computed.
+//! While the gap is at least the bound, the pair stays represented. The nearer the gap is to the
+//! bound, the sooner the pair is due again. If the gap falls below the bound, or after a longer
+//! motion, the pair is measured like any other.
 
 use glam::DVec3;
 
@@ -16,24 +18,25 @@ use crate::collision::{LeafPair, support_gap};
 /// Bound of a pair that is represented.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Represented {
-    /// Unit, from b into a, in b's frame: the direction of the bound; zero without one.
+    /// Direction of the bound: a unit vector from b into a, in b's frame. Zero if there is no bound.
     pub(crate) normal: DVec3,
-    /// Vertices of a and b that support it.
+    /// Support vertices of a and b along the normal.
     pub(crate) hub: [u32; 2],
-    /// The least separation along the normal (model units) for which others stand.
+    /// The least separation along the normal (model units) for which other contacts stand.
     pub(crate) least: f64,
     /// The motion (model units) after which the pair is measured again.
     pub(crate) length: f64,
 }
 
 impl Front {
-    /// Leaves `pair`, which this query has found, out.
+    /// Makes `pair`, which this query has found, a represented one. `separation` (model units) is its
+    /// gap along the direction of the bound.
     pub(crate) fn represent(&mut self, query: &PlacedPair<'_>, pair: &LeafPair, bound: &Represented, separation: f64) {
         let Some(place) = pair.place else { return };
         if bound.normal != DVec3::ZERO {
             let memory = &mut self.memories[place as usize];
             (memory.normal, memory.hub) = (bound.normal, bound.hub);
-            self.sight(query, place, bound.normal, separation);
+            self.store_gap(query, place, bound.normal, separation);
         }
         let share = 1.0 - REST_SPREAD * (f64::from(place) * GOLDEN).fract();
         self.rests[place as usize] = Rest {
@@ -48,8 +51,8 @@ impl Front {
         self.wait(place, separation);
     }
 
-    /// True if the pair at `place`, which is due, is still represented; otherwise it is an ordinary
-    /// pair again.
+    /// Returns true if the represented pair at `place`, which is due, stays represented. Otherwise it
+    /// becomes an ordinary pair.
     pub(super) fn is_represented_still(
         &mut self,
         query: &PlacedPair<'_>,
@@ -60,19 +63,19 @@ impl Front {
         let Pair { a, b, .. } = self.pairs[place as usize];
         let memory = &self.memories[place as usize];
         if memory.normal != DVec3::ZERO && self.motion_bound.since(rest.since) < f64::from(rest.length) {
-            let gap = self.sighted_gap(query, place);
+            let gap = self.least_gap(query, place);
             if gap >= f64::from(rest.least) && gap < query.tolerance {
-                counters.sighted += 1;
+                counters.bounded_by_point += 1;
                 self.wait(place, gap);
                 return true;
             }
-            counters.bounded += 1;
+            counters.bounded_by_supports += 1;
             let memory = &mut self.memories[place as usize];
             let (hull_a, hull_b) = query.polytopes([a, b]);
             let (gap, hub) = support_gap(hull_a, hull_b, query.pose_ba, memory.normal, memory.hub);
             memory.hub = hub;
             let normal = memory.normal;
-            self.sight(query, place, normal, gap);
+            self.store_gap(query, place, normal, gap);
             if gap >= f64::from(rest.least) && gap < query.tolerance {
                 self.wait(place, gap);
                 return true;
@@ -83,7 +86,7 @@ impl Front {
         false
     }
 
-    /// The pair is due when it may come near its bound.
+    /// Sets when the pair is due again: when it may come near its bound.
     fn wait(&mut self, place: u32, separation: f64) {
         let Rest { length, least, .. } = self.rests[place as usize];
         let (length, margin) = (f64::from(length), separation - f64::from(least));
@@ -91,12 +94,12 @@ impl Front {
         self.wakes.set(place, self.motion_bound.due(until));
     }
 
-    /// How many pairs are represented.
+    /// Returns the number of represented pairs.
     pub(crate) fn represented(&self) -> u32 {
         self.represented
     }
 
-    /// Takes represented pairs off the list of those awake.
+    /// Removes represented pairs from the list of awake pairs.
     pub(super) fn part_represented(&mut self) {
         if self.is_mixed {
             self.is_mixed = false;

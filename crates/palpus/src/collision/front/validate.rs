@@ -34,6 +34,9 @@ pub(super) enum FrontFault {
     /// is not awake.
     #[error("the pair at {0} and the list of those awake disagree")]
     Awake(u32),
+    /// The number of represented pairs is not the stored one.
+    #[error("there are not {0} represented pairs")]
+    Represented(u32),
     /// A pair that must not wake has a wake value, or a pair that must wake has none, or its block
     /// would not be opened.
     #[error("the pair at {0} has a wake value that does not fit its state, or that its block does not know")]
@@ -93,6 +96,11 @@ impl Front {
         let is_awake = |place: u32| self.pairs[place as usize].state == State::Awake;
         if let Some(&place) = self.awake.iter().find(|&&place| !(self.is_in_tree(place) && is_awake(place))) {
             return Err(FrontFault::Awake(place));
+        }
+        let is_represented = |place: u32| self.pairs[place as usize].state == State::Represented;
+        let represented = (0..self.fresh).filter(|&place| self.is_in_tree(place) && is_represented(place)).count();
+        if represented != self.represented as usize {
+            return Err(FrontFault::Represented(self.represented));
         }
         let awake = (0..self.fresh).filter(|&place| self.is_in_tree(place) && is_awake(place)).count();
         if awake == self.awake.len() { Ok(()) } else { Err(FrontFault::Awake(NONE)) }
@@ -163,7 +171,7 @@ impl Front {
 mod tests {
     use glam::{DQuat, DVec3};
 
-    use super::super::super::{LeafPairs, Side};
+    use super::super::super::{LeafPairs, Represented, Side};
     use super::*;
     use crate::algebra::Random;
     use crate::algebra::{Placement, Pose};
@@ -217,6 +225,12 @@ mod tests {
                 front.within(&query, &mut found);
                 let what = format!("seed {SEED:#x}, case {case}, tick {tick}");
                 assert_eq!(front.validate(&query), Ok(()), "{what}");
+                if tick % 7 == 0 {
+                    let bound = Represented { normal: DVec3::ZERO, hub: [0; 2], least: f64::NEG_INFINITY, length: 0.2 };
+                    found.as_slice().iter().step_by(3).for_each(|leaf| front.represent(&query, leaf, &bound, 0.0));
+                    front.part_represented();
+                    assert_eq!(front.validate(&query), Ok(()), "{what}, with represented pairs");
+                }
                 if tick % 10 == 0 {
                     let counts = break_each(&front, &query, &mut random, &what);
                     broken.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
@@ -238,6 +252,8 @@ mod tests {
             change(&mut broken);
             broken.validate(query).expect_err("a broken front")
         };
+        let counted = fault(&|front| front.represented += 1);
+        assert!(matches!(counted, FrontFault::Represented(_)), "{what}: {counted}");
         let mut counts = [0; 4];
         // A pair stored before the pair it was split from would break another invariant first.
         let follows = |place: u32| place > 0 && front.pairs[place as usize].parent < place;
