@@ -1283,13 +1283,6 @@ pub const FRICTION_HEIR: f64 = 0.5;
 /// strongly, a smaller one too weakly.
 pub const FRICTION_SPREAD: f64 = 0.54;
 
-/// s: static friction of a contact that slides falls to the dynamic one no faster than in this time.
-///
-/// Measured times are 1 to 50 ms (Armstrong-Hélouvry, Dupont, Canudas de Wit 1994). With a shorter
-/// one, the force drops by a quarter within a tick where a coupled tool begins to slide; with a
-/// longer one, short slips keep the static friction.
-pub const FRICTION_MEMORY: f64 = 0.015;
-
 /// How many tracked contacts one tick may compare to find the predecessors of new contacts.
 ///
 /// This bounds the time of a tick: beyond the limit, new contacts begin without strain. A tick of

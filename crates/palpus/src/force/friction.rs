@@ -13,10 +13,8 @@
 //! 3. *Stick or slide*: z_max = μ F_n / k_t for a cluster alone, with μ static while sticking.
 //!    Beyond it the contact slides, and w is dragged so that ‖z‖ is z_max; x comes to the present
 //!    contact point in the same measure. μ falls to the dynamic one evenly over a slip of the
-//!    static z_max (*slip weakening*, Ida 1972), so that contacts of one body that reach their
-//!    limit one after the other still hold with the static μ together. It falls no faster than in
-//!    [`FRICTION_MEMORY`] (*frictional memory*, Armstrong-Hélouvry, Dupont, Canudas de Wit 1994):
-//!    behind a coupling z_max is micrometres, and the force would drop within a tick. A sliding
+//!    static z_max (*slip weakening*, Ida 1972), so that nothing snaps, and contacts of one body
+//!    that reach their limit one after the other still hold with the static μ together. A sliding
 //!    contact sticks again, with all of its strength, as soon as it is no longer dragged.
 //! 4. *Force* on a: −k_t z at x. While it sticks, that is the gradient of ½ k_t z²: at any other
 //!    point, as at the contact's, which moves while a block rocks, it would feed a swing.
@@ -60,7 +58,7 @@ use glam::DVec3;
 
 use super::Cluster;
 use crate::algebra::Pose;
-use crate::algebra::tolerance::{FRICTION_HEIR, FRICTION_HELD, FRICTION_LOOKS, FRICTION_MEMORY};
+use crate::algebra::tolerance::{FRICTION_HEIR, FRICTION_HELD, FRICTION_LOOKS};
 use crate::detect::Contact;
 
 /// How surfaces hold each other.
@@ -93,8 +91,8 @@ pub struct Adhesion {
     pub normal: DVec3,
     /// It was being dragged.
     pub sliding: bool,
-    /// How much of the static friction's excess it has lost since it stuck last, from 0 to 1.
-    pub weakened: f64,
+    /// m: how far, since it stuck last.
+    pub slipped: f64,
 }
 
 /// One tick's clusters and what holds them together.
@@ -119,8 +117,6 @@ pub struct Grasp<'a> {
     pub reach: f64,
     /// a placed in b's frame.
     pub pose_ba: Pose,
-    /// s since the last tick.
-    pub dt: f64,
 }
 
 /// How one member of a cluster is held: a spring across its normal; in b's frame.
@@ -272,7 +268,7 @@ impl FrictionTracker {
             midpoint,
             normal,
             sliding: false,
-            weakened: 0.0,
+            slipped: 0.0,
         };
         let mut heir_of = None;
         if *looks >= self.previous.len() {
@@ -287,7 +283,7 @@ impl FrictionTracker {
         }
         if let Some(old) = heir_of {
             fresh.held_b -= grasp.pose_ba.point(old.holding_a) - old.held_b;
-            (fresh.sliding, fresh.weakened) = (old.sliding, old.weakened);
+            (fresh.sliding, fresh.slipped) = (old.sliding, old.slipped);
             counters.inherited += 1;
         } else {
             counters.fresh += 1;
@@ -337,16 +333,22 @@ fn stick_or_slide(
 ) -> f64 {
     let FrictionSettings { static_coefficient, dynamic_coefficient, tangential_stiffness } = *settings;
     let strain_at = |coefficient: f64| coefficient * load.most / tangential_stiffness;
-    let coefficient = static_coefficient + (dynamic_coefficient - static_coefficient) * adhesion.weakened;
+    let weakening = strain_at(static_coefficient);
+    let coefficient = if adhesion.slipped < weakening {
+        static_coefficient + (dynamic_coefficient - static_coefficient) * (adhesion.slipped / weakening)
+    } else if adhesion.sliding {
+        dynamic_coefficient
+    } else {
+        static_coefficient
+    };
     let (length, most) = (strain.length(), strain_at(coefficient));
     adhesion.sliding = length > if adhesion.sliding { most * (1.0 + FRICTION_HELD) } else { most };
     if !adhesion.sliding {
-        adhesion.weakened = 0.0;
+        adhesion.slipped = 0.0;
     }
     if length > most {
         *strain *= most / length;
-        let lost = ((length - most) / strain_at(static_coefficient)).min(grasp.dt / FRICTION_MEMORY);
-        adhesion.weakened = (adhesion.weakened + lost).min(1.0);
+        adhesion.slipped += length - most;
         let x = grasp.pose_ba.point(adhesion.holding_a);
         let renewed = if most > 0.0 { ((length - most) / most).min(1.0) } else { 1.0 };
         hold(adhesion, x.lerp(adhesion.midpoint, renewed), *strain, grasp);

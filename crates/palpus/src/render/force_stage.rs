@@ -33,8 +33,6 @@ pub struct Motion {
     /// Force that the hardest pressed contact bore alone at the end of the last step, N, if that
     /// step was implicit; else 0.
     pub pressed: f64,
-    /// s since the last tick.
-    pub dt: f64,
 }
 
 /// Clusters, their forces and the net wrenches of one tick, in b's frame.
@@ -226,7 +224,6 @@ fn rub(contacts: &[Contact], motion: &Motion, settings: &Settings, scratch: &mut
         most,
         reach: settings.cluster_radius.max(settings.contact_tolerance),
         pose_ba: motion.pose_ba,
-        dt: motion.dt,
     };
     forces.adhesion = scratch.friction.update(&grasp, friction);
     forces.grips.extend_from_slice(scratch.friction.grips());

@@ -7,7 +7,6 @@ use std::sync::Arc;
 use glam::{DQuat, DVec3};
 
 use super::{Limits, ProbeState, Renderer, Settings};
-use crate::algebra::tolerance::FRICTION_MEMORY;
 use crate::algebra::{Clock, NoClock, Pose, Twist, Wrench};
 use crate::body::{Body, BodySettings, Mesh, PolygonSoup};
 use crate::force::testing::Random;
@@ -158,8 +157,7 @@ fn a_dragged_cube_sticks_and_slides() {
     let friction = FrictionSettings { static_coefficient: 0.5, dynamic_coefficient: 0.3, tangential_stiffness: 1000.0 };
     let mut renderer = cube_on_floor(Settings { friction: Some(friction), ..settings() });
     // 800 N/m · 2 mm = 1.6 N: sticks up to 0.8 N at 0.8 mm, and slid as far again slides at 0.48 N.
-    // So slowly that the memory of friction does not show.
-    let mut drag = |x: f64| renderer.step(&at(x, -1e-3), FRICTION_MEMORY, &NoClock).commanded.force;
+    let mut drag = |x: f64| renderer.step(&at(x, -1e-3), DT, &NoClock).commanded.force;
     assert!((drag(0.0) - DVec3::Z * 1.6).length() < 1e-9);
     assert!((drag(0.7e-3) - DVec3::new(-0.7, 0.0, 1.6)).length() < 1e-9);
     assert!((drag(0.9e-3) - DVec3::new(-0.8, 0.0, 1.6)).length() < 1e-9);

@@ -14,18 +14,6 @@ const NORMAL_FORCE: f64 = 2.0;
 
 /// One tick of one cluster; the friction on a.
 fn tick(tracker: &mut FrictionTracker, contacts: &[Contact], pose_ba: Pose, normal_force: f64) -> DVec3 {
-    tick_with(tracker, contacts, pose_ba, normal_force, &SETTINGS, f64::INFINITY)
-}
-
-/// The same, `dt` seconds after the last one.
-fn tick_with(
-    tracker: &mut FrictionTracker,
-    contacts: &[Contact],
-    pose_ba: Pose,
-    normal_force: f64,
-    settings: &FrictionSettings,
-    dt: f64,
-) -> DVec3 {
     let members: Vec<u32> = (0..contacts.len() as u32).collect();
     let directions: Vec<DVec3> = contacts.iter().map(|contact| contact.normal).collect();
     let weights: Vec<f64> = contacts.iter().map(|contact| T - contact.separation).collect();
@@ -40,9 +28,8 @@ fn tick_with(
         most: normal_force,
         reach: 4e-3,
         pose_ba,
-        dt,
     };
-    tracker.update(&grasp, settings);
+    tracker.update(&grasp, &SETTINGS);
     tracker.grips().iter().map(|grip| grip.force).sum()
 }
 
@@ -87,24 +74,6 @@ fn a_dragged_block_sticks_then_slides_then_sticks_again() {
         assert!((tick(&mut tracker, &[contact], pose, 0.1).x - held).abs() < 1e-12);
     }
     assert_eq!(tick(&mut tracker, &[contact], pose, 0.0), DVec3::ZERO);
-}
-
-/// However stiff the contact and however fast it slides.
-#[test]
-fn static_friction_is_lost_no_faster_than_in_the_memory_of_friction() {
-    let (dt, gap) = (1e-3, SETTINGS.static_coefficient - SETTINGS.dynamic_coefficient);
-    let settings = FrictionSettings { tangential_stiffness: 1e6, ..SETTINGS };
-    let mut tracker = FrictionTracker::new(8);
-    let mut last = SETTINGS.static_coefficient * NORMAL_FORCE;
-    for k in 0..40 {
-        let (contact, pose) = block(DVec3::X * (0.02 + 5e-4 * f64::from(k)));
-        let force = -tick_with(&mut tracker, &[contact], pose, NORMAL_FORCE, &settings, dt).x;
-        if k > 0 {
-            assert!(last - force <= gap * NORMAL_FORCE * dt / FRICTION_MEMORY * (1.0 + 1e-9), "{force} after {last}");
-            last = force;
-        }
-    }
-    assert!((last - SETTINGS.dynamic_coefficient * NORMAL_FORCE).abs() < 1e-9, "{last} N");
 }
 
 #[test]
@@ -191,7 +160,6 @@ fn the_next_piece_takes_over_the_strain_and_a_lost_contact_is_forgotten() {
         most: 0.0,
         reach: 4e-3,
         pose_ba: pose,
-        dt: f64::INFINITY,
     };
     tracker.update(&grasp, &SETTINGS);
     assert!(tracker.adhesions().is_empty());
@@ -276,7 +244,6 @@ fn a_crowded_contact_holds_as_stiffly_as_its_share() {
                 most: NORMAL_FORCE,
                 reach: 4e-3,
                 pose_ba,
-                dt: f64::INFINITY,
             };
             tracker.update(&grasp, &SETTINGS);
             force = tracker.grips()[0].force;

@@ -156,9 +156,9 @@ impl Pair {
         self.contacts.extend(self.query.found().iter().take(self.settings.capacity));
     }
 
-    /// The wrenches on both, of the contacts that the query found, `dt` seconds after the last ones.
-    /// `implicit`: a step moves one of the two under these contacts.
-    pub(super) fn force(&mut self, a: &Place<'_>, b: &Place<'_>, dt: f64, implicit: bool) {
+    /// The wrenches on both, of the contacts that the query found. `implicit`: a step moves one of
+    /// them under these contacts.
+    pub(super) fn force(&mut self, a: &Place<'_>, b: &Place<'_>, implicit: bool) {
         if self.contacts.is_empty() {
             self.scratch.clear();
             self.touches.clear();
@@ -175,7 +175,7 @@ impl Pair {
             twist = Twist { angular: inverse.vector(twist.angular), linear: inverse.vector(twist.linear) };
         }
         let pressed = if implicit { self.touches.pressed(self.settings.stiffness) } else { 0.0 };
-        let motion = Motion { pose_ba, centers, twist, pressed, dt };
+        let motion = Motion { pose_ba, centers, twist, pressed };
         let shading = self.surfaces.as_ref().zip(self.settings.shading);
         let direction = |contact: &Contact| match shading {
             Some((surfaces, ShadingSettings { most_turn, .. })) => {

@@ -23,7 +23,7 @@ impl World {
         self.find_near(dt);
         self.query(dt, clock);
         let queried = clock.now_ns();
-        self.force(dt.max(0.0));
+        self.force();
         self.show();
         let forced = clock.now_ns();
         self.settle(dt);
@@ -196,12 +196,12 @@ impl World {
     }
 
     /// Stage 3 of the paper, for all pairs that are near.
-    fn force(&mut self, dt: f64) {
+    fn force(&mut self) {
         for k in self.near.iter().map(|&k| k as usize) {
             let pair = &mut self.pairs[k];
             let [a, b] = pair.bodies;
             let implicit = self.things[a].part.is_moved || self.things[b].part.is_moved;
-            pair.force(&self.things[a].place(), &self.things[b].place(), dt, implicit);
+            pair.force(&self.things[a].place(), &self.things[b].place(), implicit);
             if pair.is_touching() {
                 self.counters.touching += 1;
                 self.things[a].part.is_touched = true;
