@@ -12,12 +12,12 @@ const SETTINGS: FrictionSettings =
     FrictionSettings { static_coefficient: 0.5, dynamic_coefficient: 0.3, tangential_stiffness: 1000.0 };
 const NORMAL_FORCE: f64 = 2.0;
 
-/// One tick of one cluster; the friction on a.
+/// Runs one tick of one cluster. Returns the friction on a.
 fn tick(tracker: &mut FrictionTracker, contacts: &[Contact], pose_ba: Pose, normal_force: f64) -> DVec3 {
     tick_with(tracker, contacts, pose_ba, normal_force, &SETTINGS, f64::INFINITY)
 }
 
-/// The same, `dt` seconds after the last one.
+/// Like [`tick`], with these settings and `dt` seconds after the last tick.
 fn tick_with(
     tracker: &mut FrictionTracker,
     contacts: &[Contact],
