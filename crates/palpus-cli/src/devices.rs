@@ -110,7 +110,7 @@ impl<'a> Wanted<'a> {
     }
 }
 
-/// Index from 0, from a typed number that counts from 1.
+/// Returns the index (from 0) for a typed number (from 1).
 fn number(which: Option<&str>) -> anyhow::Result<Option<u8>> {
     let Some(text) = which else { return Ok(None) };
     match text.parse::<u8>() {

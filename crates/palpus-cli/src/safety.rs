@@ -35,7 +35,7 @@ impl SafetyReport {
         }
     }
 
-    /// Names of the interventions, for people.
+    /// Returns the interventions in words.
     pub(crate) fn cuts(&self) -> String {
         cuts_in_words(&self.cuts)
     }

@@ -357,7 +357,7 @@ fn missing_or_wrong_library_gives_an_error() {
     assert!(error.to_string().contains("`dhdOpen`") && error.to_string().contains("install"), "{error}");
 }
 
-/// Runs the servo loop in real time with a force of 0.5 N. `at` is called with every tick.
+/// Runs the servo loop in real time with a force of 0.5 N. It calls `at` after each tick.
 fn run(device: &mut ForceDimension, seconds: f64, at: impl Fn(&ServoTick)) -> RunEnd {
     let options = ServoOptions { duration: Some(seconds), ..ServoOptions::default() };
     let step = |_: &DeviceState, _: f64| StepOutcome::of(Wrench { torque: DVec3::ZERO, force: DVec3::X * 0.5 });

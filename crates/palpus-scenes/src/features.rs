@@ -1,22 +1,22 @@
-//! All contacts of two polyhedra: every pair of features is tried, without pieces, hulls, fronts or
-//! memory.
+//! Finds all contacts of two polyhedra. It tries every pair of features, without pieces, hulls,
+//! fronts or cached results.
 //!
 //! A pair is a vertex of one mesh and a face of the other, or two edges. It is a contact if
 //!
 //! 1. its direction is the face's normal, or at a right angle to both edges,
-//! 2. each surface lies on its own side of its feature along that direction, near the feature: no
-//!    small motion along the surfaces brings the bodies nearer,
+//! 2. near the feature, each surface lies on its own side along that direction, so no small motion
+//!    along the surfaces brings the bodies nearer,
 //! 3. the two points lie within the face, or within both edges,
 //! 4. between the points there is only air where the bodies are apart, and material of the entered
 //!    body (of both, for two edges) where they overlap.
 //!
-//! A vertex inside the other body counts for its nearest face of these.
+//! If a vertex is inside the other body, only the contact with the nearest of these faces counts.
 //!
-//! The contacts are checked: the probe is moved by the shortest way that ends them all, and the
-//! edges of both bodies are sampled there. If one is still far inside the other body, there is no
-//! answer. If it takes less than half of that way to end a single contact, and the bodies are apart
-//! then, the contacts that are left were ways out on another side, and do not count. If it takes
-//! more than half of it, there is no answer.
+//! The contacts are checked: the probe is moved by the shortest translation that ends them all, and
+//! the edges of both bodies are sampled there. If an edge is still far inside the other body, the
+//! result is `None`. Sometimes another translation, which ends only one contact, is shorter and
+//! separates the bodies. If it is at most half as long, the contacts that remain after it are
+//! dropped, because they belong to another side. If it is longer than half, the result is `None`.
 
 use glam::DVec3;
 use palpus::algebra::Pose;
@@ -24,27 +24,30 @@ use palpus::body::{Mesh, PolygonSoup, TriangleTree};
 
 use crate::truth::TrueContact;
 
-/// Cosine to a surface's tangent plane that counts as on its side.
+/// Tolerance of the test on which side of a plane a direction points, as a cosine to the normal.
 const LEVEL: f64 = 1e-6;
-/// Sine of the angle below which two edges are parallel, and two faces one plane.
+/// Two edges are parallel, and two normals equal, if the sine of the angle between them is below
+/// this.
 const PARALLEL: f64 = 1e-6;
-/// Relative to a face or an edge: how far a point may lie outside of it.
+/// How far a point may lie outside a face or an edge, relative to its size.
 const OUTSIDE: f64 = 1e-9;
 
-/// m: overlap that may be left where the contacts have ended, and the share of the deepest contact
-/// that may be left on top: a tilted part between two walls is not freed by a translation.
+/// Overlap that may remain after the contacts have ended: this length (m) plus a share of the
+/// deepest contact. The share is needed because no translation frees a tilted part between two
+/// walls.
 const SLACK: f64 = 30e-6;
 const SLACK_SHARE: f64 = 0.5;
-/// A way out that is shorter than this part of another one, and a cosine of at most that away from
-/// it, is another way; one that is shorter than the second part is the right one.
+/// The way out of a single contact is compared with the common way out of all contacts. It counts
+/// as a different way if the ratio of their lengths and the cosine between them are below the first
+/// value. It is the right way if the ratio is at most the second value.
 const SHORTER: f64 = 0.9;
 const MUCH_SHORTER: f64 = 0.5;
-/// m: between samples along an edge.
+/// Distance between samples along an edge, m.
 const SPACING: f64 = 0.5e-3;
-/// Rounds of the search for the shortest way.
+/// Number of rounds of the search for the shortest translation.
 const SWEEPS: usize = 100;
 
-/// Relative to the separation: how far a point between two edges is moved into a body.
+/// How far a point between two edges is moved into a body, relative to the separation.
 const INWARD: f64 = 1e-3;
 
 /// Two polyhedra.
@@ -52,7 +55,7 @@ const INWARD: f64 = 1e-3;
 pub(crate) struct Features {
     a: Polyhedron,
     b: Polyhedron,
-    /// m: contacts deeper than half of this have two ways out.
+    /// Thickness of the thinnest wall, m. Deeper than half of it, a contact has two ways out.
     wall: f64,
 }
 
@@ -70,11 +73,11 @@ struct Polyhedron {
 #[derive(Clone, Debug)]
 struct Placed {
     vertices: Vec<DVec3>,
-    /// Unit, of the faces.
+    /// Unit normals of the faces.
     normals: Vec<DVec3>,
-    /// Of each edge: unit, at a right angle to it, into its two faces.
+    /// For each edge, the two unit vectors at a right angle to it that point into its two faces.
     into: Vec<[DVec3; 2]>,
-    /// Unit, from each corner to its neighbours.
+    /// Unit vectors from each corner to its neighbours.
     spokes: Vec<DVec3>,
 }
 
@@ -96,7 +99,7 @@ impl Polyhedron {
         let vertices = mesh.vertices().to_vec();
         let faces = mesh.triangles().to_vec();
         let normals: Vec<DVec3> = (0..faces.len() as u32).map(|t| mesh.triangle_normal(t)).collect();
-        // Half edges by their ends in order; each edge of a closed mesh has two.
+        // Half edges with their sorted ends. Each edge of a closed mesh has two half edges.
         let mut halves: Vec<([u32; 2], u32, u32)> = Vec::new();
         for (t, &[a, b, c]) in (0u32..).zip(&faces) {
             for (from, to, third) in [(a, b, c), (b, c, a), (c, a, b)] {
@@ -110,7 +113,7 @@ impl Polyhedron {
             let ends = pair[0].0;
             let along = (at(ends[1]) - at(ends[0])).normalize();
             let inward = [pair[0].1, pair[1].1].map(|third| (at(third) - at(ends[0])).reject_from(along).normalize());
-            // Convex: each face falls off below the other one's plane.
+            // The edge is convex if each face falls off below the plane of the other face.
             if inward[1].dot(normals[pair[0].2 as usize]) < -PARALLEL {
                 edges.push(ends);
                 into.push(inward);
@@ -136,8 +139,8 @@ impl Polyhedron {
         Some(Self { faces, edges, corners, placed: Placed { vertices, normals, into, spokes }, tree: mesh.tree() })
     }
 
-    /// True if an edge of `other`, placed by `pose`, is deeper than `depth` (m) in this body
-    /// somewhere.
+    /// True if an edge of `other`, placed by `pose`, is somewhere deeper than `depth` (m) inside
+    /// this body.
     fn is_entered(&self, other: &Self, pose: &Pose, depth: f64) -> bool {
         let at = |v: u32| pose.point(other.placed.vertices[v as usize]);
         other.edges.iter().any(|&[from, to]| {
@@ -181,14 +184,15 @@ impl Near {
 }
 
 impl Features {
-    /// The features of two closed meshes; `wall`: thickness of the thinnest wall that contacts
-    /// enter, m. `None` if one is no mesh.
+    /// The features of two closed meshes. `wall` is the thickness of the thinnest wall that
+    /// contacts enter, m. `None` if a mesh is invalid.
     pub(crate) fn new(probe: &PolygonSoup, environment: &PolygonSoup, wall: f64) -> Option<Self> {
         Some(Self { a: Polyhedron::new(probe)?, b: Polyhedron::new(environment)?, wall })
     }
 
-    /// The contacts with a separation below `reach` (m). `None` if one is deeper than half a wall, if
-    /// they do not explain how the bodies overlap, or if two ways out are about as short.
+    /// Returns the contacts with a separation below `reach` (m). `None` if a contact is deeper than
+    /// half a wall, if the contacts do not explain the overlap, or if two ways out are about
+    /// equally short.
     pub(crate) fn contacts(&self, pose_ba: &Pose, reach: f64) -> Option<Vec<TrueContact>> {
         let placed = self.a.placed.at(pose_ba);
         let (a, b) = (Side { shape: &self.a, placed: &placed }, Side { shape: &self.b, placed: &self.b.placed });
@@ -199,7 +203,7 @@ impl Features {
         let range = -self.wall..reach;
         let mut found = corners_on_faces(a, b, &range, |p, is_deep| if is_deep { in_b(p) } else { in_air(p) });
         let corners_of_b = corners_on_faces(b, a, &range, |p, is_deep| if is_deep { in_a(p) } else { in_air(p) });
-        // From the environment into the probe.
+        // Normals point from the environment to the probe.
         found.extend(corners_of_b.into_iter().map(|contact| TrueContact { normal: -contact.normal, ..contact }));
         found.extend(edges_on_edges(a, b, &range, |[own, other], is_deep| match is_deep {
             true => in_a(own) && in_b(other),
@@ -230,7 +234,8 @@ impl Features {
     }
 }
 
-/// The shortest translation that ends all overlaps of `contacts`, or nearly so if there is none.
+/// Returns the shortest translation that ends all overlaps of `contacts`. If there is none, it ends
+/// them only nearly.
 fn way_out(contacts: &[TrueContact]) -> DVec3 {
     let mut way = DVec3::ZERO;
     let mut pushes = vec![0.0; contacts.len()];
@@ -245,9 +250,10 @@ fn way_out(contacts: &[TrueContact]) -> DVec3 {
     way
 }
 
-/// The contacts of corners of `own` with faces of `other`, each with its normal from `other` to
-/// `own`. `joins` says whether what is between two points with this middle is as it should be,
-/// where the bodies overlap or not.
+/// Returns the contacts of corners of `own` with faces of `other`, each with its normal from
+/// `other` to `own`. `joins` gets the middle between two points, and whether they overlap. It
+/// returns true if there is material at the middle of overlapping points, or air between separate
+/// ones.
 fn corners_on_faces(
     own: Side<'_>,
     other: Side<'_>,
@@ -275,14 +281,14 @@ fn corners_on_faces(
             if range.contains(&separation)
                 && spokes.iter().all(|spoke| spoke.dot(normal) >= -LEVEL)
                 && is_within(foot, face.map(at), normal)
-                // Triangles of one face meet there.
+                // Coplanar triangles give one contact.
                 && !found[first..].iter().any(|contact| is_one(contact, normal))
                 && joins(0.5 * (p + foot), separation < 0.0)
             {
                 found.push(TrueContact { point: Some(foot), normal, separation });
             }
         }
-        // Inside the other body only the nearest face counts.
+        // If the corner is inside the other body, only the nearest face counts.
         let nearest = found[first..].iter().map(|contact| contact.separation).fold(f64::NEG_INFINITY, f64::max);
         let mut k = first;
         while k < found.len() {
@@ -304,8 +310,8 @@ fn is_within(p: DVec3, corners: [DVec3; 3], normal: DVec3) -> bool {
     })
 }
 
-/// The contacts of convex edges. `joins` gets the middle between the two points twice: moved a
-/// little into each body, since both may have a face there.
+/// Returns the contacts of convex edges. `joins` gets the middle between the two points twice,
+/// moved a little into each body, because both bodies may have a face there.
 fn edges_on_edges(
     a: Side<'_>,
     b: Side<'_>,

@@ -1,9 +1,10 @@
-//! True contacts of scenes that have several, or that have curved ones: by formulas of the surfaces
-//! that the meshes stand for, or by an exhaustive search over the features of the meshes
-//! ([`Features`]).
+//! True contacts of scenes with several contacts or curved surfaces. They follow from formulas of
+//! the surfaces that the meshes approximate, or from an exhaustive search over the features of the
+//! meshes ([`Features`]).
 //!
-//! * `rails`: the knife's edge on the two ridges.
-//! * `torus-torus`: the local minima of the distance of two circles, less the radii of two tubes.
+//! * `rails`: the contacts of the knife's edge with the two ridges.
+//! * `torus-torus`: the local minima of the distance between two circles, minus the radii of the
+//!   two tubes.
 //! * `intestine`: a ball, and the local minima of its distance to the lumen, whose radius is a
 //!   formula along the centre line.
 //! * `spoon-cup`, `peg-hole`, `nut-bolt`: all pairs of features of the two meshes.
@@ -24,9 +25,9 @@ use crate::shape::{
 };
 use crate::truth::TrueContact;
 
-/// Samples along a circle or a centre line in which local minima are bracketed.
+/// Number of samples along a circle or a centre line. They bracket the local minima.
 const SAMPLES: usize = 1440;
-/// Halvings of a bracket: 1e-12 of the line.
+/// Number of halvings of a bracket. Afterwards it is 1e-12 of the line.
 const HALVINGS: usize = 30;
 
 /// The true contacts of one scene.
@@ -44,7 +45,7 @@ enum Law {
 impl Refined {
     /// The contacts of `scene`, if they are known.
     pub fn of(scene: &Scene) -> Option<Self> {
-        // m: thickness of the thinnest wall that contacts enter.
+        // `wall` is the thickness of the thinnest wall that contacts enter, m.
         let features =
             |wall: f64| Features::new(&scene.probe, &scene.environment, wall).map(Box::new).map(Law::Features);
         let law = match scene.name {
@@ -53,16 +54,16 @@ impl Refined {
             "intestine" => Law::Gut,
             "spoon-cup" => features(CUP_WALL)?,
             "peg-hole" => features(PEG_RADIUS)?,
-            // Thread and groove are as wide half way up.
+            // Half way up, thread and groove are equally wide.
             "nut-bolt" => features(0.5 * THREAD_PITCH)?,
             _ => return None,
         };
         Some(Self(law))
     }
 
-    /// The contacts within `reach` (m) with the probe placed by `pose`. `None` where they are not
-    /// agreed on: a contact is deeper than half a wall, so that a shorter way out may lead to the
-    /// other side, or pairs of features do not explain the overlap.
+    /// Returns the contacts with a separation below `reach` (m), with the probe placed by `pose`.
+    /// `None` if they are ambiguous: a contact is deeper than half a wall, so that the shorter way
+    /// out may lead to the other side, or the pairs of features do not explain the overlap.
     pub fn contacts(&self, pose: &Pose, reach: f64) -> Option<Vec<TrueContact>> {
         let mut found = match &self.0 {
             Law::Rails => knife_on_ridges(pose),
@@ -85,8 +86,8 @@ fn knife_on_ridges(pose: &Pose) -> Vec<TrueContact> {
     vec![on_ridge(-1.0), on_ridge(1.0)]
 }
 
-/// The point of a circle about `center` in the plane of `axes` (unit, at a right angle) that is
-/// nearest to `p`.
+/// Returns the point of a circle that is nearest to `p`. The circle lies about `center` in the
+/// plane of the last two vectors (unit, at a right angle).
 fn nearest_on_circle(p: DVec3, center: DVec3, [u, v]: [DVec3; 2], radius: f64) -> DVec3 {
     let (x, y) = ((p - center).dot(u), (p - center).dot(v));
     let length = x.hypot(y);
@@ -126,7 +127,7 @@ fn ball_in_gut(center: DVec3) -> Option<Vec<TrueContact>> {
     found.iter().all(|contact| contact.separation >= -0.5 * GUT_WALL).then_some(found)
 }
 
-/// The places in \[0, 1\] of the local minima of `at`; `round`: its ends meet.
+/// Returns the places in \[0, 1\] of the local minima of `at`. If `round`, the curve is closed.
 fn minima(at: impl Fn(f64) -> f64, round: bool) -> Vec<f64> {
     let place = |k: usize| k as f64 / SAMPLES as f64;
     let values: Vec<f64> = (0..=SAMPLES).map(|k| at(place(k))).collect();
@@ -139,7 +140,7 @@ fn minima(at: impl Fn(f64) -> f64, round: bool) -> Vec<f64> {
     inner.filter(|&k| is_lowest(k)).map(|k| lowest(&at, place(k) - place(1), place(k) + place(1))).collect()
 }
 
-/// The place of the minimum of `at` between `low` and `high`, by bisection of its slope.
+/// Returns the place of the minimum of `at` between `low` and `high`, by bisection of the slope.
 fn lowest(at: &impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     let width = 1e-4 * (high - low);
     for _ in 0..HALVINGS {
@@ -149,13 +150,13 @@ fn lowest(at: &impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// The wrench about `grip` of contacts of unit stiffness that push from the separation `skin` (m)
-/// on.
+/// Returns the force and torque about `grip` of contacts of unit stiffness. Contacts push below the
+/// separation `skin` (m).
 ///
 /// A contact with the engagement w = `skin` − separation pushes with w · max κw′ / Σ κw′ over all
 /// contacts, where κ is the square of the cosine between the directions and 0 beyond a right angle.
 /// So contacts with one direction together have the force of the deepest of them, and contacts at a
-/// right angle do not know of each other. The torque is `None` if a contact's point is not known.
+/// right angle do not affect each other. The torque is `None` if a contact's point is not known.
 pub fn push(contacts: &[TrueContact], skin: f64, grip: DVec3) -> (DVec3, Option<DVec3>) {
     let engaged = |contact: &TrueContact| (skin - contact.separation).max(0.0);
     let mut sum = Wrench::ZERO;
@@ -215,7 +216,7 @@ mod tests {
     #[test]
     fn ball_in_a_straight_row_is_as_deep_as_it_was_put() {
         let (gut, scene) = refined("intestine");
-        // At the largest radius, in the middle of a haustrum: half way between two narrow places.
+        // The radius is largest in the middle of a haustrum, half way between two narrow places.
         let line = CenterLine;
         let u = 1.5 * 0.033 / line.length();
         let (level, _) = line.across(u);

@@ -95,9 +95,9 @@ pub enum BodyPart {
     Probe,
     /// The environment, with its parts that are drawn separately.
     Environment,
-    /// The probe in another hand, by its number from 2 on.
+    /// The probe in another hand. The number is at least 2.
     OtherProbe(usize),
-    /// A moving body that no hand holds, by its number from 1 on.
+    /// A moving body that no hand holds. The number is at least 1.
     Object(usize),
     /// An object that never moves.
     FixedObject(usize),

@@ -25,7 +25,7 @@ pub(crate) struct KeepArguments {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Size(pub(crate) Option<u64>);
 
-/// Bytes: smallest limit of a recording, some seconds in each part.
+/// Smallest limit of a recording, bytes. Each part then has some seconds.
 const LEAST: u64 = 16_000_000;
 
 /// Reads a size: a number and a unit.

@@ -58,7 +58,7 @@ pub(crate) fn lateness(
 fn run(turns: usize, rate_hz: f64, lateness: &mut Vec<u64>) {
     let time = WallTime::new();
     let period = Duration::from_secs_f64(1.0 / rate_hz);
-    // The same as in the servo loop.
+    // This is the same as in the servo loop.
     let spin = ServoOptions::default().spin.min(period / 2);
     let mut deadline = time.now() + period;
     for _ in 0..turns {

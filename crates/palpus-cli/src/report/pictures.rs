@@ -1,5 +1,5 @@
-//! Pictures of a moment for a page: light and dark, with few colours, of everything or close to the
-//! contacts.
+//! Paints one moment for a page, once in light and once in dark colours. The picture shows
+//! everything or only the surroundings of the contacts. The files have few colours.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -11,7 +11,7 @@ use crate::numbers::{number_of, said};
 use crate::seen::{LEAST_FORCE_SCALE, Seen, force_scale};
 use crate::stage::Stage;
 
-/// The same picture twice, as PNG files.
+/// One picture in light and in dark colours, as PNG files.
 pub(crate) struct Shots {
     pub(crate) light: Vec<u8>,
     pub(crate) dark: Vec<u8>,

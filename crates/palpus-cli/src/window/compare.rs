@@ -1,4 +1,4 @@
-//! The same run with other settings: a second engine on its own thread gets the same device poses
+//! Compares a run with other settings: a second engine on its own thread gets the same device poses
 //! as the first one, tick by tick. Its wrench is not sent to the device.
 //!
 //! The hand feels only the first engine, and its motion depends only on that engine. The comparison

@@ -32,8 +32,8 @@ pub enum Engagement {
     DeadMan(u32),
 }
 
-/// Bit of [`DeviceState::buttons`](crate::DeviceState) that is set while the program's own key for
-/// force is held ([`crate::RunControl::hold`]).
+/// Bit of [`DeviceState::buttons`](crate::DeviceState) that is set while the user holds the
+/// program's own force key ([`crate::RunControl::hold`]).
 pub const HOLD_KEY: u32 = 1 << 31;
 /// Bit of the key that enables a latched device again ([`crate::RunControl::rearm`]).
 pub const REARM_KEY: u32 = 1 << 30;

@@ -1,28 +1,29 @@
-//! The onset of the wrench after an engagement: it grows in without giving the hand energy.
+//! The onset of the wrench after forces are enabled. The wrench grows without giving the hand
+//! energy.
 //!
-//! A wrench that is multiplied by a rising gain returns more energy than it took: the hand presses
-//! while the gain is small and is pushed back when it is larger. So the gain acts on what the hand
-//! presses from now on, and never on what is pressed already. With w, the size of the computed
-//! wrench, and F, the size of what is given:
+//! If the whole wrench were multiplied by a rising gain, it would return more energy than it took:
+//! the hand presses while the gain is small, and is pushed back when the gain is larger. So the
+//! gain multiplies only changes of the wrench. Let w be the size of the computed wrench, and F the
+//! size of the wrench that is output:
 //!
-//! 1. *Size*: w² is twice the energy of a spring that gives the wrench, with the device's typical
-//!    travel and turn at its peak, as the virtual coupling has them. One size for force and torque,
-//!    since energy that was pushed in may come back by turning.
-//! 2. *Growth*: F changes by the gain times the change of w, and never below zero.
-//! 3. *Release*: what is missing, w − F, is at most w. So it ends where the contact ends, and from
-//!    then on, with the gain at 1, the whole wrench is given.
+//! 1. *Size*: w² is twice the energy of a spring that gives the wrench. The spring has the device's
+//!    typical travel and rotation at its peak, like the virtual coupling. Force and torque have one
+//!    common size, because energy that the hand gives by pushing may return by turning.
+//! 2. *Growth*: F changes by the gain times the change of w, and is never negative.
+//! 3. *Release*: the missing part, w − F, is at most w. So nothing is missing when the contact
+//!    ends. If the gain is 1 by then, the whole wrench is output from then on.
 //!
-//! Since the gain only rises, F falls at least as fast as it rose: around any cycle of w the hand
-//! gets no more than it gave. Pressed through the whole ramp, a contact remains weaker by the same
-//! amount until the hand lets go of it.
+//! Because the gain only rises, F falls at least as fast as it rose. So in any cycle of w the hand
+//! gets no more energy than it gave. If a contact is pressed during the whole ramp, its force stays
+//! too small by a constant amount until the hand releases it.
 
 use palpus::algebra::Wrench;
 
 use super::SafetyLimits;
 use super::energy::{CREDIT_TRAVEL, CREDIT_TURN};
 
-/// Relative to the size of the peak: less than this is not felt as a step (10 µN), and rounding is
-/// far below it.
+/// A missing part below this share of the peak's size is not felt as a step (10 µN). Rounding is
+/// far smaller.
 const NEGLIGIBLE: f64 = 1e-6;
 
 /// See the module's outline.
@@ -30,16 +31,16 @@ const NEGLIGIBLE: f64 = 1e-6;
 pub(super) struct Onset {
     /// J/N² and J/(N·m)²: twice the energy of a spring that gives a force or torque of 1.
     compliance: [f64; 2],
-    /// √J: so little missing is nothing.
+    /// A missing part below this size counts as zero, √J.
     negligible: f64,
     /// The size of the last computed wrench, √J.
     size: f64,
-    /// What was missing of it, √J.
+    /// The missing part of that size, √J.
     missing: f64,
 }
 
 impl Onset {
-    /// Nothing is computed yet.
+    /// The state before the first wrench.
     pub(super) fn new(limits: &SafetyLimits) -> Self {
         let compliance = |stretch: f64, peak: f64| if peak > 0.0 { 0.5 * stretch / peak } else { 0.0 };
         let [force, torque] =
@@ -48,13 +49,13 @@ impl Onset {
         Self { compliance: [force, torque], negligible, size: 0.0, missing: 0.0 }
     }
 
-    /// Nothing is given of `wrench`.
+    /// Begins an onset at `wrench`, all of which is missing from the output.
     pub(super) fn begin(&mut self, wrench: &Wrench) {
         self.size = self.size_of(wrench);
         self.missing = self.size;
     }
 
-    /// Returns what is given of `wrench`; the wrench itself once nothing is missing.
+    /// Returns the part of `wrench` to output; the whole wrench once nothing is missing.
     pub(super) fn apply(&mut self, wrench: &Wrench, gain: f64) -> Wrench {
         let size = self.size_of(wrench);
         self.missing = (self.missing + (1.0 - gain) * (size - self.size)).clamp(0.0, size);

@@ -29,7 +29,7 @@ pub(super) struct Withholding {
 enum State {
     /// The full force is allowed.
     No,
-    /// The force has been withheld for this time, s.
+    /// Time for which the force has been withheld so far, s.
     Withheld(f64),
     /// The device has given force again for this time, s.
     Returning(f64),

@@ -22,8 +22,8 @@ pub trait LoopTime {
         Duration::ZERO
     }
 
-    /// Checks `watch` by this clock until the watch is over. A real clock does this in a thread,
-    /// and returns the thread's handle.
+    /// Checks `watch` by this clock until the watch ends. A real clock starts a thread for the
+    /// checks, and returns its handle.
     fn guard(&self, watch: Arc<Watch>) -> Option<JoinHandle<()>>;
 }
 

@@ -31,7 +31,7 @@ const PACE: f64 = 1.4;
 /// Time in which the deviation grows, s. At first the hand is at the start of the path.
 const BEGINNING: f64 = 2.0;
 
-/// An endless hand motion around a path. The module's description has the details.
+/// An endless hand motion around a path. See the module's description for the details.
 #[derive(Clone, Debug)]
 pub struct Wander {
     /// The path without its tremor.

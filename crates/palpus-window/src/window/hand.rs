@@ -104,7 +104,7 @@ impl Hand {
         }
     }
 
-    /// Another scene was loaded: nothing is held.
+    /// Resets the state, because another scene was loaded. No body is held.
     pub(super) fn forget(&mut self) {
         *self = Self::default();
     }

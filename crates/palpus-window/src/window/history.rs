@@ -44,7 +44,7 @@ pub(crate) struct Interval {
 #[derive(Debug, Default)]
 pub(crate) struct History {
     ticks: VecDeque<SeenTick>,
-    /// The same ticks with other settings.
+    /// These ticks, computed with other settings.
     compared: VecDeque<ComparedTick>,
     moments: VecDeque<Moment>,
 }

@@ -139,7 +139,7 @@ pub(super) fn grid<'a>(
 ) {
     egui::Grid::new(name).num_columns(2).spacing(spacing).show(ui, |ui| {
         for (key, words) in lines {
-            // Mouse actions are texts that begin with a small letter.
+            // The names of mouse actions begin with a lower-case letter.
             let is_key = key.chars().count() <= LONGEST_KEY && !key.starts_with(char::is_lowercase);
             let name = RichText::new(if is_key { format!(" {key} ") } else { key.to_owned() }).strong();
             // Draws the name of a single key as a key cap.

@@ -254,7 +254,7 @@ pub struct SeenTick {
     pub separation: f64,
 }
 
-/// The same tick with other settings.
+/// This tick, computed with other settings.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ComparedTick {
     /// Time since the run began, s.

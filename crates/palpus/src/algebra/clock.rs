@@ -1,4 +1,4 @@
-//! A clock that the caller provides: the engine has none of its own.
+//! A clock that the caller provides. The engine has no clock of its own.
 
 /// Nanoseconds since any fixed instant. The engine uses only differences, and only to report the
 /// time of each stage of a tick.

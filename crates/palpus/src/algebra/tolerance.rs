@@ -243,7 +243,8 @@ pub const WIDE_FENCE: usize = 24;
 /// Planes by which a triangle is cut before it counts as entering a wide hull.
 ///
 /// Each cut removes more than half of the remaining triangle, so it shrinks geometrically. Only
-/// triangles that touch the hull at a point reach the limit; it is safe to refuse the patch then.
+/// triangles that touch the hull at a point reach the limit. Then the patch is refused, which is
+/// safe.
 pub const WIDE_CUTS: usize = 100;
 
 // body: patches dissolved and grown again (decompose)
@@ -665,7 +666,7 @@ pub const REST_SPREAD: f64 = 0.5;
 pub const REST_GROWTH: f64 = 4.0;
 
 /// Up to this number of touching pairs, each pair is measured. If more pairs touch, a sample of
-/// about this size stands for all.
+/// about this size represents all pairs.
 ///
 /// The wrench of N contacts that push in the same direction differs from the wrench of an even
 /// sample of n by about 1/√n of the spread of their engagements. A larger value costs time on
@@ -709,8 +710,8 @@ pub const SAMPLE_LOADS: usize = 512;
 /// Relative to the radius of the smaller piece: the motion after which a represented pair is
 /// measured again.
 ///
-/// Surfaces that slide along each other have other contacts after about this motion. A smaller value
-/// costs time. With a larger one, a deeper contact may be missed for longer.
+/// Surfaces that slide along each other have other contacts after about this motion. A smaller
+/// value costs time. With a larger one, a deeper contact may be missed for longer.
 pub const SAMPLE_TRAVEL: f64 = 1.0;
 
 /// Assumed change of a represented pair's gap relative to the motion that causes it.
@@ -785,7 +786,8 @@ pub const FLUSH_FACET: f64 = 1e-9;
 pub const FLUSH_WITNESS: f64 = 1e-7;
 
 /// Relative to the pair's size: if the true offset of a result exceeds the walk's offset by more
-/// than this, or that of another seed is lower by more, the walk gives no answer.
+/// than this, or if the offset of another seed is lower by more than this, the walk's result is
+/// rejected.
 ///
 /// It is a little more than the merge distances of two bodies: a vertex of a merged face may lie
 /// that far below the face's plane. A smaller value searches again over rough faces without

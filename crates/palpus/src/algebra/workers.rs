@@ -11,8 +11,8 @@ pub trait Workers: Sync {
     /// Calls `work(k)` once for each `k` below `count`, in any order and on any threads, and
     /// returns when all are done.
     ///
-    /// `finished` is called on the calling thread, now and then, with how many are done; it must
-    /// not decrease.
+    /// `finished` is called from time to time on the calling thread, with the number of finished
+    /// items; it must not decrease.
     fn each(&self, count: usize, work: &(dyn Fn(usize) + Sync), finished: &mut dyn FnMut(usize));
 }
 

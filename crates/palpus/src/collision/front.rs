@@ -104,7 +104,7 @@ pub struct Front {
     rest_share: f64,
     /// Rests from before this sum of the motion bound are over.
     rests_from: u64,
-    /// How many pairs are represented.
+    /// Number of represented pairs.
     represented: u32,
     /// The list of those awake has pairs that are represented since the last query.
     is_mixed: bool,
@@ -212,8 +212,9 @@ impl Front {
         self.thickness[0].of_all().min(self.thickness[1].of_all())
     }
 
-    /// How far the bodies have moved against each other since the last query, model units: no
-    /// distance between a point of each has changed by more. `None` before the first query.
+    /// Returns how far the bodies have moved relative to each other since the last query, model
+    /// units: no distance between a point of each has changed by more. `None` before the first
+    /// query.
     pub(crate) fn motion_to(&mut self, pose_ba: &Placement) -> Option<f64> {
         self.motion_bound.motion_to(pose_ba)
     }
@@ -246,9 +247,9 @@ impl Front {
         (self.unvisited, self.late) = (0, 0);
     }
 
-    /// Stores the end of the pair's depth walk (or of its march, if it is apart) as the start of
-    /// the next tick's walk: the normal (b's frame), vertices that support it or nearly so, and the
-    /// features at the end.
+    /// Stores where the pair's depth walk ended, as the start of the next tick's walk. If the pair
+    /// is apart, this is where its march ended. The end consists of the normal (b's frame),
+    /// vertices that support it at least nearly, and the features.
     pub fn remember_depth(&mut self, pair: &LeafPair, normal: DVec3, hub: [u32; 2], facet: FeaturePair) {
         if let Some(place) = pair.place {
             let memory = &mut self.memories[place as usize];
@@ -256,8 +257,8 @@ impl Front {
         }
     }
 
-    /// Stores the features of the pair's depth along a normal that both pieces own, if its walk
-    /// ended on another normal.
+    /// Stores the features of the pair's depth along a normal that is admissible for both pieces,
+    /// if its walk ended on another normal.
     pub fn remember_admissible(&mut self, pair: &LeafPair, admissible: Option<FeaturePair>) {
         if let Some(place) = pair.place {
             self.memories[place as usize].admissible = admissible;

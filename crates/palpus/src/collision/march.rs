@@ -13,7 +13,7 @@
 //!    edge crosses the face (the bodies overlap), or the derivative of its height shows which end
 //!    is nearest: a vertex over the face, or an edge along a side.
 //! 4. A vertex below a face is a local minimum. Either the vertex is inside of the whole body (they
-//!    overlap), or some other face sees it from above and the march goes on there.
+//!    overlap), or it lies above some other face, and the march continues there.
 //! 5. Otherwise the pair is closest. The result is then checked: no vertex of either body may reach
 //!    farther along the normal than the closest points. It is enough to test one ring of vertices
 //!    per body. If a vertex reaches slightly farther, a second walk also follows gains that the

@@ -181,7 +181,7 @@ pub(crate) fn menagerie(random: &mut Random) -> Vec<(&'static str, Polytope)> {
     zoo
 }
 
-/// The same body `scale` times as large.
+/// Returns the body scaled by `scale`.
 pub(crate) fn scaled(p: &Polytope, scale: f64) -> Polytope {
     mapped(p, DMat3::from_diagonal(DVec3::splat(scale)), DVec3::ZERO)
 }
@@ -315,8 +315,10 @@ pub(crate) fn judge(a: &Polytope, b: &Polytope, pose_ba: &Placement, answer: &Ma
 /// How far a point of the march may lie off its feature, relative to the coordinates: rounding.
 pub(crate) const OFF_MARCH: f64 = 2e-14;
 
-/// The same for hulls, whose merged faces are planar within `COPLANAR` of the size before scaling.
+/// Like [`OFF_MARCH`], for hulls. Their merged faces are planar within `COPLANAR` of the size
+/// before scaling.
 pub(crate) const OFF_MERGED: f64 = 4e-9;
 
-/// The same for GJK, which may answer with a diagonal of two faces that differ by the last digits.
+/// Like [`OFF_MARCH`], for GJK. It may return the diagonal of two faces whose planes differ by
+/// rounding.
 pub(crate) const OFF_GJK: f64 = 1e-10;

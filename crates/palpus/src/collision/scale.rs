@@ -22,23 +22,23 @@ impl Scale {
         Self { size, noise, touching: (TOUCHING * size).max(noise) }
     }
 
-    /// How far a vertex may reach past the closest points of a result that is accepted without a
-    /// second check.
+    /// Returns how far a vertex may reach past the closest points. Up to this length, the result is
+    /// accepted without a second check.
     #[inline]
     pub(super) fn tight(&self, distance: f64) -> f64 {
         MARCH_PROOF * distance + self.noise
     }
 
-    /// How far at most: the direction between near points is only known to the rounding of the
-    /// points over their distance, and merged faces are only planar within their merge distance.
-    /// Never so far that the distance would be in doubt.
+    /// Returns how far a vertex may reach past the closest points at most. The direction between
+    /// near points is only as exact as the rounding of the points divided by their distance, and
+    /// merged faces are planar only within their merge distance. The limit is at most a fixed share
+    /// of the distance, so the distance stays reliable.
     pub(super) fn loose(&self, distance: f64) -> f64 {
         (COPLANAR * (self.size + distance) + self.noise * self.size / distance).min(MARCH_DOUBT * distance)
     }
 }
 
-/// How far rounding may move a placed vertex: the unit of the tests that must not chase noise, in
-/// metres.
+/// Returns how far rounding may move a placed vertex, m. Shorter lengths are noise.
 fn position_noise(a: &Polytope, b: &Polytope, pose_ba: &Placement) -> f64 {
     let reach = |p: &Polytope| p.centroid().abs().element_sum() + p.radius();
     MARCH_NOISE * (reach(a) + reach(b) + pose_ba.translation.abs().element_sum())

@@ -18,7 +18,7 @@ impl Thickness {
     pub(super) fn of(side: Side<'_>) -> Self {
         let pieces: Vec<f32> = side.pieces.iter().map(|piece| thickness(piece) as f32).collect();
         let mut nodes = vec![f32::INFINITY; side.hierarchy.nodes().len()];
-        // From a node to its halves, and back up once both are known.
+        // Visits an inner node twice: before its halves, and again when both are known.
         let mut stack = vec![(side.hierarchy.root(), false)];
         while let Some((node, known)) = stack.pop() {
             match side.hierarchy.node(node).kind {

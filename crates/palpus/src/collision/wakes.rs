@@ -83,7 +83,7 @@ impl WakeBoard {
         self.least[block] = self.values[begin..begin + BLOCK].iter().copied().fold(NEVER, u64::min);
     }
 
-    /// How many values in the first `blocks` blocks are less than `sum`.
+    /// Returns how many values in the first `blocks` blocks are less than `sum`.
     pub(super) fn count_below(&self, blocks: usize, sum: u64) -> u32 {
         self.values[..blocks * BLOCK].iter().map(|&value| u32::from(value < sum)).sum()
     }

@@ -25,7 +25,7 @@ const PAGES: usize = 4;
 /// One arc of a local Gauss map, in b's frame. An arc of a belongs to the reflected body −a.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Arc {
-    /// From the vertex to the neighbour; not unit.
+    /// Vector from the vertex to the neighbour; not a unit vector.
     pub(super) edge: DVec3,
     /// Outward normal of the face on the left of the edge. For a, left refers to the body before
     /// the reflection.

@@ -113,7 +113,7 @@ pub(super) struct Surface {
     folded: bool,
     /// Places of removed triangles.
     free: Vec<u16>,
-    /// Edges that the search has not crossed yet. Each is the edge of the triangle on its far side.
+    /// Edges that the search has not crossed yet, each stored as an edge of the triangle behind it.
     ahead: Vec<Half>,
     rim: Vec<Rim>,
     /// New numbers of triangles or tips after the unused ones are dropped.

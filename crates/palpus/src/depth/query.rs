@@ -47,8 +47,8 @@ impl DepthScratch {
         self.growths
     }
 
-    /// Searches with a surface from `best`, the direction of the least known h. `answer` is the depth
-    /// answer along `best`, if it is known.
+    /// Searches with a surface from `best`, the direction of the least known h. `answer` is the
+    /// depth answer along `best`, if it is known.
     fn search(
         &mut self,
         cso: &Cso<'_>,
@@ -109,8 +109,8 @@ pub fn depth_proven(
     scratch.search(&cso, best, answer, |search| search.run(memory))
 }
 
-/// Returns the end of a walk downhill from the previous answer. `None` if the seeds contain no facet
-/// of it, if the walk returns no answer, or if another seed has a smaller offset.
+/// Returns the end of a walk downhill from the previous answer. `None` if the seeds contain no
+/// facet of that answer, if the walk finds no depth, or if another seed has a smaller offset.
 #[inline]
 fn coherent(cso: &Cso<'_>, seeds: &[Seed], overlays: Option<&mut Overlays>) -> Option<Walked> {
     let last = seeds.iter().find_map(|seed| match *seed {

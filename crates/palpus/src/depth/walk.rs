@@ -23,9 +23,9 @@
 //! 5. Measure the offset with true supports.
 //!
 //! Flush features (a box on a table) give facets of many corners. Turning about their sides does
-//! not work. Such a facet is a local minimum if the origin's projection lies within it. If it does
-//! not, and if rounding gives a contradiction, the walk returns no answer. The certificate then
-//! finds the depth from nothing.
+//! not work. Such a facet is a local minimum if the origin's projection lies within it. If the
+//! projection lies outside, or if rounding gives a contradiction, the walk returns `None`. The
+//! certificate then finds the depth without a start.
 //!
 //! Deviation from \[K02\]: the walk of the paper computes the overlay at every hub of every facet.
 

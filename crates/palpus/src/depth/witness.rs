@@ -37,7 +37,7 @@ impl Clip {
     }
 }
 
-/// Returns the answer at the measured end of a walk.
+/// Returns the depth where a walk ended, with its witness points.
 #[inline]
 pub(super) fn answer_at(cso: &Cso<'_>, walked: &Walked, clip: &mut Clip) -> Depth {
     let Walked { corner, alone, .. } = walked;
@@ -45,7 +45,7 @@ pub(super) fn answer_at(cso: &Cso<'_>, walked: &Walked, clip: &mut Clip) -> Dept
     answer_on(cso, &facet, walked, clip)
 }
 
-/// Returns the same on a known facet.
+/// Returns the depth and its witness points on a known facet.
 #[inline]
 pub(super) fn answer_on(cso: &Cso<'_>, facet: &Facet<'_>, walked: &Walked, clip: &mut Clip) -> Depth {
     let Walked { corner, steps, stop, .. } = walked;

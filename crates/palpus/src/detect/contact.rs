@@ -28,13 +28,13 @@ pub struct Contact {
     /// Tangent of the tilt angle of the contact's patch ([`crate::depth::Patch`]): for tilts up to
     /// this angle, the other corners of the patch are contacts too. 0 if patches are not computed.
     pub slope: f64,
-    /// The number of contacts for which this contact stands when contacts share a load. It is 1, more
-    /// in a sample of many contacts, and less for a contact that comes or goes.
+    /// The number of contacts for which this contact stands when contacts share a load. It is 1,
+    /// more in a sample of many contacts, and less for a contact that comes or goes.
     #[cfg_attr(feature = "serde", serde(default = "one"))]
     pub count: f64,
 }
 
-/// The count of a contact that stands for itself.
+/// The count of a contact that represents only itself.
 #[cfg(feature = "serde")]
 fn one() -> f64 {
     1.0

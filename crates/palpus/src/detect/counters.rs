@@ -38,8 +38,8 @@ pub struct QueryCounters {
     /// Overlapping pairs without any contact, since the quota was spent and nothing was cached for
     /// them.
     pub unseen: u32,
-    /// Pairs that became represented: contacts of the sample stand for them until the bodies have
-    /// moved some way.
+    /// Pairs that became represented: the contacts of the sample account for their force until the
+    /// bodies have moved some distance.
     pub represented: u32,
     /// Sub-steps into which a fast tick's motion was divided; 0 if it was not divided.
     pub sub_steps: u32,

@@ -1,5 +1,5 @@
-//! With hundreds of pieces in contact at a time, a sample of the pairs stands for all, and most
-//! pairs rest. The contacts say nearly the same as those of a query that measures each pair.
+//! Tests queries with hundreds of touching pieces, where a sample represents all pairs and most
+//! pairs rest. The pressure of the contacts must be nearly that of a query that measures each pair.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -25,7 +25,7 @@ fn board(up: bool) -> Arc<Body> {
     board_with(up, 0.0)
 }
 
-/// The same with one corner of a cell raised by `burr` (m).
+/// Like [`board`], with one corner of a cell raised by `burr` (m).
 fn board_with(up: bool, burr: f64) -> Arc<Body> {
     let mut soup = PolygonSoup::new();
     let place = |k: usize| (k as f64 - 0.5 * CELLS as f64) * CELL;
@@ -76,8 +76,8 @@ fn pose(tick: u32) -> Pose {
     Pose::new(DQuat::from_rotation_z(1e-3 * (0.4 * phase).sin()), slide)
 }
 
-/// The mean of the normals and of the places, weighted by how many contacts each one stands for and
-/// how far it is within the tolerance; and the deepest separation, m.
+/// Returns the mean of the normals, the mean of the points, and the deepest separation (m). The
+/// weight of a contact is its count times its engagement.
 fn pressure(contacts: &[Contact]) -> (DVec3, DVec3, f64) {
     let load = |contact: &Contact| contact.count * (TOLERANCE - contact.separation);
     let whole: f64 = contacts.iter().map(load).sum();

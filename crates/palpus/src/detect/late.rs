@@ -13,12 +13,12 @@ use crate::collision::{Closest, LeafPair, Proximity, Represented, support_gap};
 use crate::depth::admissible_bound;
 
 impl PairSearch {
-    /// The quota was spent before leaf pair `first`: this pair and the later ones get their
-    /// contacts from the last tick.
+    /// Extrapolates the contacts of leaf pair `first` and of the later pairs, because the quota was
+    /// spent before `first`.
     #[cold]
     pub(super) fn hold_the_rest(&mut self, asked: &Asked<'_>, first: usize, counters: &mut QueryCounters) {
-        // Pairs that woke just now come first and are not part of the rotation; the rotation goes
-        // on where the quota ended.
+        // Pairs that woke in this query come first and are not part of the rotation. The next query
+        // continues the rotation where the quota ended.
         let mut resumed = false;
         let count = self.leaves.as_slice().len();
         for k in first..count {
@@ -59,8 +59,9 @@ impl PairSearch {
         }
     }
 
-    /// Adds a pair's contacts from the last tick, and leaves room for one contact of each of the
-    /// pairs `left`. Returns how many contacts the pair has; `None` if the pair is not stored.
+    /// Adds a pair's extrapolated contacts of the last tick. Leaves room for one contact of each of
+    /// the `left` remaining pairs. Returns how many contacts the pair has; `None` if the pair is
+    /// not stored.
     fn hold(&mut self, asked: &Asked<'_>, place: u32, pieces: [u32; 2], left: usize) -> Option<u32> {
         let most = self.capacity - left;
         let held = self.held.carry(place, pieces, &asked.place, asked.tolerance, most, &mut self.contacts);
@@ -86,7 +87,8 @@ impl PairSearch {
     pub(super) fn rest(&mut self, asked: &Asked<'_>, leaf: &LeafPair, known: usize, foretold: Option<f64>) {
         let found = least_separation(self.contacts[known..].iter().map(|contact| contact.separation));
         if found == f64::INFINITY {
-            // Without a contact there is nothing to extrapolate, and one may begin at any time.
+            // Without a contact there is nothing to extrapolate, and a contact may begin at any
+            // time.
             return;
         }
         let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
@@ -103,8 +105,8 @@ impl PairSearch {
         self.front.rest(leaf, length.min(most));
     }
 
-    /// The least separation of the pair's contacts of the last tick, extrapolated to this tick;
-    /// infinite if it had no contacts. `None` if the pair is not stored.
+    /// Returns the least separation of the pair's contacts of the last tick, extrapolated to this
+    /// tick; infinite if it had no contacts. `None` if the pair is not stored.
     pub(super) fn foretell(&self, asked: &Asked<'_>, leaf: &LeafPair) -> Option<f64> {
         let held = self.held.known(leaf.place?, [leaf.piece_a, leaf.piece_b])?;
         Some(least_separation(held.iter().map(|memory| memory.extrapolate(&asked.place).separation)))
@@ -119,8 +121,8 @@ impl PairSearch {
         self.leaves.partition(|leaf| leaf.place.is_none() || sample.weight([leaf.piece_a, leaf.piece_b]) > 0.0)
     }
 
-    /// Returns the bound of a pair outside the sample, and its separation along that bound. `None` if
-    /// the pair may press harder than the sample, so that it has to be measured.
+    /// Returns the bound of a pair outside the sample, and its separation along that bound. `None`
+    /// if the pair may press harder than the sample, so that it has to be measured.
     pub(super) fn representation(&self, asked: &Asked<'_>, leaf: &LeafPair) -> Option<(Represented, f64)> {
         let (normal, hub, separation) = match leaf.proximity {
             Proximity::Disjoint(Closest { normal, features, distance, .. }) => {
@@ -143,9 +145,9 @@ impl PairSearch {
         (separation >= least).then_some((bound, separation))
     }
 
-    /// Makes a pair outside the sample, which was measured, a represented one if it has no contact, or
-    /// a contact (from index `known` on) that presses no harder than the sample. Returns true if it
-    /// did.
+    /// Marks a measured pair outside the sample as represented if it has no contact, or if its
+    /// contact (from index `known` on) presses no harder than the sample. Returns true if the pair
+    /// is represented now.
     pub(super) fn represent_measured(&mut self, asked: &Asked<'_>, leaf: &LeafPair, known: usize) -> bool {
         let mut bound = self.unbounded(asked, leaf);
         let mut separation = 0.0;
@@ -173,8 +175,8 @@ impl PairSearch {
         Represented { normal: DVec3::ZERO, hub: [0; 2], least: f64::NEG_INFINITY, length }
     }
 
-    /// A pair that is not stored: its result is the march's if the pair is apart, otherwise only an
-    /// upper bound of its depth.
+    /// Adds the result of a pair that is not stored: the result of its march if it is apart,
+    /// otherwise only an upper bound of its depth.
     fn answer_unheld(&mut self, asked: &Asked<'_>, leaf: &LeafPair, left: usize, counters: &mut QueryCounters) {
         let Proximity::Overlapping(overlap) = leaf.proximity else {
             let known = self.contacts.len();

@@ -23,7 +23,8 @@ pub struct QuerySettings {
     /// Contacts are nearer than this, model units; 0 finds overlaps only.
     pub tolerance: f64,
     /// Contacts press below this separation, model units; `None`: below the tolerance. If so many
-    /// pairs touch that a sample stands for all, the sample follows how hard they press.
+    /// pairs touch that only a sample is measured, the choice of the other pairs to measure depends
+    /// on how hard they press.
     pub contact_offset: Option<f64>,
     /// The most contacts of one query, at least one. If there are more, the deepest are kept.
     pub capacity: usize,

@@ -4,9 +4,9 @@
 //! push in the same direction share one stiffness, so their wrench is a mean over contacts
 //! ([`crate::force::LoadSharing`]). A mean over an even sample is nearly the same, and costs less.
 //!
-//! 1. *Rank*: the pieces of the smaller body are ranked once. The pieces below any rank are spread
-//!    evenly over the surface and its directions. For this, the leaves of the hierarchy are sorted
-//!    by the side to which they face, neighbours stay together, and the rank is the bit-reversed
+//! 1. *Rank*: the pieces of the smaller body are ranked once. Pieces with ranks below any limit are
+//!    spread evenly over the surface and its directions. For this, the leaves of the hierarchy are
+//!    sorted by the side to which they face. Neighbours stay together. The rank is the bit-reversed
 //!    place in this order.
 //! 2. *Share*: a pair belongs to the sample if the rank of its piece is below the share. The share
 //!    follows from the number of touching pairs and changes slowly. Up to [`SAMPLE_PAIRS`] pairs,
@@ -14,8 +14,8 @@
 //! 3. *Weight*: contacts with a rank near the share count less, so that they come and go gradually.
 //! 4. *Represented pairs*: any other pair is only bounded. While it presses no harder than the
 //!    sampled contacts of its direction, it is not measured ([`crate::collision::Represented`]). If
-//!    it presses harder, it is measured, and its contacts count, from 0 to 1, by how much harder it
-//!    presses. So a burr on a thread is felt, and so is a wall that no other pair touches.
+//!    it presses harder, it is measured. The harder it presses, the more its contacts count, from 0
+//!    to 1. So a burr on a thread is felt, and so is a wall that no other pair touches.
 
 use std::sync::Arc;
 
@@ -83,13 +83,13 @@ impl Sample {
         self.share < Self::ALL
     }
 
-    /// True if no contact stands for others yet.
+    /// True if no contacts are stored with which other pairs can be compared.
     pub(super) fn is_blank(&self) -> bool {
         self.loads.is_empty()
     }
 
-    /// Step 2: sets the share for `touching` pairs in contact. If `at_once`, the bodies have jumped,
-    /// and the share does not change gradually.
+    /// Step 2: sets the share for `touching` pairs in contact. If `at_once`, the bodies have
+    /// jumped, and the share does not change gradually.
     pub(super) fn set_touching(&mut self, touching: f64, at_once: bool) {
         let target = Self::ALL * (SAMPLE_PAIRS / touching.max(1.0)).min(1.0);
         self.share = match at_once {
@@ -123,7 +123,7 @@ impl Sample {
 
     /// Returns the largest engagement (model units) of the sample along `normal`.
     fn represented(&self, normal: DVec3) -> f64 {
-        // Four at a time, for SIMD.
+        // Takes four contacts at a time, for SIMD.
         let mut most = [0.0; 4];
         for four in self.loads.chunks(4) {
             for (load, most) in four.iter().zip(&mut most) {
@@ -167,7 +167,7 @@ impl Sample {
     }
 }
 
-/// The separations in which contacts are searched, and in which they press, model units.
+/// The separations below which contacts are searched, and below which they press, model units.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Range {
     /// Contacts are found below this separation.
@@ -272,7 +272,7 @@ mod tests {
     fn the_first_ranks_are_spread_over_all_pieces() {
         let body = body();
         let ranks = ranks(&body);
-        // Of forty tetrahedra in a row, the pieces of the lowest eighth of the ranks are near to all.
+        // Forty tetrahedra lie in a row. Each is near a piece with a rank in the lowest quarter.
         let centers: Vec<f64> = (0..ranks.len())
             .filter(|&piece| ranks[piece] < 0.25)
             .map(|piece| body.polytopes()[piece].centroid().x)

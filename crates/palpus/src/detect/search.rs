@@ -18,8 +18,8 @@
 //! depth that is later moved to a normal of the meshes is therefore not the least of the pair, but
 //! the least is known.
 //!
-//! If the pose has jumped since the last query, or a pair begins to overlap, its depth is found from
-//! nothing, with a proof ([`depth`](crate::depth::depth)).
+//! If the pose has jumped since the last query, or a pair begins to overlap, its depth is found
+//! from nothing, with a proof ([`depth`](crate::depth::depth)).
 //!
 //! A pair of pieces is one contact, at its exact witness points, or on request the corners of its
 //! *patch* ([`Patch`]): as many contacts as are needed to describe where flush features touch.
@@ -306,7 +306,7 @@ pub(super) struct Asked<'q> {
     pub(super) b: &'q Body,
     /// a placed in b's frame.
     pub(super) pose_ba: Pose,
-    /// The same, as a matrix.
+    /// `pose_ba` as a matrix.
     pub(super) place: Placement,
     /// Model units.
     pub(super) tolerance: f64,
@@ -322,27 +322,27 @@ impl<'q> Asked<'q> {
         Self { a, b, pose_ba: *pose_ba, place: pose_ba.placement(), tolerance, offset }
     }
 
-    /// The separations in which contacts are searched, and in which they press.
+    /// Returns the separations below which contacts are searched, and below which they press.
     pub(super) fn range(&self) -> Range {
         Range { tolerance: self.tolerance, offset: self.offset }
     }
 
-    /// The pieces of a and of b at these indices.
+    /// Returns the pieces of a and of b at these indices.
     pub(super) fn pieces(&self, piece_a: u32, piece_b: u32) -> (&'q Polytope, &'q Polytope) {
         (&self.a.polytopes()[piece_a as usize], &self.b.polytopes()[piece_b as usize])
     }
 
-    /// The normals that the pieces of a leaf pair own.
+    /// Returns the admissible normals of both pieces of a leaf pair.
     pub(super) fn own_normals(&self, leaf: &LeafPair) -> [OwnNormals<'q>; 2] {
         [self.a.own_normals(leaf.piece_a), self.b.own_normals(leaf.piece_b)]
     }
 
-    /// The same input, for the front.
+    /// Returns this input in the form that the front needs.
     pub(super) fn placed(&self) -> PlacedPair<'_> {
         PlacedPair::new(side(self.a), side(self.b), &self.place, self.tolerance)
     }
 
-    /// The same input at another pose.
+    /// Returns this input at another pose.
     pub(super) fn at(self, pose_ba: &Pose) -> Self {
         Self { pose_ba: *pose_ba, place: pose_ba.placement(), ..self }
     }

@@ -4,10 +4,10 @@
 //! holds there. The strain is z = x − w in the tangent plane. Each tick, for every contact of every
 //! cluster:
 //!
-//! 1. *Find* the contact's adhesion of the last tick: the one of the same two pieces (of several,
-//!    the nearest); else the nearest one within reach whose normal is not opposed, whose strain it
-//!    takes over (a probe that slides from one piece onto the next keeps its friction); else a new
-//!    one without strain.
+//! 1. *Find* the contact's adhesion of the last tick: the adhesion of the same two pieces, or the
+//!    nearest of several. If there is none, the contact takes over the strain of the nearest
+//!    adhesion within reach whose normal is not opposed. So a probe that slides from one piece onto
+//!    the next keeps its friction. Otherwise the contact begins without strain.
 //! 2. *Carry* it: x moves with a, w rests on b, and z is their difference in the cluster's tangent
 //!    plane. The normal part is no strain; w follows it.
 //! 3. *Stick or slide*: z_max = μ F_n / k_t for a cluster alone, with μ static while sticking.
@@ -16,15 +16,16 @@
 //!    static z_max (*slip weakening*, Ida 1972), so that nothing snaps, and contacts of one body
 //!    that reach their limit one after the other still hold with the static μ together. A sliding
 //!    contact sticks again, with all of its strength, as soon as it is no longer dragged.
-//! 4. *Force* on a: −k_t z at x. While it sticks, that is the gradient of ½ k_t z²: at any other
-//!    point, as at the contact's, which moves while a block rocks, it would feed a swing.
+//! 4. *Force* on a: −k_t z at x. While the contact sticks, this force is the gradient of ½ k_t z².
+//!    At any other point it could add energy: the contact's point, for example, moves while a block
+//!    rocks.
 //!
-//! **Twist.** A flush contact is as many contacts as its patch has corners, and each holds where it
-//! is: together they resist a twist about the normal. They hold at points drawn towards the patch's
-//! middle ([`FRICTION_SPREAD`](crate::algebra::tolerance::FRICTION_SPREAD)), so that a spinning
-//! block is braked as by an evenly loaded patch and not as by its rim. Corners that slide share one
-//! limit: pushing and turning go together as on the limit surface of the patch (Goyal, Ruina,
-//! Papadopoulos 1991).
+//! **Twist.** A flush contact has one contact for each corner of its patch. Each holds at its own
+//! place, so together they resist a twist about the normal. Their friction acts at points nearer to
+//! the patch's middle ([`FRICTION_SPREAD`](crate::algebra::tolerance::FRICTION_SPREAD)), so that a
+//! spinning block is braked as by an evenly loaded patch and not as by its rim. Sliding corners
+//! share one limit: friction force and friction torque are coupled as on the limit surface of the
+//! patch (Goyal, Ruina, Papadopoulos 1991).
 //!
 //! Strain is a function of two stored points, not a sum of velocities. A sticking contact whose
 //! points return to their places has its old force again, after any number of ticks.
@@ -33,26 +34,25 @@
 //! their engagement and tilt share: s_i = α_i w_i / Σ α w. Each member's load and tangential
 //! stiffness are the cluster's times s_i, so its z_max is the cluster's own, μ F_n / k_t, and the
 //! friction of the members together is at most μ F_n of the cluster, in its tangent plane, for any
-//! number of members. That many members also give a cluster a resistance to spinning about its
-//! normal, as far as they lie apart.
+//! number of members. Members that lie apart also resist spinning of the cluster about its normal.
 //!
-//! **Several clusters** share in the same way. The one that is pressed hardest (before smooth
-//! clustering leaves it a part) has all of k_t, any other as much of it as of that load: k_t F_n /
-//! F_most. All have one z_max, μ F_most / k_t, so that a block slides as a whole when it pulls with
-//! more than μ times its whole load, however that is spread; with a k_t for each, lightly loaded
-//! contacts would let go one by one, at less. And a cluster that enters without load enters without
-//! stiffness.
+//! **Several clusters** share k_t in the same way. The cluster that is pressed hardest has all of
+//! k_t (F_most is its load before smooth clustering reduces it). Any other cluster has a part in
+//! proportion to its load: k_t F_n / F_most. All clusters have the same z_max, μ F_most / k_t. So a
+//! block slides as a whole when it is pulled with more than μ times its whole load, no matter how
+//! the load is spread. If each cluster had all of k_t, lightly loaded contacts would slip one by
+//! one at a smaller pull. A new cluster without load has no stiffness.
 //!
 //! **An implicit step** (behind a coupling) presses contacts that did not touch at its beginning: a
 //! tool that slides over the edge of a facet is off the surface for a tick, and pressed all the
 //! same. So there the load of a contact is at least its share of the load at the end of the last
-//! step; the step itself finds the load that the contact can hold. However many contacts bear a
-//! load, together they are as stiff as one. A contact without load holds as soon as the step
-//! presses it: it keeps its strain, and is as stiff as the load that it comes to bear.
+//! step; the step itself finds the load that the contact can hold. Contacts that share a load are
+//! together as stiff as one contact. A contact without load holds as soon as the step presses it:
+//! it keeps its strain, and is as stiff as the load that it comes to bear.
 //!
-//! Deviations from HA00: static and dynamic coefficients, with the slip between (their
-//! elasto-plastic transition blends them); and both points are taken along, strain kept, where the
-//! contact wanders farther than the reach from x (the probe rolls).
+//! Deviations from HA00: there are static and dynamic coefficients, with slip weakening between
+//! them (HA00 has an elasto-plastic transition). If the contact moves farther than the reach from x
+//! (the probe rolls), both points move with it, and the strain is kept.
 
 use glam::DVec3;
 
@@ -147,7 +147,7 @@ pub struct FrictionCounters {
     pub inherited: u32,
     /// Contacts that began without strain.
     pub fresh: u32,
-    /// New contacts whose predecessor was not looked for, since the tick's budget was spent.
+    /// New contacts whose predecessor was not searched, because the tick's budget was spent.
     pub unsought: u32,
 }
 

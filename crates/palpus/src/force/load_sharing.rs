@@ -1,4 +1,5 @@
-//! Smooth clustering: how much of its own force a contact keeps if others push the same way.
+//! Smooth clustering: computes how much of its force a contact keeps if other contacts push in the
+//! same direction.
 //!
 //! Single linkage ([`super::Linkage`]) gives a cluster the force of its deepest member. When two
 //! clusters merge, one of their forces disappears from one tick to the next, and a hand feels that.
@@ -57,7 +58,7 @@ pub struct LoadSharing {
     tilts: TiltShares,
     /// The properties of the contacts for the shares of others; contacts that push come first.
     seen: Vec<Seen>,
-    /// How many push.
+    /// Number of contacts that push.
     pushing: usize,
     /// Tilt shares times counts.
     counts: Vec<f64>,
@@ -87,12 +88,12 @@ impl LoadSharing {
         }
     }
 
-    /// The share of its own force that each contact keeps; 0 for contacts that are surrounded by
-    /// others of their surface. A contact that does not push yet gets the share that it will have
-    /// when it pushes, together with all contacts that are at most `ahead` (m) farther than the
-    /// nearest.
+    /// Computes the share of its force that each contact keeps. It is 0 for contacts that are
+    /// surrounded by other contacts of their surface. A contact that does not push yet gets the
+    /// share that it will have when it pushes, together with all contacts that are at most `ahead`
+    /// (m) farther than the nearest.
     ///
-    /// They stand in [`Self::shares`] until the next run.
+    /// The shares are in [`Self::shares`] until the next run.
     pub fn run(&mut self, contacts: &[Tilted], ahead: f64) -> &[f64] {
         let tilts = self.tilts.run(contacts);
         self.counts.clear();

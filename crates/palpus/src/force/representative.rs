@@ -30,7 +30,7 @@ pub struct Cluster {
     pub deepest: u32,
     /// Index of the cluster's first member in the list of all members.
     pub first_member: u32,
-    /// How many members it has.
+    /// Number of members.
     pub member_count: u32,
     /// Eq. 3 had no solution: `normal` is the deepest member's.
     pub cancelled: bool,

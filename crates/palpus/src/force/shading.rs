@@ -1,10 +1,10 @@
 //! Force shading \[K02 §4.4.1; Morgenbesser and Srinivasan 1996\]: the force of a contact points
 //! along smoothed normals.
 //!
-//! A mesh stands for a smooth surface, but its normal jumps at every edge, and a hand feels the
-//! edges. As Gouraud does with light, the direction of a contact's force is taken from normals
-//! interpolated between the corners of the triangles under its two points; its depth, and so its
-//! size, stay those of the true contact.
+//! A mesh approximates a smooth surface, but its normal jumps at every edge, and a hand feels the
+//! edges. As in Gouraud shading, the direction of a contact's force is taken from interpolated
+//! normals. They are interpolated between the corners of the triangles at the contact's two points.
+//! The contact keeps its depth, and so the force keeps its size.
 //!
 //! 1. On each body, find the smooth outward normal at the witness point, and how fast it turns
 //!    there (`curvature`). A body whose feature is a crease has no smooth normal: it uses the other

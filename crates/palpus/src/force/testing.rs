@@ -33,7 +33,7 @@ pub(crate) fn contact(pieces: (u32, u32), midpoint: DVec3, normal: DVec3, separa
     }
 }
 
-/// The same contact after moving everything by `pose`.
+/// Returns the contact after everything is moved by `pose`.
 pub(crate) fn moved(contact: &Contact, pose: &Pose) -> Contact {
     Contact {
         point_a: pose.point(contact.point_a),

@@ -78,7 +78,8 @@ impl VirtualCoupling {
         let (angular_stiffness, angular_lead) = if limits.torque > 0.0 {
             ((limits.torque / COUPLING_TURN).min(per_square * APPARENT_INERTIA), lead)
         } else {
-            // Not felt, so no limit of the device holds for it: it stands for the hand, too.
+            // The device gives no torque, so no limit of the device applies. This spring replaces
+            // the hand, too.
             (COUPLING_ALIGNMENT, lead.max(COUPLING_ALIGNMENT_LEAD))
         };
         let (damping, angular_damping) = (lead * stiffness, angular_lead * angular_stiffness);

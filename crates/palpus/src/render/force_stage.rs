@@ -1,12 +1,13 @@
-//! From contacts to the wrenches on both bodies \[K02 §4.2–4.4\].
+//! Computes the wrenches on both bodies from their contacts \[K02 §4.2–4.4\].
 //!
 //! 1. *Cluster* the contacts, by their midpoints and (shaded) directions.
 //! 2. *Represent* each cluster by one contact. With smooth clustering every contact represents
 //!    itself.
-//! 3. *Push*: the normal force of each cluster, at its midpoint; with smooth clustering, by its
-//!    share of the stiffness (`LoadSharing`).
-//! 4. *Rub*: the friction of each member, where it holds. Corners of a patch stand for all of it,
-//!    and hold where an evenly loaded patch would: nearer to its middle, by [`FRICTION_SPREAD`].
+//! 3. *Normal forces*: compute the normal force of each cluster, at its midpoint. With smooth
+//!    clustering, the contacts share one stiffness (`LoadSharing`).
+//! 4. *Friction*: compute the friction of each member. The corners of a patch represent the whole
+//!    patch. Their friction acts nearer to the middle of the patch, at the share
+//!    [`FRICTION_SPREAD`] of their distance from it, as if the load were even.
 //!
 //! Everything is in b's frame. Sums run in the canonical order of the clusters and of their
 //! members.
@@ -232,11 +233,12 @@ fn rub(contacts: &[Contact], motion: &Motion, settings: &Settings, scratch: &mut
     }
 }
 
-/// N: what the friction of each cluster rests on, into `scratch.loads`; answers what the hardest
-/// pressed one would bear alone.
+/// Computes the load of each cluster for its friction into `scratch.loads`, N. Returns the load
+/// that the hardest pressed cluster would have alone, N.
 ///
-/// After an implicit step a contact bears at least what falls to it where all together are pressed
-/// as at the end of that step. At rest that is its own force, so that all let go at once.
+/// After an implicit step, the load of a contact is at least its share of the total load at the end
+/// of that step. At rest this share is the contact's own force, so all contacts start to slip at
+/// the same time.
 fn bear(motion: &Motion, settings: &Settings, scratch: &mut Scratch, forces: &Forces) -> f64 {
     let Forces { clusters, normal_forces, stiffnesses, .. } = forces;
     let hard = settings.stiffness;

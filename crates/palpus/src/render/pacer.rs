@@ -1,4 +1,4 @@
-//! How much work a step may do so that it keeps to its time.
+//! Computes how much work a step may do within its time.
 //!
 //! The engine counts work and has no clock ([`crate::algebra::Work`]). A pacer measures the time of
 //! each step and computes how much work the next may do:

@@ -1,4 +1,4 @@
-//! How far a body that an implicit step moves may go in one step.
+//! Bounds how far an implicit step may move a body.
 //!
 //! The query looks ahead only as far as the body may move in the next step: twice the motion of the
 //! last step, and at least two contact offsets. No step moves farther, so no step passes anything
@@ -28,7 +28,7 @@ impl Reach {
         Self { radius, skin, most: REACH_LEAST * skin, clear: f64::INFINITY }
     }
 
-    /// The same with another contact offset `skin`.
+    /// Sets the contact offset `skin` (m).
     pub(super) fn set_skin(&mut self, skin: f64) {
         self.skin = skin;
         self.most = self.most.max(REACH_LEAST * skin);

@@ -37,7 +37,8 @@ pub struct Settings {
     /// each pair of pieces, which jumps.
     #[cfg_attr(feature = "serde", serde(alias = "blend_angle"))]
     pub patch_angle: Option<f64>,
-    /// Force directions from smoothed normals; `None`: from the contact normals.
+    /// Settings of force directions from smoothed normals. If `None`, the directions are the
+    /// contact normals.
     pub shading: Option<ShadingSettings>,
     /// Stick–slip friction, if any.
     pub friction: Option<FrictionSettings>,

@@ -47,7 +47,7 @@ pub struct StageTimes {
     pub depth: u64,
     /// Shading, clusters, penalty, friction.
     pub force: u64,
-    /// From the wrench of the contacts to that of the device.
+    /// Computing the device's wrench from the wrench of the contacts.
     pub couple: u64,
     /// Keeping it within the limits.
     pub saturate: u64,
@@ -106,9 +106,9 @@ pub struct Tick {
     /// The pose of the query: a placed in b's frame. The tool's pose with a coupling, else the
     /// probe's.
     pub tool_ba: Pose,
-    /// For the device: about the grip, within the limits.
+    /// The wrench for the device, about the grip and within the limits.
     pub commanded: Wrench,
-    /// The same before the limits.
+    /// The wrench about the grip, before the limits are applied.
     pub computed: Wrench,
     /// N: the part of the force that is the vibration of impacts ([`super::Material`]).
     pub transient: DVec3,
@@ -159,7 +159,7 @@ pub struct TickSummary {
     pub computed: Wrench,
     /// Number of contacts.
     pub contacts: u32,
-    /// How many of them are with another tool.
+    /// Number of these contacts that are with another tool.
     pub contacts_between: u32,
     /// Number of clusters.
     pub clusters: u32,

@@ -71,11 +71,11 @@ pub(super) struct Tool {
 /// Step 2, ready to be added.
 #[derive(Clone, Copy, Debug, Default)]
 struct Bond {
-    /// From the centre of mass to the grip, m.
+    /// Vector from the centre of mass to the grip, m.
     offset: DVec3,
-    /// From the tool's grip to the device's, m.
+    /// Vector from the tool's grip to the device's grip, m.
     stretch: DVec3,
-    /// From the tool's orientation to the device's, rad.
+    /// Rotation vector from the tool's orientation to the device's orientation, rad.
     turn: DVec3,
     /// Twist of the device's grip.
     device: Twist,

@@ -23,13 +23,13 @@ pub(super) struct Touches {
 struct Load {
     /// N/m.
     stiffness: f64,
-    /// N, at the end of the step: 0 if all of it lets go.
+    /// Normal force at the end of the step, N; 0 if the whole cluster loses contact.
     predicted: f64,
 }
 
-/// A member's normal force, with its part of the cluster's stiffness, by its weight; linearised. It
-/// acts where the member is, so a cluster that is wide resists turning, and lets go where it is
-/// lifted.
+/// A member's linearised normal force, with its share of the cluster's stiffness according to its
+/// weight. The force acts at the member's point. So a wide cluster resists turning, and loses
+/// contact only where it is lifted.
 #[derive(Clone, Copy, Debug)]
 struct Push {
     /// From the centre of mass, m.
@@ -39,9 +39,9 @@ struct Push {
     force: f64,
     /// N/m.
     stiffness: f64,
-    /// N, at the end of the step: 0 if it lets go.
+    /// Normal force at the end of the step, N; 0 if the member loses contact.
     predicted: f64,
-    /// It was in the system that was solved last.
+    /// True if the force was in the system that was solved last.
     acts: bool,
     cluster: u32,
 }
@@ -206,7 +206,7 @@ impl Touches {
         self.clusters.iter().map(alone).fold(0.0, f64::max)
     }
 
-    /// How many clusters let go within the step.
+    /// Number of clusters that lose contact within the step.
     pub(super) fn released(&self) -> u32 {
         self.clusters.iter().filter(|load| load.predicted <= 0.0).count() as u32
     }

@@ -163,8 +163,8 @@ mod tests {
         let turned = |k: usize| DVec3::new((0.01 * k as f64).sin(), 0.0, (0.01 * k as f64).cos());
         transient.press(DVec3::Z, 0.0);
         for k in 0..600 {
-            // Pressed ever harder on a facet that follows on the last one, with a tick off the
-            // surface now and then.
+            // The tool rolls onto the next facet in each tick and approaches it at 0.05 m/s. In
+            // every seventh tick it is off the surface.
             if k % 7 != 3 {
                 transient.press(turned(k), 0.05);
             }

@@ -419,7 +419,7 @@ fn the_contact_hands_on_what_it_takes_and_no_more() {
         let (mut sum, mut most, mut through) = (0.0, 0.0f64, 0.0f64);
         for k in 0..4000 {
             let s = f64::from(k) * DT;
-            // Pressed and let go while one pushes the other to and fro.
+            // One tool presses the other and releases it, and also pushes it to and fro.
             let (press, way) = (1.5e-3 * (9.0 * s).sin(), 0.02 * (3.0 * s).sin());
             let along = DVec3::new(way, 0.003 * (5.0 * s).sin(), 0.0);
             let x = HALF.x - press;

@@ -65,7 +65,7 @@ impl Tuning {
     }
 }
 
-/// The separation at which a method's force begins.
+/// Separation at which a method begins to push.
 #[derive(Clone, Copy)]
 pub(super) enum Skin {
     /// The force begins at the contact tolerance.

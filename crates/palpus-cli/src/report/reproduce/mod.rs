@@ -51,7 +51,7 @@ pub(super) fn is_in(folder: &Path) -> bool {
     folder.join(FILE).is_file()
 }
 
-/// Runs all steps and makes their page in `folder`.
+/// Runs all steps and writes their page to `folder`.
 pub(super) fn reproduce(arguments: &ReportArguments, folder: &Path) -> anyhow::Result<()> {
     // Some steps run in another folder (cargo's benches) and need an absolute path.
     let out = std::path::absolute(folder).context("the folder of the report has no path")?;

@@ -102,8 +102,8 @@ fn ruin_region(neighbours: Neighbours<'_>, partition: &Partition, centre: u32, r
 struct Trial {
     /// The dissolved patches.
     region: Vec<u32>,
-    /// The previous facets of each changed patch. These are the patches of the region, and the
-    /// patches that took some of its facets.
+    /// For each changed patch, its facets before the change. The changed patches are those of the
+    /// region, and those that took some of its facets.
     before: Vec<(u32, Vec<u32>)>,
     /// The facets of the dissolved patches.
     free: Vec<u32>,

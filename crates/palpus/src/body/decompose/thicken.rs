@@ -209,7 +209,7 @@ impl<'a> Trial<'a> {
         self.takes_these(candidates.iter().map(|candidate| candidate.at(share)))
     }
 
-    /// Adds one corner if no triangle then enters the hull. Returns false if a triangle does.
+    /// Adds one corner if no triangle then enters the hull. Otherwise returns false.
     fn takes(&mut self, corner: DVec3) -> bool {
         if self.hull.is_empty() {
             return self.takes_these(std::iter::once(corner));

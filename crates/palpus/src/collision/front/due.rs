@@ -22,7 +22,8 @@ enum Measured {
 }
 
 impl Front {
-    /// Step 2, and 4 where a pair goes on sleeping; false if the quota is spent before all is done.
+    /// Step 2, and step 4 for pairs that stay asleep. Returns false if the quota is spent before
+    /// all due pairs are visited.
     pub(super) fn wake_due(
         &mut self,
         query: &PlacedPair<'_>,

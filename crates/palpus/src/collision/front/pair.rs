@@ -20,7 +20,8 @@ pub(super) enum State {
     Asleep,
     /// On the cut, leaves within tolerance.
     Awake,
-    /// On the cut, leaves within tolerance that other pairs stand for; due after some motion.
+    /// On the cut, leaves within tolerance whose force other pairs account for; due after some
+    /// motion.
     Represented,
     /// Above the cut; the first half's place.
     Split(u32),

@@ -2,9 +2,9 @@
 //! direction.
 //!
 //! When the gap of a pair along a normal is known, the front stores the normal n (b's frame), the
-//! centre c and radius r of a's volume, and the gap minus n·c. At a later pose, c has moved along n,
-//! and a rotation by an angle θ has moved the other points of a by at most rθ relative to c. So the
-//! gap along n is at least
+//! centre c and radius r of a's volume, and the gap minus n·c. At a later pose, c has moved along
+//! n, and a rotation by an angle θ has moved the other points of a by at most rθ relative to c. So
+//! the gap along n is at least
 //!
 //! n·c + (gap − n·c at the earlier pose) − rθ.
 //!
@@ -28,14 +28,14 @@ pub(super) struct PointBound {
 }
 
 impl PointBound {
-    /// Nothing is stored.
+    /// No bound.
     pub(super) const NONE: Self =
         Self { normal: Vec3::ZERO, center: Vec3::ZERO, base: f32::NEG_INFINITY, radius: 0.0, turned: 0.0 };
 }
 
 impl Front {
-    /// Stores that the gap of the pair at `place` along `normal` (unit vector in b's frame) is `gap`
-    /// (model units).
+    /// Stores `gap` (model units) as the gap of the pair at `place` along `normal` (unit vector in
+    /// b's frame).
     pub(super) fn store_gap(&mut self, query: &PlacedPair<'_>, place: u32, normal: DVec3, gap: f64) {
         let sphere = &query.a.hierarchy.node(self.pairs[place as usize].a).sphere;
         let (normal, center) = (normal.as_vec3(), sphere.center.as_vec3());

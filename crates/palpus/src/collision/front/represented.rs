@@ -1,11 +1,11 @@
-//! Represented pairs: pairs within tolerance that are not measured, because contacts of other pairs
-//! stand for them.
+//! Represented pairs: pairs within tolerance that are not measured, because the contacts of other
+//! pairs already account for their force.
 //!
-//! The caller states a bound: a direction, and the least separation along it for which other
-//! contacts stand. After some motion the pair is due, and its gap along that direction is computed.
-//! While the gap is at least the bound, the pair stays represented. The nearer the gap is to the
-//! bound, the sooner the pair is due again. If the gap falls below the bound, or after a longer
-//! motion, the pair is measured like any other.
+//! The caller states a bound: a direction, and the least separation along it at which other
+//! contacts account for the pair. After some motion the pair is due, and its gap along that
+//! direction is computed. While the gap is at least the bound, the pair stays represented. The
+//! nearer the gap is to the bound, the sooner the pair is due again. If the gap falls below the
+//! bound, or after a longer motion, the pair is measured like any other.
 
 use glam::DVec3;
 
@@ -18,18 +18,20 @@ use crate::collision::{LeafPair, support_gap};
 /// Bound of a pair that is represented.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Represented {
-    /// Direction of the bound: a unit vector from b into a, in b's frame. Zero if there is no bound.
+    /// Direction of the bound: a unit vector from b into a, in b's frame. Zero if there is no
+    /// bound.
     pub(crate) normal: DVec3,
     /// Support vertices of a and b along the normal.
     pub(crate) hub: [u32; 2],
-    /// The least separation along the normal (model units) for which other contacts stand.
+    /// The pair stays represented while its separation along the normal is at least this (model
+    /// units).
     pub(crate) least: f64,
     /// The motion (model units) after which the pair is measured again.
     pub(crate) length: f64,
 }
 
 impl Front {
-    /// Makes `pair`, which this query has found, a represented one. `separation` (model units) is its
+    /// Marks `pair`, which this query has found, as represented. `separation` (model units) is its
     /// gap along the direction of the bound.
     pub(crate) fn represent(&mut self, query: &PlacedPair<'_>, pair: &LeafPair, bound: &Represented, separation: f64) {
         let Some(place) = pair.place else { return };
@@ -51,8 +53,8 @@ impl Front {
         self.wait(place, separation);
     }
 
-    /// Returns true if the represented pair at `place`, which is due, stays represented. Otherwise it
-    /// becomes an ordinary pair.
+    /// Returns true if the represented pair at `place`, which is due, stays represented. Otherwise
+    /// it becomes an ordinary pair.
     pub(super) fn is_represented_still(
         &mut self,
         query: &PlacedPair<'_>,
@@ -86,7 +88,7 @@ impl Front {
         false
     }
 
-    /// Sets when the pair is due again: when it may come near its bound.
+    /// Sets when the pair is due again. The nearer it is to its bound, the sooner it is due.
     fn wait(&mut self, place: u32, separation: f64) {
         let Rest { length, least, .. } = self.rests[place as usize];
         let (length, margin) = (f64::from(length), separation - f64::from(least));

@@ -2,10 +2,10 @@
 //! query are accurate enough.
 //!
 //! Pieces that slide along each other keep their contacts for many ticks, and where surfaces fit
-//! closely there are thousands of them. The caller that measures a pair states after how much
-//! motion it has to be measured again; until then the pair is *at rest*.
+//! closely there are thousands of them. When the caller measures a pair, it states after how much
+//! motion the pair must be measured again. Until then the pair is *at rest*.
 //!
-//! The caller also decides how many pairs rest, and so how long: see [`Front::set_rest_share`].
+//! The caller also decides how long pairs rest: see [`Front::set_rest_share`].
 
 use super::Front;
 use crate::algebra::tolerance::REST_SPREAD;
@@ -33,8 +33,8 @@ impl Rest {
 }
 
 impl Front {
-    /// From the next query on pairs are given this share of their rests, 0 to 1. With 0 each pair
-    /// is measured in each query.
+    /// Sets the share of its rest that each pair gets from the next query on, 0 to 1. With 0, each
+    /// query measures all pairs.
     pub(crate) fn set_rest_share(&mut self, share: f64) {
         self.rest_share = share;
     }

@@ -34,10 +34,10 @@ pub(in super::super) struct Search<'s, 'p> {
     best: Start,
     /// The answer along `best`. `None` if `best` was found after the last answer.
     answer: Option<Depth>,
-    /// Corners of the triangle nearest to the origin, which lies in the facet along `best` or in one
-    /// at the same distance.
+    /// Corners of the triangle nearest to the origin, which lies in the facet along `best` or in
+    /// one at the same distance.
     facet: Option<[HubPair; 3]>,
-    /// Number of moves of all walks.
+    /// Number of steps of all walks together.
     steps: u32,
     /// Part of the tolerance: heights that differ from the depth by less than this count as equal
     /// to it. The other part is [`PROOF_RELATIVE`] of the depth.

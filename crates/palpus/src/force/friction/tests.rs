@@ -12,7 +12,7 @@ const SETTINGS: FrictionSettings =
     FrictionSettings { static_coefficient: 0.5, dynamic_coefficient: 0.3, tangential_stiffness: 1000.0 };
 const NORMAL_FORCE: f64 = 2.0;
 
-/// One tick of one cluster; the friction on a.
+/// Runs one tick of one cluster. Returns the friction on a.
 fn tick(tracker: &mut FrictionTracker, contacts: &[Contact], pose_ba: Pose, normal_force: f64) -> DVec3 {
     let members: Vec<u32> = (0..contacts.len() as u32).collect();
     let directions: Vec<DVec3> = contacts.iter().map(|contact| contact.normal).collect();

@@ -1,5 +1,5 @@
-//! Which bodies may be near each other: boxes along the axes of the world, sorted along x and
-//! swept.
+//! Finds the bodies that may be near each other, by sweep and prune: axis-aligned boxes are sorted
+//! along x.
 //!
 //! The order changes little from tick to tick, so insertion sort takes linear time. A box has a
 //! margin, and is computed again when its body leaves the margin. While no box changes, the pairs

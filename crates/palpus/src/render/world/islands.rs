@@ -49,7 +49,7 @@ impl Islands {
         order.sort_unstable_by_key(|&i| (parent[i as usize], neighbours[i as usize], i));
     }
 
-    /// How many bodies are moved.
+    /// Number of moved bodies.
     pub(super) fn len(&self) -> usize {
         self.order.len()
     }

@@ -34,23 +34,23 @@
 //! 2. *Near*: axis-aligned boxes decide which bodies may touch (`broad.rs`).
 //! 3. *Query* and *force*, separately for every pair of near bodies (`pair.rs`).
 //! 4. *Step*: bodies that touch move together, in one implicit step for each group (`solve.rs`),
-//!    which is linear in the velocities V′ at its end. Aᵢ and bᵢ are matrix and right side of body
-//!    i alone (a tool's coupling, a free body's mass and weight). K and l are those of the contacts
-//!    between i and j, about i's centre of mass. T turns j's velocity into the velocity of j's
-//!    point at i's centre of mass:
+//!    which is linear in the velocities V′ at its end. Aᵢ and bᵢ are the matrix and the right side
+//!    of body i alone (a tool's coupling, a free body's mass and weight). K and l are the matrix
+//!    and the right side of the contacts between i and j, about i's centre of mass. T turns j's
+//!    velocity into the velocity of j's point at i's centre of mass:
 //!
 //!    | Aᵢ + K   −K T        | Vᵢ′ = bᵢ + l
 //!    | −Tᵀ K    Aⱼ + Tᵀ K T | Vⱼ′ = bⱼ − Tᵀ l
 //!
-//!    It is definite at any stiffness, mass and speed. Forces between two bodies are equal and
-//!    opposite within the same step, so contacts keep the sum of their momenta. A tool that touches
-//!    no movable body feels, to the bit, the wrench that it would feel from the fixed ones alone.
+//!    The matrix is positive definite at any stiffness, mass and speed. Forces between two bodies
+//!    are equal and opposite within the same step, so contacts keep the sum of their momenta. If a
+//!    tool touches no movable body, its wrench is bit for bit the one from the fixed bodies alone.
 //! 5. *Feel*: limit each tool's wrench, with the vibration of impacts, to its device's limits.
 //!
-//! Separate steps, each with the last poses of the other bodies, would fail. Contacts are so stiff
-//! that a tool which moves at v together with another body would be held back with 2 k h v by that
-//! body's outdated pose (34 N at 0.1 m/s on a usual device). If such a step also used the other's
-//! last velocity, the two bodies would oscillate.
+//! A separate step for each body, with the last poses of the other bodies, would fail. Contacts are
+//! so stiff that a tool which moves at v together with another body would be held back with 2 k h v
+//! by that body's outdated pose (34 N at 0.1 m/s on a usual device). If such a step also used the
+//! other's last velocity, the two bodies would oscillate.
 //!
 //! Memory is allocated when bodies are added. A step allocates none, and no input of a device or a
 //! host makes it panic.

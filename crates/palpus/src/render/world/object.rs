@@ -1,4 +1,4 @@
-//! Objects of a world: as a user adds them, and their state.
+//! Objects that a user adds to a world, and their state.
 
 use std::sync::Arc;
 
@@ -63,7 +63,7 @@ impl Object {
         Self { body, pose, kind: Kind::Free(mass) }
     }
 
-    /// The same with a mass in kg.
+    /// A free body of this mass (kg), at rest at `pose`. See [`Self::free`].
     pub fn free_of_mass(body: Arc<Body>, pose: Pose, mass: f64) -> Self {
         Self { body, pose, kind: Kind::Free(mass) }
     }

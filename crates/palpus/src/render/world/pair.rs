@@ -1,9 +1,9 @@
 //! Two bodies of a world: their contacts, the forces between them, and their terms in the implicit
 //! step.
 //!
-//! Every pair has clusters, shares and friction of its own. So what the one body gives the other
-//! takes, whatever else either of them touches; and a front, a grip or a piece's index never meets
-//! one of another pair. Everything that a tick leaves here is in the world's frame.
+//! Each pair has its own clusters, shares and friction. So the forces between its two bodies are
+//! equal and opposite, whatever else either body touches. A front, a grip or a piece's index is
+//! never used with another pair. All results that a tick stores here are in the world's frame.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ use crate::body::{Body, FeaturePair};
 use crate::detect::{Contact, ContactQuery, QueryCounters, QuerySettings};
 use crate::force::{Centers, FrictionSettings, NetWrench, ShadingSettings};
 
-/// Pose of a body of a pair, and its motion as far as dampers are concerned.
+/// Pose of one body of a pair, and the motion on which dampers act.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place<'b> {
     pub(super) body: &'b Body,
@@ -34,8 +34,9 @@ pub(super) struct Pair {
     /// Numbers of the bodies.
     pub(super) bodies: [usize; 2],
     settings: Settings,
-    /// In the step under way: a placed in b's frame, and how near contacts are looked for, m.
+    /// In the current step: a placed in b's frame.
     pose_ba: Pose,
+    /// In the current step: contacts are searched below this separation, m.
     within: f64,
     /// Data for shading, whether or not it is on.
     surfaces: Option<Surfaces>,
@@ -330,14 +331,15 @@ impl Forces {
         self.net = NetWrench { on_a: on_a.rotated(pose), on_b: on_b.rotated(pose) };
     }
 
-    /// Adds the wrench of another pair of bodies; `turned`: the body which this is about is that
-    /// pair's b.
+    /// Adds the wrench of another pair of bodies. If `turned`, the body whose wrenches are summed
+    /// is b in the other pair.
     pub(super) fn append_net(&mut self, other: &Self, turned: bool) {
         let (own, others) = if turned { (other.net.on_b, other.net.on_a) } else { (other.net.on_a, other.net.on_b) };
         self.net = NetWrench { on_a: self.net.on_a + own, on_b: self.net.on_b + others };
     }
 
-    /// The same with its clusters, whose contacts stand from `contacts` on.
+    /// Adds the wrench, the clusters and the grips of another pair of bodies. The contacts of that
+    /// pair have the indices from `contacts` on. For `turned` see [`Self::append_net`].
     pub(super) fn append(&mut self, other: &Self, contacts: usize, turned: bool) {
         let sign = if turned { -1.0 } else { 1.0 };
         let (first_member, first_contact) = (self.members.len() as u32, contacts as u32);

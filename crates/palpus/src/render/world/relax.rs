@@ -1,14 +1,16 @@
-//! Rounds of a step that swing to and fro.
+//! Relaxes the rounds of a step whose solutions oscillate.
 //!
-//! A round solves for the twists under the contacts that were predicted to press and slide, and
-//! predicts them again for its solution. A sliding contact that lifts the body that it holds back
-//! can swing: it presses, so that friction holds, so that it lifts off; then nothing holds, so that
-//! it presses. In between there is a twist whose solution is itself.
+//! A round first predicts which contacts press and slide. Then it solves for the twists under these
+//! contacts. The next round predicts the contacts from that solution. If the friction of a sliding
+//! contact lifts the body, the rounds can oscillate. While the contact presses, its friction lifts
+//! the body off. In the next round there is no friction, so the contact presses again. Between
+//! these two twists there is one that is its own solution.
 //!
-//! So where a round's solution comes back to the last but one, the next forces are predicted for
-//! twists between guess and solution. The share of the way is Aitken's: that of a straight line
-//! through the last two residuals \[Irons, Tuck 1969; Küttler, Wall 2008\]. Products of twists are
-//! by the mass and the springs of each body alone, so that metres and radians can be added.
+//! So if a round's solution returns to the last but one, the next forces are predicted for twists
+//! between the guess and the solution. The share of the way between them follows from a straight
+//! line through the last two residuals (Aitken's method) \[Irons, Tuck 1969; Küttler, Wall 2008\].
+//! The product of two twists is weighted with the mass and the springs of each body alone, so that
+//! metres and radians can be added.
 
 use std::ops::Range;
 
@@ -20,19 +22,19 @@ use crate::algebra::tolerance::{RELAX_DRIFT, RELAX_LEAST};
 pub(super) struct Relaxation {
     /// Share of the way from guess to solution in the last round.
     share: f64,
-    /// A solution has come back to the last but one.
+    /// True if a solution has returned to the last but one.
     swings: bool,
 }
 
 impl Relaxation {
-    /// Before the first round of the bodies `of`.
+    /// Begins the rounds of the bodies `of`.
     pub(super) fn begin(world: &mut World, of: Range<usize>) -> Self {
         each(world, of, |part| part.guess = part.twist);
         Self { share: 1.0, swings: false }
     }
 
-    /// After a `round`'s solution: sets the twists for which the next round predicts forces;
-    /// true if they are not the solution.
+    /// Sets the twists for which the next round predicts forces, after the solution of `round`.
+    /// Returns true if these twists are not the solution.
     pub(super) fn step(&mut self, world: &mut World, of: Range<usize>, round: u32) -> bool {
         let (mut slope, mut change, mut size, mut drift) = (0.0, 0.0, 0.0, 0.0);
         each(world, of.clone(), |part| {

@@ -1,5 +1,5 @@
-//! The implicit step of a world: groups of bodies that touch, moved together. Outline in `mod.rs`,
-//! step 4.
+//! The implicit step of a world, which moves each group of touching bodies together. Outline in
+//! `mod.rs`, step 4.
 
 use std::ops::Range;
 

@@ -1,5 +1,6 @@
-//! The linear system of the bodies that one implicit step moves together: blocks of six by six,
-//! one on the diagonal for each body, one beside it for each pair of bodies in contact.
+//! The linear system of the bodies that one implicit step moves together: a matrix of 6×6 blocks,
+//! with one diagonal block for each body and one off-diagonal block for each pair of bodies in
+//! contact.
 //!
 //! The matrix is symmetric and positive definite, so it has a Cholesky factorisation. This is
 //! computed block by block, and only for blocks that are not zero or become nonzero (fill-in).
@@ -204,7 +205,7 @@ mod tests {
             for i in 0..size {
                 for j in 0..i {
                     if random.unit() < 2.5 / size as f64 {
-                        // From the second one's centre to the first one's.
+                        // Vector from the second body's centre to the first body's centre.
                         let shift = DVec3::new(0.1, 0.2, -0.3) * random.unit();
                         let mut joint = SpatialMatrix::ZERO;
                         joint.add_along(DVec3::Y, DVec3::new(random.unit(), 0.0, 0.1), 0.5);

@@ -1,4 +1,4 @@
-//! One turn of a world, from the states of its tools to their wrenches. Outline in `mod.rs`.
+//! One turn of a world: computes the wrenches of its tools from their states. Outline in `mod.rs`.
 
 use glam::DVec3;
 

@@ -236,7 +236,7 @@ fn page(grounds: &[Ground], names: &[&str], rows: &[Row]) -> String {
     markdown(&[section])
 }
 
-/// How many poses the refined truths of the scenes leave out.
+/// Returns how many poses the refined truths of the scenes leave out.
 fn refined(grounds: &[Ground]) -> Table {
     let row = |ground: &Ground| {
         let poses = ground.refined.as_ref()?;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// A defect or repair of a mesh that the user should know. Each variant contains a count.
+/// A defect or repair of a mesh that the user should know about. Each variant contains a count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Notice {
     /// Number of boundary edges.

@@ -1,4 +1,4 @@
-//! Friction of a tool that slides from facet to facet behind a coupling.
+//! Tests the friction of a tool that slides from facet to facet behind a coupling.
 
 use std::sync::Arc;
 

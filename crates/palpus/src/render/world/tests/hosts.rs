@@ -1,4 +1,4 @@
-//! Hosts that drive bodies at their own rate, well or badly.
+//! Tests hosts that drive bodies at their own rate, including hosts that send bad updates.
 
 use glam::DVec3;
 

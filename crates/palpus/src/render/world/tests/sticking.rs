@@ -1,4 +1,4 @@
-//! How far a tool that sticks gives way behind a coupling.
+//! Tests how far a sticking tool moves behind a coupling.
 
 use glam::DVec3;
 
@@ -30,7 +30,7 @@ fn give(press: f64, pull: f64) -> f64 {
     (after - before) / (-felt.x / friction.tangential_stiffness)
 }
 
-/// The tool leans on one edge the more, the more it is pulled.
+/// The harder the tool is pulled, the more it presses on one edge.
 #[test]
 fn coupled_tool_sticks_as_stiffly_as_stated() {
     for (press, pull) in [(0.004, 5e-4), (0.006, 2e-4), (0.002, -4e-4), (0.007, 1e-3)] {

@@ -1,4 +1,4 @@
-//! Friction that lifts the body that it holds back.
+//! Tests friction that lifts the sliding body.
 
 use glam::{DQuat, DVec3};
 
