@@ -46,7 +46,7 @@ fn missing_library_is_reported_with_a_remedy() {
         let said = text(&output.stderr);
         assert!(!output.status.success(), "{device}");
         assert!(
-            said.contains(device) && said.contains("looked for /no/such.so") && said.contains("give the path"),
+            said.contains(device) && said.contains("searched for /no/such.so") && said.contains("give the path"),
             "{said}"
         );
     }

@@ -181,7 +181,6 @@ fn reproduction_lists_measured_and_missing_steps() {
         "Figure 6",
         "1 of 14 steps measured in this run",
         "palpus bench depth --out DIR/data/depth",
-        "cold walks are only local",
         "data:image/svg+xml;base64,",
         "figures of an earlier run, from",
         "the bench has to be built first",

@@ -45,10 +45,10 @@ const SLOW_TURN: f64 = 0.025;
 const MOST_DAMPING: f64 = 3.0;
 /// Travel for the credit, m: a spring with the peak force over this travel can return half of force
 /// times travel.
-pub(super) const CREDIT_TRAVEL: f64 = 16e-3;
+const CREDIT_TRAVEL: f64 = 16e-3;
 /// Rotation for the credit of torques, rad: a spring with the peak torque over this rotation can
 /// return half of torque times rotation.
-pub(super) const CREDIT_TURN: f64 = 0.4;
+const CREDIT_TURN: f64 = 0.4;
 
 /// Passivity observer and controller of one device.
 #[derive(Clone, Debug)]

@@ -12,7 +12,8 @@
 //!               Latched ─── a button or key is pressed ──► Faulted
 //! ```
 //!
-//! A wrench is given only in `Ramping` and in `Engaged`; `onset.rs` says how it grows. In any phase, a fault removes it in the tick in which the fault is detected. After the hold time,
+//! A wrench is given only in `Ramping` (a growing share) and in `Engaged` (all of it). In any
+//! phase, a fault removes it in the tick in which the fault is detected. After the hold time,
 //! automatic engagement goes from `Faulted` directly to `Waiting`. With [`AfterFault::Stop`] a
 //! fault leads to `Stopped`, which is final.
 //!
@@ -32,8 +33,8 @@ pub enum Engagement {
     DeadMan(u32),
 }
 
-/// Bit of [`DeviceState::buttons`](crate::DeviceState) that is set while the user holds the
-/// program's own force key ([`crate::RunControl::hold`]).
+/// Bit of [`DeviceState::buttons`](crate::DeviceState) that is set while the program's own key for
+/// force is held ([`crate::RunControl::hold`]).
 pub const HOLD_KEY: u32 = 1 << 31;
 /// Bit of the key that enables a latched device again ([`crate::RunControl::rearm`]).
 pub const REARM_KEY: u32 = 1 << 30;
@@ -142,7 +143,7 @@ impl Machine {
         self.phase
     }
 
-    /// Returns the gain on what the hand presses from now on, 0 to 1.
+    /// Returns the share of the wrench that is given, 0 to 1.
     pub(super) fn gain(&self) -> f64 {
         match self.phase {
             Phase::Engaged => 1.0,

@@ -12,7 +12,7 @@
 //! | 5 slew | the wrench changes faster than the limit (N/s, N·m/s) | a part of the change |
 //! | 6 saturation | the wrench is beyond the device's peak | shorter, same direction |
 //! | 7 heat | the wrench was above the continuous rating for too long | shorter, same direction |
-//! | 8 engagement | the user has not enabled forces, or the ramp is not over | zero, or less |
+//! | 8 engagement | the user has not enabled forces, or the ramp is not over | zero, or a share |
 //! | 9 watchdog | the loop is late or has stalled | zero; a fault |
 //!
 //! A fault removes the wrench in the tick in which it is detected. Then the chain only damps the
@@ -51,7 +51,6 @@ mod latch;
 mod limit_cycle;
 mod limits;
 mod motion;
-mod onset;
 mod options;
 mod passivity;
 mod watchdog;
@@ -67,7 +66,6 @@ use engagement::{Event, Machine};
 use heat::Heat;
 use limit_cycle::LimitCycle;
 use motion::Motion;
-use onset::Onset;
 use withholding::Withholding;
 
 pub use cuts::{Cut, Cuts, SafetyCounters};
@@ -107,7 +105,6 @@ pub struct SafetyChain {
     /// Time since the last tick, s.
     elapsed: f64,
     machine: Machine,
-    onset: Onset,
     motion: Motion,
     blend: Blend,
     /// Share of the wrench that remains while it fades out at the end.
@@ -135,7 +132,6 @@ impl SafetyChain {
             period,
             elapsed: period,
             machine: Machine::new(engagement, limits.ramp, limits.hold, options.rearm),
-            onset: Onset::new(limits),
             motion: Motion::default(),
             blend: Blend::new(),
             fade: 1.0,
@@ -334,13 +330,13 @@ impl SafetyChain {
             let ramp = self.limits.ramp;
             self.fade = if ramp > 0.0 { (self.fade - self.step() / ramp).max(0.0) } else { 0.0 };
         }
-        let given = self.onset.apply(wrench, self.machine.gain());
-        let is_whole = self.machine.phase() == Phase::Engaged && given == *wrench;
-        cuts.note(Cut::Engagement, !is_whole && *wrench != Wrench::ZERO);
-        if self.fade >= 1.0 {
-            return given;
+        let is_engaged = self.machine.phase() == Phase::Engaged;
+        if is_engaged && self.fade >= 1.0 {
+            return *wrench;
         }
-        Wrench { torque: given.torque * self.fade, force: given.force * self.fade }
+        cuts.note(Cut::Engagement, !is_engaged && *wrench != Wrench::ZERO);
+        let gain = self.machine.gain() * self.fade;
+        Wrench { torque: wrench.torque * gain, force: wrench.force * gain }
     }
 
     /// Follows the computed wrench while the device is not engaged, so that the stages start from
@@ -348,7 +344,6 @@ impl SafetyChain {
     fn rest(&mut self, wrench: &Wrench) {
         self.shaped = self.within_peak(wrench);
         self.blend.reset(&self.shaped);
-        self.onset.begin(&self.shaped);
         self.limit_cycle.reset();
         if let Some(stage) = &mut self.passivity {
             stage.reset();
