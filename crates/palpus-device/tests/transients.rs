@@ -45,12 +45,12 @@ impl Plate {
     }
 }
 
-/// Returns a device whose simulated operator rests above the plate for `quiet` s, then taps it with
+/// Returns a device whose simulated operator rests above the plate for [`QUIET`] s, then taps it with
 /// about `speed` (m/s).
-fn tapping(hand: HandImpedance, speed: f64, quiet: f64) -> SimulatedDevice<impl Fn(f64) -> Pose> {
+fn tapping(hand: HandImpedance, speed: f64) -> SimulatedDevice<impl Fn(f64) -> Pose> {
     let settings = SimulationSettings { hand, ..SimulationSettings::default() };
     let intent = move |time: f64| {
-        let angle = speed / SWING * (time - quiet).max(0.0);
+        let angle = speed / SWING * (time - QUIET).max(0.0);
         Pose::from_translation(DVec3::Z * (0.0205 + SWING * angle.cos()))
     };
     SimulatedDevice::new(settings, intent).expect("the settings are valid")
@@ -66,10 +66,10 @@ struct Taps {
     given: f64,
 }
 
-fn tap(hand: &str, speed: f64, quiet: f64, material: Option<Material>) -> Taps {
-    let mut device = Judged::new(tapping(hand_preset(hand).expect("a hand"), speed, quiet));
+fn tap(hand: &str, speed: f64, material: Option<Material>) -> Taps {
+    let mut device = Judged::new(tapping(hand_preset(hand).expect("the preset exists"), speed));
     let mut plate = Plate::new(material);
-    let duration = Some(quiet + 4.0 * TAU * SWING / speed);
+    let duration = Some(QUIET + 4.0 * TAU * SWING / speed);
     let options = ServoOptions { timing: Timing::Simulated, duration, ..ServoOptions::default() };
     let (mut loudest, mut cuts): (f64, Cuts) = (0.0, Cuts::NONE);
     let mut observer = |tick: &ServoTick, (): &()| cuts = cuts.or(tick.cuts);
@@ -95,7 +95,7 @@ fn taps_give_the_hand_no_energy() {
     for (name, material) in Material::NAMED {
         for hand in HANDS {
             for speed in SPEEDS {
-                let Taps { loudest, cuts, statistics, given } = tap(hand, speed, QUIET, Some(material));
+                let Taps { loudest, cuts, statistics, given } = tap(hand, speed, Some(material));
                 let energy = statistics.energy;
                 let what = format!("{name}, {hand}, {speed} m/s: {loudest} N, {energy:?}, truly {given} J, {cuts:?}");
                 assert!(loudest > 0.1, "there must be a transient: {what}");
@@ -110,7 +110,7 @@ fn taps_give_the_hand_no_energy() {
 /// Returns the true accelerations of the grip (m/s²) from the first impact on, and the first
 /// force of the transient (N).
 fn struck(hand: HandImpedance, material: Material) -> (Vec<f64>, f64) {
-    let mut device = tapping(hand, 0.1, QUIET);
+    let mut device = tapping(hand, 0.1);
     let mut plate = Plate::new(Some(material));
     let (mut accelerations, mut ring, mut last) = (Vec::new(), None, 0.0);
     while accelerations.len() < WINDOW {

@@ -139,16 +139,20 @@ impl Sample {
         if !self.is_partial() {
             return;
         }
+        let part = self.part();
         for contact in contacts {
-            let count = self.weight([contact.piece_a, contact.piece_b]) / self.part();
+            let count = self.weight([contact.piece_a, contact.piece_b]) / part;
             contact.count = if count < 1.0 { count.max(self.excess(contact, range)) } else { count };
         }
     }
 
-    /// Stores the contacts with which other pairs are compared.
+    /// Stores the contacts with which other pairs are compared; none if all pairs are measured.
     pub(super) fn keep(&mut self, contacts: &[Contact], tolerance: f64) {
         self.loads.clear();
         self.others.clear();
+        if !self.is_partial() {
+            return;
+        }
         for contact in contacts.iter().filter(|contact| contact.separation < tolerance) {
             let Contact { normal, piece_a, piece_b, count, separation, .. } = *contact;
             let pieces = [piece_a, piece_b];

@@ -162,7 +162,7 @@ impl PairSearch {
                 break;
             }
             if k >= sampled {
-                if self.sample.is_blank() {
+                if k == sampled && self.sample.is_blank() {
                     self.sample.keep(&self.contacts, asked.tolerance);
                 }
                 if let Some((bound, separation)) = self.representation(asked, &leaf) {
