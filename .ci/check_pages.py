@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks the Markdown pages: every link within the repository leads to an existing file and heading, and the book has every page of docs/.
+"""Checks the Markdown pages: every link within the repository leads to an existing file and heading, the book has every page of docs/, and Python code compiles.
 
 usage: .ci/check_pages.py      (exit 1 if something is wrong)
 """
@@ -22,7 +22,13 @@ def anchors(page):
 def main():
     wrong = []
     for page in PAGES:
-        text = re.sub(r"```.*?```|`[^`\n]*`", "", page.read_text(encoding="utf-8"), flags=re.S)
+        text = page.read_text(encoding="utf-8")
+        for code in re.findall(r"^```python\n(.*?)^```", text, flags=re.S | re.M):
+            try:
+                compile(code, page.name, "exec")
+            except SyntaxError as error:
+                wrong.append(f"{page.relative_to(ROOT)}: Python code: {error}")
+        text = re.sub(r"```.*?```|`[^`\n]*`", "", text, flags=re.S)
         for target in LINK.findall(text):
             if re.match(r"[a-z]+:", target):
                 continue
@@ -36,7 +42,7 @@ def main():
     for page in sorted((ROOT / "docs").glob("*.md")):
         if page.name != "SUMMARY.md" and f"({page.name})" not in summary:
             wrong.append(f"docs/SUMMARY.md does not name {page.name}")
-    print("\n".join(wrong) if wrong else f"{len(PAGES)} pages: all links are valid, and the book has every page")
+    print("\n".join(wrong) if wrong else f"{len(PAGES)} pages: all links are valid, the book has every page, and Python code compiles")
     sys.exit(bool(wrong))
 
 
