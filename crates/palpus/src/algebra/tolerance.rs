@@ -830,7 +830,7 @@ pub const WALK_STEPS: u32 = 500;
 /// If a face has at most this many sides, a walk tests the facets across all of them. Otherwise it
 /// tests only the facet across the side beyond which the origin lies farthest.
 ///
-/// That side is enough to reach a local minimum. If all sides are tested, the walk moves to the
+/// One side is enough to reach a local minimum. If all sides are tested, the walk moves to the
 /// lowest facet. For a face with few sides, testing all of them costs no more than finding that
 /// side.
 pub const FACET_SIDES: usize = 8;

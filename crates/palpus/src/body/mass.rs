@@ -2,9 +2,9 @@
 //!
 //! 1. For a closed mesh, sum over the signed tetrahedra between a reference point and all triangles
 //!    (B. Mirtich, *Fast and accurate computation of polyhedral mass properties*, 1996, in the
-//!    form of J. Blow and A. Binstock, *How to find the inertia tensor*, 2004). In the first pass
-//!    the reference point is the middle of the bounding box. In the second pass it is the centre of
-//!    mass from the first pass. Therefore a model far from its origin loses no precision.
+//!    form of J. Blow and A. Binstock, *How to find the inertia tensor*, 2004). In the first pass,
+//!    the reference point is the middle of the bounding box. In the second pass, it is the
+//!    centre of mass from the first pass. Therefore a model far from its origin loses no precision.
 //! 2. For an open mesh, or a mesh that encloses no volume, use the properties of its convex hull.
 //! 3. If the hull is flat, use the properties of a thin sheet over the mesh's triangles.
 //!

@@ -5,8 +5,8 @@ use glam::DVec3;
 use crate::body::FeaturePair;
 use crate::collision::StopReason;
 
-/// A pair of vertices whose normal cones overlap. The CSO is extended locally around such a hub
-/// \[K02 §3.3.1\].
+/// A pair of vertices whose normal cones overlap. The walk examines the CSO locally around a hub
+/// pair \[K02 §3.3.1\].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct HubPair {
     /// Vertex of a.
@@ -53,7 +53,7 @@ impl Antipodal {
         }
     }
 
-    /// Returns the pair with these features. `None` if such features span no facet.
+    /// Returns the pair with these features. `None` if the features span no facet.
     pub fn of(features: FeaturePair) -> Option<Self> {
         use crate::body::Feature::{Edge, Face, Vertex};
         match (features.a, features.b) {
@@ -68,7 +68,7 @@ impl Antipodal {
 /// How certain it is that a depth is the smallest one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Certainty {
-    /// No neighbouring facet of the CSO has a smaller offset. This is what \[K02\] guarantees.
+    /// No neighbouring facet of the CSO has a smaller offset. \[K02\] guarantees this and no more.
     LocallyOptimal,
     /// Proven: no shorter motion in any direction separates the pair.
     GloballyOptimal,
@@ -86,8 +86,8 @@ pub struct Depth {
     /// Unit vector from b into a.
     pub normal: DVec3,
     /// `max_b n·b − min_a n·a` along `normal`, in the length unit of the polytopes. Not negative if
-    /// the pair overlaps. A negative value means that the pair is apart by at least its absolute
-    /// value.
+    /// the pair overlaps. If the value is negative, the distance of the pair is at least its
+    /// absolute value.
     pub depth: f64,
     /// The features that span the facet of the CSO on which the answer lies.
     pub antipodal: Antipodal,

@@ -1,9 +1,9 @@
 //! An incremental convex hull that can undo the latest insertions.
 //!
 //! The decomposition computes thousands of hulls that differ by one vertex, and discards most of
-//! them. It needs only their half-spaces, without adjacency and without merged faces. All faces are
-//! triangles. A point sees a face if it is strictly above the face's plane. The exact sign of a
-//! determinant decides this, so coplanar and collinear points cause no errors.
+//! them. It needs only the half-spaces of these hulls, without adjacency and without merged faces.
+//! All faces are triangles. A point *sees* a face if it is strictly above the face's plane. The
+//! exact sign of a determinant decides this test, so coplanar and collinear points cause no errors.
 //!
 //! 1. Start from four points that span a solid, chosen greedily to be far apart.
 //! 2. For each further point, remove the faces that it sees, and add faces from the point to the
@@ -23,8 +23,8 @@ pub(in crate::body) struct TrialFace {
     pub(in crate::body) corners: [u32; 3],
     /// Outward plane of the face.
     pub(in crate::body) plane: Plane,
-    /// Bound of the rounding error of heights above `plane` (m), for points of the hull. It is
-    /// infinite for needles, whose normals consist of rounding errors.
+    /// Bound of the rounding error of heights above `plane` (m), for points of the hull. The bound
+    /// is infinite for needles, because their normals consist of rounding errors.
     pub(in crate::body) slack: f64,
     pub(in crate::body) alive: bool,
 }
@@ -72,7 +72,7 @@ pub(crate) struct TrialHull {
     /// Number of removed faces that cannot be restored.
     dead: usize,
     horizon: Vec<(u32, u32)>,
-    /// Largest coordinate of the points (m). Rounding errors are proportional to it.
+    /// Largest coordinate of the points (m). Rounding errors are proportional to this value.
     reach: f64,
 }
 
@@ -150,7 +150,7 @@ impl TrialHull {
     pub(crate) fn settle(&mut self) {
         self.dead += self.buried.len();
         self.buried.clear();
-        // Removes dead faces only if they are the majority, because this moves all faces.
+        // Removes dead faces only if they are the majority, because the removal moves all faces.
         if 2 * self.dead > self.faces.len() {
             self.faces.retain(|face| face.alive);
             self.dead = 0;

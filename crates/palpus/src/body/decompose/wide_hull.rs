@@ -1,18 +1,18 @@
 //! The hull of a large patch. Unlike `trial_hull`, it stores the neighbours of each face, so that
 //! no step visits the whole hull.
 //!
-//! A patch of fifty thousand facets needs fifty thousand tests whether another facet may join. Each
-//! test consists of local operations:
+//! A patch of 50 000 facets needs 50 000 tests of whether another facet may join. Each test
+//! consists of local operations:
 //!
 //! 1. *Insertion* adds a point. It searches from a nearby vertex for a face that the point sees. It
 //!    removes all faces that the point sees, and closes the hole with a fan of new faces. Signs are
-//!    exact, as in `trial_hull`. A journal records the changes, so that they can be undone.
+//!    exact, as in `trial_hull`. A journal records the changes, so that the hull can undo them.
 //! 2. *Support* finds the highest vertex along a direction, by climbing from vertex to vertex.
 //! 3. *Entering* tests whether a triangle enters the hull deeper than a given depth. The triangle
 //!    is repeatedly clipped by one face's plane. The *excess* of a point over a plane is its height
-//!    above the plane, divided by the depth of an interior point below the plane. Each time, the
-//!    plane is the one with the largest excess of the polygon's middle. If the middle lies below
-//!    all planes, the triangle enters.
+//!    above the plane, divided by the depth of an interior point below the plane. Each clip uses
+//!    the plane over which the middle of the remaining polygon has the largest excess. If the
+//!    middle lies below all planes, the triangle enters.
 //!
 //! The search for the plane with the largest excess climbs from face to face. The faces correspond
 //! to the vertices of the polar body, on which the excess is a linear function. Among faces that
@@ -42,9 +42,9 @@ enum Change {
     Buried(u32),
     /// This face was added.
     Born(u32),
-    /// The neighbour of a face across a side was replaced; it was `before`.
+    /// The neighbour of a face across a side was replaced. The old neighbour was `before`.
     Neighbour { face: u32, side: usize, before: u32 },
-    /// The entry of `face_at` for a point was replaced; it was `before`.
+    /// The entry of `face_at` for a point was replaced. The old entry was `before`.
     At { point: u32, before: u32 },
     /// A point was appended.
     Point,
@@ -109,8 +109,8 @@ impl WideHull {
         true
     }
 
-    /// Adds a point. `beside` are the indices of points near it. Returns true if it was outside the
-    /// hull.
+    /// Adds the point `p`. `beside` are the indices of points near `p`. Returns true if `p` was
+    /// outside the hull.
     pub(crate) fn insert(&mut self, p: DVec3, vertex: u32, beside: &[u32]) -> bool {
         self.reach = self.reach.max(p.abs().max_element());
         let Some(first) = self.seen_face(p, beside) else { return false };
@@ -223,7 +223,8 @@ impl WideHull {
         }
     }
 
-    /// Returns a corner of the hull among the points `places` if there is one, else any corner.
+    /// Returns a corner of the hull among the points `places`. If none of them is a corner, returns
+    /// any corner of the hull.
     pub(crate) fn corner_among(&self, places: &[u32]) -> u32 {
         let corner = places.iter().copied().find(|&k| self.face_at[k as usize] != NONE);
         corner.unwrap_or_else(|| self.any_corner())

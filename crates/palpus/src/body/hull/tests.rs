@@ -256,8 +256,8 @@ fn many_points_on_a_sphere_have_a_valid_hull() {
     assert!((volume(&ball) - 4.0 / 3.0 * std::f64::consts::PI).abs() < 0.02);
 }
 
-/// Regression test: lattices away from the origin have rounding errors of an ulp, and once gave
-/// [`HullError::Inconsistent`].
+/// Regression test: lattices away from the origin have rounding errors of an ulp. An earlier
+/// version returned [`HullError::Inconsistent`] for them.
 #[test]
 fn a_lattice_with_rounding_errors_has_a_hull() {
     let mut random = Random::new(SEED);

@@ -2,7 +2,7 @@
 //! repairs that were made.
 //!
 //! 1. Count the edges of one triangle (boundary), the edges of three or more triangles
-//!    (non-manifold), and the edges of two triangles that disagree on which side is outside.
+//!    (non-manifold), and the edges of two triangles that disagree about the outer side.
 //! 2. Count *pinched* vertices, whose triangles form more than one fan. Two parts of the surface
 //!    touch there.
 //! 3. For each component, find whether it is closed, and compute the genus of closed components by
@@ -35,7 +35,7 @@ pub struct Health {
     pub boundary_edges: usize,
     /// Number of edges that three or more triangles use.
     pub non_manifold_edges: usize,
-    /// Number of edges of two triangles that disagree on which side is outside.
+    /// Number of edges of two triangles that disagree about the outer side.
     pub disagreeing_edges: usize,
     /// Number of vertices where parts of the surface touch without sharing an edge.
     pub pinched_vertices: usize,

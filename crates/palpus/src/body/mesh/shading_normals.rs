@@ -6,9 +6,10 @@
 //! from polygonal facets*, 1998).
 //!
 //! The mean includes only the faces that can be reached around the vertex without crossing a
-//! crease. Therefore sharp edges stay sharp, and a triangle with creases on both sides of a corner
-//! has its face normal there. An edge is a crease if the normal turns by more than the crease
-//! angle, or if it is not shared by exactly two triangles that agree on which side is outside.
+//! crease. Therefore sharp edges stay sharp. If a triangle has creases at both sides of a corner,
+//! the normal at this corner is its face normal. An edge is a crease if the normal turns there by
+//! more than the crease angle. It is also a crease unless exactly two triangles share it, and these
+//! agree about the outer side.
 
 use glam::DVec3;
 
@@ -22,7 +23,7 @@ pub struct ShadingNormals {
 
 impl ShadingNormals {
     /// Computes the normals of `mesh`. An edge is a crease if the normal turns there by more than
-    /// `crease_angle` (rad). With 0 every bent edge is a crease, with π no bent edge is.
+    /// `crease_angle` (rad). With 0, every bent edge is a crease. With π, no bent edge is a crease.
     pub fn new(mesh: &Mesh, edges: &HalfEdges, crease_angle: f64) -> Self {
         let count = mesh.triangles().len() as u32;
         let fans = Fans {
@@ -60,8 +61,8 @@ impl ShadingNormals {
     pub fn at(&self, t: u32, weights: DVec3) -> DVec3 {
         let corners = &self.corners[t as usize];
         let sum = corners[0] * weights.x + corners[1] * weights.y + corners[2] * weights.z;
-        // Opposite normals can cancel only between needles. In that case use the normal of the
-        // nearest corner.
+        // Opposite normals can cancel only between needles. Then the normal of the nearest corner
+        // is used.
         sum.try_normalize().unwrap_or(corners[weights.max_position()])
     }
 
@@ -91,7 +92,7 @@ impl Fans<'_> {
     fn collect(&self, start: (u32, usize), fan: &mut Vec<(u32, usize)>) {
         fan.clear();
         let mut first = start;
-        // Walk clockwise to the first crease, if there is one. Then walk counter-clockwise to the
+        // Walks clockwise to the first crease, if there is one. Then walks counter-clockwise to the
         // next crease.
         while let Some(before) = self.clockwise(first) {
             first = before;
@@ -143,8 +144,8 @@ mod tests {
                 assert!((sharp.corner(t, k) - mesh.triangle_normal(t)).length() < 1e-15);
                 let outward = mesh.triangle_points(t)[k] - DVec3::new(0.5, 1.0, 1.5);
                 let expected = outward.signum() / 3.0_f64.sqrt();
-                // The result is symmetric although the diagonals of the faces are not, because the
-                // weights are angles.
+                // The result is symmetric because the weights are angles. The diagonals of the
+                // faces are not symmetric.
                 assert!((round.corner(t, k) - expected).length() < 1e-15);
             }
         }

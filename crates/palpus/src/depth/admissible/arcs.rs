@@ -1,5 +1,5 @@
-//! Steps 2 and 3 of the search for arcs: selects arcs of admissible normals, and crosses the arcs
-//! of a with the arcs of b.
+//! Steps 2 and 3 of the search, for arcs: selects arcs of admissible normals, and crosses the
+//! arcs of a with the arcs of b.
 
 use glam::DVec3;
 
@@ -15,7 +15,7 @@ use crate::collision::StopReason;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Arc {
     edge: u32,
-    /// The tail of the edge, a point of the body (not reflected).
+    /// The tail of the edge: a point of the body itself, not of its reflection.
     tail: DVec3,
     /// Vector from the tail to the head of the edge.
     along: DVec3,
@@ -31,7 +31,7 @@ impl Arc {
         Self { edge: arc.edge, tail, along: head - tail, left, right }
     }
 
-    /// Returns the same arc of the reflected a, in b's frame.
+    /// Returns this arc of a as an arc of the reflected a, in b's frame.
     pub(super) fn reflected(self, pose_ba: &Placement) -> Self {
         let [along, left, right] = [self.along, self.left, self.right].map(|v| -pose_ba.vector(v));
         Self { edge: self.edge, tail: pose_ba.point(self.tail), along, left, right }
@@ -39,7 +39,7 @@ impl Arc {
 }
 
 /// Returns true if the other body's vertex at `point` (in the piece's frame) lies less than `bar`
-/// below the plane at an end of the arc. If not, h is at least `bar` everywhere on the arc.
+/// below the plane at an end of the arc. If false, h is at least `bar` everywhere on the arc.
 #[inline]
 fn dips(normals: &OwnNormals<'_>, arc: &OwnArc, point: DVec3, bar: f64) -> bool {
     -normals.plane(arc.left).height(point) < bar || -normals.plane(arc.right).height(point) < bar

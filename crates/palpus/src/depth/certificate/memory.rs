@@ -7,8 +7,8 @@ use super::super::inner::{Joint, Surface};
 use crate::algebra::Placement;
 use crate::algebra::tolerance::{KEPT_CORNERS, KEPT_TRIANGLES, PROOF_GATHERED};
 
-/// State of the proofs of one pair of polytopes from tick to tick. It is valid for that pair only,
-/// at any pose. It saves the most time if the next pose is near the previous one.
+/// State of the proofs of one pair of polytopes from tick to tick. The memory is valid only for
+/// this pair, but at any pose. It saves most time if the next pose is near the previous one.
 #[derive(Clone, Debug)]
 pub struct CertificateMemory {
     pub(super) hubs: Vec<HubPair>,
@@ -28,7 +28,7 @@ pub struct CertificateMemory {
 
 impl CertificateMemory {
     /// Creates an empty memory, with room for a surface of [`KEPT_CORNERS`] corners (about 12 kB).
-    /// A larger surface is not kept; then the next proof starts from a tetrahedron.
+    /// A larger surface is not kept, and the next proof starts from a tetrahedron.
     pub fn new() -> Self {
         Self {
             hubs: Vec::with_capacity(KEPT_CORNERS),
@@ -57,8 +57,7 @@ impl CertificateMemory {
     pub(super) fn advance(&mut self, cso: &Cso<'_>) {
         let (from, to) = (&self.pose_ba, cso.pose_ba);
         let centre = cso.a.centroid();
-        // The distance that a point at unit distance from the axis moves (twice the sine of half
-        // the angle).
+        // The motion of a point at unit distance from the axis: twice the sine of half the angle.
         let turn = (0..3).map(|k| (to.rotation.col(k) - from.rotation.col(k)).length_squared()).sum::<f64>() * 0.5;
         self.moved += to.point(centre).distance(from.point(centre)) + turn.sqrt() * cso.a.radius();
         self.pose_ba = *to;

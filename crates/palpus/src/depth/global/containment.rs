@@ -1,11 +1,11 @@
-//! Containment: tells which body lies completely in the other.
+//! Finds which body lies completely in the other.
 
 use glam::DVec3;
 
 use crate::algebra::Pose;
 use crate::body::{Body, Mesh};
 
-/// Which body lies in the other. Only defined if their surfaces do not cross.
+/// Which body lies in the other. The value is meaningful only if the surfaces do not cross.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Containment {
     /// Neither body lies in the other.

@@ -45,8 +45,7 @@ pub(super) enum Place {
     Blocked(Key),
     /// Free, verified on the surfaces.
     Free,
-    /// Neither blocked nor free could be shown: the surfaces cross by less than the search
-    /// resolves.
+    /// The search could show neither: the surfaces cross by less than its resolution.
     Unclear,
 }
 
@@ -65,7 +64,7 @@ struct PlacedCell {
     center: DVec3,
     /// True if the cell may block a translation that is shorter than the reach of the search.
     near: bool,
-    /// Placed when first needed.
+    /// Computed when first needed.
     corners: OnceCell<Vec<DVec3>>,
     /// Slabs of these corners, computed when first needed.
     slabs: OnceCell<Slabs>,
@@ -82,8 +81,8 @@ pub(super) struct Scene<'a> {
     /// The cells of a in b's frame.
     cells: Vec<PlacedCell>,
     added: Vec<Added>,
-    /// Clearance of a free translation from the obstacles. Distances below this count neither as
-    /// blocked nor as free.
+    /// Clearance of a free translation from the obstacles. A translation nearer to contact than
+    /// this counts neither as blocked nor as free.
     pub(super) hair: f64,
     /// If true, pockets do not count as free.
     outside: bool,
@@ -92,10 +91,10 @@ pub(super) struct Scene<'a> {
     scores: Vec<(f64, u32, Key)>,
     /// The obstacles that contained recently classified translations, newest first.
     recent: Vec<Key>,
-    /// The obstacles that blocked something at this pose or at a nearby one, sorted.
+    /// The obstacles that blocked a translation or a cone at this pose or at a nearby pose, sorted.
     known: Vec<Key>,
-    /// Exits of rays through the origin from obstacles: first those of a nearby pose, then those of
-    /// this pose.
+    /// Exits of rays from the origin out of obstacles. The first map has the exits of a nearby
+    /// pose, the second the exits of this pose.
     gates: [BTreeMap<Ray, Gate>; 2],
     /// The last translation that the surfaces found to be free.
     free: Shared<Option<DVec3>>,
@@ -176,7 +175,7 @@ impl<'a> Scene<'a> {
         Slabs::may_meet(moving, fixed, slabs)
     }
 
-    /// Returns the slabs of a pair of cells: of the moving cell, then of the fixed cell.
+    /// Returns the slabs of the moving cell and of the fixed cell of a pair.
     fn pair_slabs(&self, pair: Pair) -> (&Slabs, &Slabs) {
         (self.slabs(pair.moving as usize), &self.interior_b.slabs[pair.fixed as usize])
     }
@@ -207,8 +206,8 @@ impl<'a> Scene<'a> {
         Obstacle { moving, fixed, center, inner, outer }
     }
 
-    /// Returns how far the ray along `along` (unit) from the origin stays inside the obstacle
-    /// beyond `from`, which is a point of the ray and of the obstacle.
+    /// Returns how far beyond `from` the ray along `along` (unit) from the origin stays inside the
+    /// obstacle. `from` is a point of the ray and of the obstacle.
     pub(super) fn run_inside(&mut self, key: Key, from: DVec3, along: DVec3) -> f64 {
         let mut gate = None;
         let ray = match key {
@@ -262,8 +261,8 @@ impl<'a> Scene<'a> {
                 scores.push((depth, scores.len() as u32, Key::Added(k as u32)));
             }
         }
-        // Obstacles with equal depth stay in the order in which they were found, which is the order
-        // of the cells.
+        // Obstacles with equal depth keep the order in which they were found, which is the order of
+        // the cells.
         let order = |p: &(f64, u32, Key), q: &(f64, u32, Key)| q.0.total_cmp(&p.0).then(p.1.cmp(&q.1));
         if scores.len() > most {
             scores.select_nth_unstable_by(most, order);
@@ -275,7 +274,7 @@ impl<'a> Scene<'a> {
         answer
     }
 
-    /// Notes that the obstacle `key` blocked something.
+    /// Records that the obstacle `key` blocked a translation or a cone.
     pub(super) fn note(&mut self, key: Key) {
         if let Err(place) = self.known.binary_search(&key) {
             self.known.insert(place, key);
@@ -311,7 +310,7 @@ impl<'a> Scene<'a> {
         None
     }
 
-    /// Classifies `t`. If no known obstacle contains it, the surfaces decide, and an obstacle may
+    /// Classifies `t`. If no known obstacle contains `t`, the surfaces decide, and an obstacle may
     /// be added.
     pub(super) fn classify(&mut self, candidates: Candidates<'_>, t: DVec3) -> Place {
         let place = self.place(candidates, t);
@@ -323,8 +322,8 @@ impl<'a> Scene<'a> {
 
     fn place(&mut self, candidates: Candidates<'_>, t: DVec3) -> Place {
         if !self.known.is_empty() && matches!(candidates, Candidates::All) {
-            // Near the previous answer, a translation is usually free or blocked by one of a few
-            // obstacles.
+            // Near the previous answer, a translation is usually free, or one of a few known
+            // obstacles blocks it.
             if let Some(&k) = self.known.iter().find(|&&key| self.obstacle(key).holds(t)) {
                 return Place::Blocked(k);
             }
@@ -338,7 +337,7 @@ impl<'a> Scene<'a> {
         self.probe(t)
     }
 
-    /// Classifies `t` by the surfaces. If they cross, adds an obstacle.
+    /// Classifies `t` by the surfaces. If the surfaces cross, adds an obstacle.
     fn probe(&mut self, t: DVec3) -> Place {
         self.evaluations += DEPTH_PROBES as u64;
         let crossings = self.surfaces.crossings(t, DEPTH_PROBES);
@@ -376,8 +375,8 @@ impl<'a> Scene<'a> {
         Place::Unclear
     }
 
-    /// Returns true if `t` is free according to the surfaces alone. With `outside`, a must also be
-    /// able to leave from there.
+    /// Returns true if `t` is free according to the surfaces alone. If `outside` is set, a must
+    /// also be able to move from there out of b.
     pub(super) fn verified(&self, t: DVec3) -> bool {
         self.free(t) && (!self.outside || self.surfaces.escapes(t))
     }
@@ -400,11 +399,11 @@ impl<'a> Scene<'a> {
     }
 }
 
-/// The obstacles to test, in addition to the added ones.
+/// The obstacles to test, in addition to the obstacles that were added at this pose.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Candidates<'a> {
     All,
     Some(&'a [Pair]),
-    /// Candidates that blocked a translation at this pose or at a nearby one.
+    /// The obstacles that blocked a translation at this pose or at a nearby pose.
     Known,
 }

@@ -1,12 +1,13 @@
-//! Queries on both surfaces: whether they cross, their distance, and whether one lies inside the
-//! other body.
+//! Queries on both surfaces: whether they cross, how far they are apart, and whether one lies
+//! inside the other body.
 //!
-//! These queries verify every free translation. They are independent of the cells that prove
-//! translations blocked: they use exact predicates on pairs of triangles ([`TrianglePair`]) and
-//! exact winding numbers.
+//! These queries verify every free translation. They do not use the cells that prove translations
+//! to be blocked. They use exact predicates on pairs of triangles ([`TrianglePair`]) and exact
+//! winding numbers.
 //!
-//! At first the boxes of the moving body are placed during the traversal, and are slightly too
-//! large. After several queries at one pose, all boxes are placed once with their exact size.
+//! The first queries at a pose transform the moving body's boxes during the traversal, and these
+//! boxes are slightly too large. After several queries, all boxes are computed once with their
+//! exact size.
 
 use std::cell::{Cell, OnceCell};
 use std::cmp::Reverse;
@@ -38,8 +39,8 @@ pub(super) struct Surfaces<'a> {
     components_a: &'a [DVec3],
     components_b: &'a [DVec3],
     placement: Placement,
-    /// Number of queries so far. After enough queries, `exact` has the exact boxes of the moving
-    /// body's tree in b's frame.
+    /// Number of queries so far. After [`LOOSE_QUESTIONS`] queries, `exact` has the exact boxes of
+    /// the moving body's tree in b's frame.
     questions: Cell<u32>,
     exact: OnceCell<Vec<Aabb>>,
 }
@@ -59,8 +60,8 @@ impl Boxes<'_> {
         }
     }
 
-    /// Returns false only if a node's box, moved by `t`, and `fixed` are separate along an axis of
-    /// the moving body.
+    /// Returns false only if an axis of the moving body separates the box of `node`, moved by `t`,
+    /// from `fixed`.
     fn overlap_turned(&self, node: u32, t: DVec3, fixed: &Aabb) -> bool {
         if self.exact.is_some() {
             return true;
@@ -150,9 +151,9 @@ impl<'a> Surfaces<'a> {
             || closed(self.a) && self.components_b.iter().any(|&p| self.a.tree().inside(back.point(p - t)))
     }
 
-    /// Returns true if a, already moved by `t`, can move on along a straight line until the
-    /// bounding boxes are separate. `t` must be free. Each step is at most as long as the distance
-    /// of the surfaces, so no step can pass through a surface.
+    /// Moves a by `t`, which must be free. Returns true if a can then move along a straight line
+    /// until the bounding boxes are separate. Each step is at most as long as the distance of the
+    /// surfaces, so no step can pass through a surface.
     pub(super) fn escapes(&self, t: DVec3) -> bool {
         let axes = [t.normalize_or_zero(), DVec3::X, DVec3::Y, DVec3::Z, DVec3::NEG_X, DVec3::NEG_Y, DVec3::NEG_Z];
         axes.into_iter().filter(|along| *along != DVec3::ZERO).any(|along| self.escapes_along(t, along))
@@ -169,7 +170,7 @@ impl<'a> Surfaces<'a> {
         false
     }
 
-    /// Returns the distance of the two surfaces with a moved by `t`. They must not cross.
+    /// Returns the distance of the two surfaces with a moved by `t`. The surfaces must not cross.
     pub(super) fn distance(&self, t: DVec3) -> f64 {
         let (moving, fixed) = (self.a.tree(), self.b.tree());
         let mut best = f64::INFINITY;
@@ -239,13 +240,13 @@ impl<'a> Surfaces<'a> {
     }
 }
 
-/// Returns a box around a placed box.
+/// Returns an axis-aligned box around a transformed box.
 fn placed(placement: &Placement, bounds: &Aabb) -> Aabb {
     let (middle, half) = (0.5 * (bounds.min + bounds.max), 0.5 * (bounds.max - bounds.min));
     let Placement { rotation, translation } = placement;
     let middle = placement.point(middle);
     let half = rotation.x_axis.abs() * half.x + rotation.y_axis.abs() * half.y + rotation.z_axis.abs() * half.z;
-    // Enlarges the box by more than the rounding of placed corners.
+    // Enlarges the box by more than the rounding error of transformed corners.
     let half = half + (half + middle.abs() + translation.abs()) * PLACED_BOX;
     Aabb { min: middle - half, max: middle + half }
 }

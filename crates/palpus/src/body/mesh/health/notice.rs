@@ -9,11 +9,11 @@ pub enum Notice {
     Open(usize),
     /// Number of triangles that cross or overlap others.
     SelfIntersecting(usize),
-    /// The same as [`Self::SelfIntersecting`] if not all pairs were tested; a lower bound.
+    /// Lower bound of the number of [`Self::SelfIntersecting`]: not all pairs were tested.
     SelfIntersectingAtLeast(usize),
     /// Number of edges of three or more triangles.
     NonManifoldEdges(usize),
-    /// Number of edges of two triangles that disagree on which side is outside.
+    /// Number of edges of two triangles that disagree about the outer side.
     DisagreeingEdges(usize),
     /// Number of components whose orientations cannot agree.
     OneSided(usize),

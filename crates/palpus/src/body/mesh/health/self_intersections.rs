@@ -12,8 +12,8 @@ pub struct SelfIntersections {
     pub crossing_pairs: usize,
     /// Pairs of coplanar triangles that overlap.
     pub overlapping_pairs: usize,
-    /// Pairs that touch outside of a shared vertex or edge, but do not cross. Examples are
-    /// T-junctions and parts that lie against each other.
+    /// Pairs that touch outside a shared vertex or edge, but do not cross. Examples are
+    /// T-junctions, and two parts that lie against each other.
     pub touching_pairs: usize,
     /// Number of triangles that cross or overlap another one.
     pub triangles: usize,

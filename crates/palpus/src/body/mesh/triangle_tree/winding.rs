@@ -1,9 +1,9 @@
-//! Computes winding numbers of points, and decides which points are inside.
+//! Computes winding numbers of points, and tests whether points are inside.
 //!
-//! * On closed surfaces the result is exact. It is the number of signed crossings of the ray from
-//!   the point along +x. The point is moved symbolically by (0, ε, ε²), so the ray never meets an
-//!   edge or a vertex (H. Edelsbrunner, E. Mücke, *Simulation of simplicity*, 1990). All signs are
-//!   computed exactly.
+//! * On closed surfaces the result is exact. The winding number is the number of signed
+//!   crossings of the ray from the point along +x. The point is moved symbolically by (0, ε, ε²),
+//!   so the ray never meets an edge or a vertex (H. Edelsbrunner, E. Mücke, *Simulation of
+//!   simplicity*, 1990). All signs are computed exactly.
 //! * On open surfaces the result is the generalised winding number, a sum of solid angles (A.
 //!   Jacobson, L. Kavan, O. Sorkine-Hornung, *Robust inside-outside segmentation using generalized
 //!   winding numbers*, 2013). Distant boxes are approximated by a dipole with its first-order
@@ -76,9 +76,9 @@ impl Dipole {
 }
 
 impl TriangleTree {
-    /// Returns true if `p` is inside the surface, which means that its winding number is at least
-    /// one half. On closed surfaces the result is exact, and points on the surface count as inside.
-    /// On open surfaces the result is an estimate, as if the openings were covered.
+    /// Returns true if `p` is inside the surface: its winding number is at least one half. On
+    /// closed surfaces the result is exact, and points on the surface count as inside. On open
+    /// surfaces the result is an estimate, as if the openings were covered.
     pub fn inside(&self, p: DVec3) -> bool {
         if !self.bounds().holds(p) {
             return false;
@@ -138,7 +138,7 @@ impl TriangleTree {
                 return ControlFlow::Break(());
             }
             // The triangle is ahead of the point in two cases: the point is below a triangle that
-            // faces along the ray, or above a triangle that faces against it.
+            // faces along the ray, or above a triangle that faces against the ray.
             if side * f64::from(direction) < 0.0 {
                 winding += direction;
             }
@@ -154,8 +154,9 @@ fn outer(a: DVec3, b: DVec3) -> DMat3 {
 }
 
 /// Returns +1 if the line through `p` along x crosses the triangle in the direction of its normal,
-/// −1 if it crosses against the normal, and 0 if it misses. `p` is moved by (0, ε, ε²), so the line
-/// never meets an edge. The test of an edge has the same result for both adjacent triangles.
+/// −1 if the line crosses against the normal, and 0 if the line misses. `p` is moved by (0, ε, ε²),
+/// so the line never meets an edge. The test of an edge has the same result for both adjacent
+/// triangles.
 fn pierced(corners: &[DVec3; 3], p: DVec3) -> i32 {
     let flat = corners.map(|c| DVec2::new(c.y, c.z));
     let p = DVec2::new(p.y, p.z);
