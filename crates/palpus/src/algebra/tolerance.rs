@@ -299,8 +299,8 @@ pub const REGROWTH_KEPT_BACK: f64 = 0.3;
 
 // body: thick pieces (thicken)
 
-/// Relative: how much the distance to the surface along an inward path may fall below the distance
-/// that the path's slope predicts.
+/// Relative: how much the distance to the surface along an inward path may fall below the
+/// distance that the path's slope predicts.
 ///
 /// At a piece's corner on the medial axis, the known distance is too small by up to this share.
 /// With a larger value, pieces overlap more around the medial axis. With a smaller one, the
@@ -458,8 +458,8 @@ pub const SAME_FACE: f64 = 0.5;
 /// smaller value forces worse cuts; a larger one allows deeper trees and stacks.
 pub const SPLIT_SHARE: usize = 8;
 
-/// Steps toward the farthest point in the search for a small bounding sphere. Step k goes 1/(k + 4)
-/// of the way.
+/// Steps toward the farthest point in the search for a small bounding sphere. Step k goes 1/(k +
+/// 4) of the way.
 ///
 /// This gives a radius within a few percent of the smallest. Any number is safe, since the radius
 /// is measured at the end.
@@ -1438,9 +1438,9 @@ pub const REACH_FADE: f64 = 0.9;
 /// Margin of a moving body's box: in radii of the body for a tool, and in contact tolerances for
 /// other bodies.
 ///
-/// While a body stays within the margin it keeps its box, and no new pairs are searched. For a tool
-/// of 6 cm the margin is 7 mm, which is 20 steps of a quick hand. A larger value queries pairs that
-/// are far apart; 0 computes and sorts the boxes in every step.
+/// While a body stays within the margin it keeps its box, and no new pairs are searched. For a
+/// tool of 6 cm the margin is 7 mm, which is 20 steps of a quick hand. A larger value queries
+/// pairs that are far apart; 0 computes and sorts the boxes in every step.
 pub const BOX_SPARE: f64 = 0.25;
 
 /// m/s: the speed of a tool is limited to this, whatever the device reports.

@@ -24,8 +24,8 @@
 //!    rejects most facets. The test of a normal needs one product. The test of an arc needs the
 //!    products at its two ends, because n·c is concave along the part of an arc on which it is not
 //!    negative.
-//! 3. Cross the remaining arcs of a with the remaining arcs of b. Compute the true supports
-//!    of the facet with the smallest offset.
+//! 3. Cross the remaining arcs of a with the remaining arcs of b. Compute the true supports of the
+//!    facet with the smallest offset.
 //!
 //! Deviation from \[K02\]: the paper moves a depth from virtual features to a neighbouring original
 //! feature, and then walks one step further. The paper's depth jumps if the neighbourhood changes,

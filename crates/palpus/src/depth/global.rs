@@ -1,5 +1,5 @@
-//! The penetration depth of two solids of any shape, as a pair of proven bounds. It is the length
-//! of the shortest translation that separates the solids.
+//! The penetration depth of two solids of any shape, as a pair of proven bounds. It is the
+//! length of the shortest translation that separates the solids.
 //!
 //! Let A (at a pose) and B be the solids. A translation t is *free* if A moved by t and B have no
 //! inner point in common. The depth is the least |t| of all free t. The straight motion of A by t

@@ -1,36 +1,37 @@
 //! Contact patches: the corners of the overlap of two pieces that are flush or nearly flush. \[K02
-//! §3.3.3\] leaves this case open.
+//! §3.3.3\] does not treat this case.
 //!
 //! If a face rests on a face, many points are equally close. A single point does not determine how
-//! the pair resists a tilt, and the exact witness jumps between the points. The patch represents
-//! all of them. Its corners span the overlap, and each corner has a gap. A load anywhere on the
-//! overlap is a combination of loads at the corners.
+//! the pair resists a tilt, and the exact witness jumps between the points. A patch represents all
+//! these points. Its corners span the overlap, and each corner has a gap. A load at any point of
+//! the overlap is a combination of loads at the corners.
 //!
-//! The *contact frame* has its z axis along the normal. In it, the gap between the two surfaces is
-//! a convex function of the place (x, y): the height of a's lower surface minus the height of b's
-//! upper surface, where both project onto the place. It is linear between its corners, so the
-//! corners determine it:
+//! The *contact frame* has its z axis along the normal. The gap at a place (x, y) is the height of
+//! a's lower surface minus the height of b's upper surface. It is a convex function of the place,
+//! and is linear between the corners. So the corners determine the gap:
 //!
-//! 1. *Outlines*: find the original faces of each piece around the contact's feature whose slope
-//!    relative to the contact plane is less than `slope`. Each of them gives a polygon. If there is
-//!    no such face, use the edges at the feature below the same slope. A steep feature has no
-//!    outline, and the witness is the only contact point.
+//! 1. *Outlines*: around the contact's feature on each piece, find the original faces whose slope
+//!    relative to the contact plane is less than `slope`. Each of these faces gives a polygon. If
+//!    there are none, use the edges at the feature whose slope is less than `slope`. A steep
+//!    feature has no outline, and the witness is the only contact point.
 //! 2. *Overlap*: clip the projection of each outline of a by the projection of each outline of b.
 //!    The gap at a corner is the height of a's plane above b's plane.
-//! 3. *Sides beside each other*: two nearly parallel sides may pass outside each other. The ends of
-//!    their common stretch become corners, and the gap there is the height plus the lateral
-//!    distance. An edge along an edge has no overlap; its patch is that stretch.
-//! 4. *Duplicates*: merge corners that coincide. Add the exact witness if no corner is as deep.
+//! 3. *Sides beside each other*: two nearly parallel sides may pass each other without an overlap.
+//!    The ends of their common stretch become corners. The gap at these corners is the height plus
+//!    the lateral distance. Two parallel edges have no overlap; their patch is the common stretch.
+//! 4. *Duplicates*: merge corners that coincide. Add the exact witness if it is deeper than every
+//!    corner.
 //!
 //! [`crate::force::TiltShares`] computes the weight of each corner, for all contacts of a pair of
 //! bodies at once. The weight is the range of tilts (up to the slope) at which the bodies would
-//! stand on that corner. If a corner appears or disappears while the bodies slide, turn or tilt,
-//! its weight is zero at that moment: it coincides with another corner, it lies on the line between
+//! stand on that corner. A corner may appear or disappear while the bodies slide, turn or tilt.
+//! At that moment its weight is zero: it coincides with another corner, it lies on the line between
 //! two corners, or its face is as steep as the slope. If a piece has more flat faces than a patch
-//! holds, the slope is reduced to the slope of the first omitted face. The reduced slope also
+//! can contain, the slope is reduced to the slope of the first omitted face. The reduced slope also
 //! changes continuously.
 //!
-//! An outline with many sides keeps only every n-th corner, the same corners at every pose.
+//! If an outline has many sides, it keeps only every n-th corner. These are the same corners at
+//! every pose.
 
 mod outline;
 
@@ -62,7 +63,7 @@ pub struct Corner {
     /// The point halfway between the two surfaces.
     pub midpoint: DVec3,
     /// Distance between the surfaces along the contact's normal (length unit of the polytopes).
-    /// Negative where they overlap.
+    /// Negative if they overlap at the corner.
     pub separation: f64,
     /// The faces or edges on which the corner lies.
     pub features: FeaturePair,
@@ -106,11 +107,12 @@ impl Patch {
         }
     }
 
-    /// Finds the corners of the contact `touch` whose separation is less than `within` (length unit
-    /// of the polytopes), for tilts up to `slope` (tangent of the angle). Returns the slope up to
-    /// which no corner is missing.
+    /// Finds the corners of the contact `touch` for tilts up to `slope` (tangent of the angle).
+    /// Keeps the corners whose separation is less than `within` (length unit of the polytopes).
+    /// Returns the slope up to which no corner is missing.
     ///
-    /// The first of [`Self::corners`] is the witness, or the corner that is as deep as the witness.
+    /// The first of [`Self::corners`] is the deepest corner if it is as deep as the witness, else
+    /// the witness.
     pub fn find(
         &mut self,
         a: &Polytope,
@@ -199,7 +201,7 @@ impl Patch {
     }
 
     /// Adds the place between p (on a side of `a`) and q (on a side of `b`), if the two sides are
-    /// beside each other there.
+    /// beside each other at this place.
     fn add_beside(
         &mut self,
         a: &Outline,
@@ -216,7 +218,8 @@ impl Patch {
         }
     }
 
-    /// Step 4: adds a corner at `place`. If a corner is already there, keeps the deeper one.
+    /// Step 4: adds a corner at `place`. If a corner already exists at `place`, keeps the deeper
+    /// one of both.
     fn add(&mut self, a: &Outline, b: &Outline, place: DVec2, lateral: f64, rounding: f64) {
         let (above, below) = (a.height(place), b.height(place));
         let gap = above - below + lateral;
@@ -233,14 +236,14 @@ impl Patch {
         }
     }
 
-    /// Writes the corners nearer than `within`. The first one is the witness, or the deepest corner
-    /// if that is as deep as the witness.
+    /// Writes the corners nearer than `within`. The first is the deepest corner if it is as deep as
+    /// the witness, else the witness.
     fn write(&mut self, frame: &Frame, separation: f64, within: f64, rounding: f64) {
         let found = &self.found[..self.count];
         let corner = |found: &Found| {
             let midpoint = frame.origin + frame.x * found.place.x + frame.y * found.place.y + frame.z * found.height;
-            // No gap is less than the separation. The planes of merged faces are exact only within
-            // the flatness tolerance.
+            // A gap must not be less than the separation. It could be, because the planes of merged
+            // faces are exact only within the flatness tolerance.
             Corner { midpoint, separation: found.gap.max(separation), features: found.features }
         };
         let deepest = (0..found.len()).min_by(|&i, &j| found[i].gap.total_cmp(&found[j].gap));

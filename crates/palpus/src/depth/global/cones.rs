@@ -291,8 +291,8 @@ impl<'s, 'a> Search<'s, 'a> {
         self.scene.promising(Candidates::Some(&candidates), &cone.corners(), CONE_TRIES).into()
     }
 
-    /// Moves the cone's triangle to the exit of the best of these obstacles. Returns the increase
-    /// of the bound.
+    /// Moves the cone's triangle to the exit of the best of these obstacles. Returns the
+    /// increase of the bound.
     fn advance_within(&mut self, cone: &mut Cone, obstacles: &[Key]) -> f64 {
         let corners = cone.corners();
         let enough = 1.5 * self.best.length();

@@ -1,4 +1,4 @@
-//! Face on face, edge on face, and other contacts where many points could be the witness.
+//! Tests face on face, edge on face, and other contacts where many points could be the witness.
 
 use super::*;
 
@@ -40,7 +40,7 @@ fn turning_box_keeps_its_witness() {
 
 #[test]
 fn edge_on_face_has_witness_at_middle_of_overlap() {
-    // The box stands on an edge that runs along y and reaches beyond the table's rim.
+    // The box stands on an edge along y. This edge extends beyond the table's rim.
     let (tool, table) = (cuboid(DVec3::new(0.3, 1.0, 0.3)), cuboid(DVec3::new(2.0, 2.0, 0.5)));
     let low = 0.3 * std::f64::consts::SQRT_2;
     let turn = DQuat::from_rotation_y(std::f64::consts::FRAC_PI_4);
@@ -67,8 +67,8 @@ fn disk_on_disk_has_witness_at_middle_of_overlap() {
     let (lid, pot) = (prism(60, 0.5, 0.1), prism(64, 1.0, 0.2));
     let answer = cold(&lid, &pot, &Pose::new(DQuat::from_rotation_z(0.2), DVec3::new(0.1, 0.2, 0.29)));
     assert_near(answer.point_b, DVec3::new(0.1, 0.2, 0.2));
-    // The two disks have more corners than the clip can hold. Then the witness is any point of the
-    // overlap.
+    // The two disks have more corners than the clip buffer can hold. The witness may then be any
+    // point of the overlap.
     let (lid, pot) = (prism(90, 0.5, 0.1), prism(100, 1.0, 0.2));
     let answer = cold(&lid, &pot, &Pose::from_translation(DVec3::new(0.1, 0.2, 0.29)));
     assert_near(answer.normal, DVec3::Z);

@@ -3,8 +3,8 @@
 use super::*;
 use crate::depth::oracle::exhaustive_depth;
 
-/// Returns a support point that moves smoothly with the direction. It is a mean of the vertices, in
-/// which higher vertices have a larger weight.
+/// Returns a support point that moves smoothly with the direction: a weighted mean of the vertices,
+/// with larger weights for higher vertices.
 fn soft_support(polytope: &Polytope, direction: DVec3) -> DVec3 {
     let weight = |v: &DVec3| (30.0 * direction.dot(*v - polytope.centroid()) / polytope.radius()).exp();
     let total: f64 = polytope.vertices().iter().map(weight).sum();
