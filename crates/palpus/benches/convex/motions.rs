@@ -1,5 +1,5 @@
 //! The poses of the bench: random poses, and coherent sequences of poses like those of a fast hand
-//! motion at 1 kHz. Such a sequence is called a stretch.
+//! motion at 1 kHz. A coherent sequence is called a stretch.
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Random};

@@ -1,8 +1,9 @@
 //! Quantiles by nearest rank. The result is always one of the given values, never an interpolated
 //! value.
 
-/// Returns the smallest of the `sorted` values such that at least the given `share` (0 to 1) of all
-/// values is not larger; `None` if `sorted` is empty.
+/// Returns the quantile `share` (0 to 1) of the `sorted` values by nearest rank. This is the
+/// smallest value for which at least this share of all values is not larger. `None` if `sorted` is
+/// empty.
 pub fn quantile_of_sorted<T: Copy>(sorted: &[T], share: f64) -> Option<T> {
     let rank = (share * sorted.len() as f64).ceil() as usize;
     sorted.get(rank.clamp(1, sorted.len().max(1)) - 1).copied()

@@ -11,10 +11,11 @@
 // algebra: poses and matrices
 
 /// Relative to the largest coordinate: how far rounding may put a vertex above a supporting
-/// plane of its polytope, and how far a unit normal, or a unit quaternion, may be from unit length.
+/// plane of its polytope. Also the allowed error in the length of a unit normal or a unit
+/// quaternion.
 ///
-/// Some tens of ulps. A larger value hides a wrong plane; a smaller one reports mere rounding as an
-/// error.
+/// The value is about fifty ulps. A larger value hides a wrong plane; a smaller one reports mere
+/// rounding as an error.
 pub const WELL_FORMED_ROUNDING: f64 = 1e-14;
 
 /// Sweeps of Jacobi rotations over a 3 × 3 symmetric matrix. The sweeps converge quadratically:
@@ -59,7 +60,7 @@ pub const ZERO_AREA: f64 = 1e-12;
 
 /// Rounds of edge flips that remove triangles of no area.
 ///
-/// One round is enough unless such triangles lie in rows along one side. More rounds only cost
+/// One round is enough unless several of these triangles share one long side. More rounds only cost
 /// time. Triangles of no area that remain after the last round are dropped; each leaves a crack of
 /// zero width.
 pub const CAP_ROUNDS: usize = 8;
@@ -76,8 +77,8 @@ pub const NESTING_SAMPLES: usize = 8;
 /// Largest number of pairs of a mesh's own triangles that are tested for crossing, per triangle of
 /// the mesh.
 ///
-/// A sound mesh has some ten to twenty pairs of overlapping boxes per triangle. Only meshes that
-/// are wound around themselves all over reach the limit; the reported count is then marked as a
+/// A valid mesh has about ten to twenty pairs of overlapping boxes per triangle. Only meshes that
+/// intersect themselves nearly everywhere reach the limit. The reported count is then marked as a
 /// lower bound.
 pub const SELF_PAIRS: usize = 500;
 
@@ -237,8 +238,8 @@ pub const WIDE_PATCH: usize = 400;
 /// Boxes and triangles are first tested against the planes of this many of a wide hull's largest
 /// new faces.
 ///
-/// A new point's fan has about six faces; a fan that closes over an opening has hundreds, nearly in
-/// one plane. This value affects only speed.
+/// A new point's fan has about six faces; a fan that closes over an opening has hundreds of faces,
+/// nearly in one plane. This value affects only speed.
 pub const WIDE_FENCE: usize = 24;
 
 /// After it was cut by this number of planes, a triangle counts as entering a wide hull.
@@ -321,9 +322,9 @@ pub const WAY_SLOPE: f64 = 0.3;
 
 /// Number of steps of an inward path: the first step leads to the medial axis, the second along it.
 ///
-/// With only one step, corners of flat faces with rounded rims reach no deeper than the rounded rim
-/// (armadillo: the force vanishes in 5 % of the test pushes instead of 1 %). A third step costs as
-/// much as the second and has no visible benefit.
+/// With only one step, corners of flat faces with rounded rims reach no deeper than the rounded
+/// rim. On the armadillo, the force then vanishes in 5 % of the test pushes, instead of 1 %. A
+/// third step costs as much as the second and has no visible benefit.
 pub const WAY_STEPS: usize = 2;
 
 /// Largest number of searches for a nearer part of the surface in one step of an inward path; about
@@ -348,9 +349,9 @@ pub const HULL_POINT_GAIN: f64 = 1e-9;
 /// Multiplied by the distance to the surface: how far below its patch an inner corner of a piece
 /// may lie.
 ///
-/// It must be above 1/(1 − [`WAY_SLACK`]), or a patch would refuse its own inward paths. With a
-/// larger value, pieces extend farther below neighbouring patches, and report depths larger than
-/// the distance to the nearest surface.
+/// The value must be above 1/(1 − [`WAY_SLACK`]), because otherwise a patch would refuse its own
+/// inward paths. With a larger value, pieces extend farther below neighbouring patches, and report
+/// depths larger than the distance to the nearest surface.
 pub const THICK_HONEST: f64 = 1.2;
 
 /// Relative to its depth below the patch: an inner corner that is nearer than this to another one
@@ -364,10 +365,11 @@ pub const THICK_CORNERS: usize = 16;
 /// Multiples of the surface's noise: the surface enters a thick hull if it comes deeper into the
 /// hull than this.
 ///
-/// The value is larger than [`ENTERED`]: a flat patch may extend over a notch in its outline by
-/// about the noise, and the walls of the notch go down into the piece below the patch. With a
-/// larger value, pieces extend farther beyond the solid. With a smaller one, rounding leaves pieces
-/// thin (M16 nut: the force vanishes in 16 % of the test pushes at 0.25, in 6 % at 2).
+/// The value is larger than [`ENTERED`] because of notches in the outline of flat patches. A patch
+/// may extend over a notch by about the noise, and the walls of the notch go down into the piece
+/// below the patch. With a larger value, pieces extend farther beyond the solid. With a smaller
+/// one, rounding leaves pieces thin (M16 nut: the force vanishes in 16 % of the test pushes at
+/// 0.25, in 6 % at 2).
 pub const THICK_ENTERED: f64 = 2.0;
 
 /// All inner corners of a piece are tried together at these shares of the distance from the surface
@@ -439,8 +441,8 @@ pub const CAP_LEAST: f64 = 0.05;
 /// Largest number of triangles in a partly covered face that are searched for the triangle at a
 /// closest point. On a face with more triangles, every point counts as lying on the mesh.
 ///
-/// This bounds the time of a tick. Such faces bridge a gap between facets of one plane and have
-/// only a few triangles.
+/// This limit bounds the time of a tick. A partly covered face bridges a gap between facets of one
+/// plane, and has only a few triangles.
 pub const ADMISSIBLE_TRIANGLES: usize = 256;
 
 // body: hierarchy (hierarchy, bounds)
@@ -454,22 +456,22 @@ pub const SAME_FACE: f64 = 0.5;
 
 /// Each child of a node has at least the node's number of pieces divided by this.
 ///
-/// This bounds the depth of the tree by the logarithm of the number of pieces to the base 8/7. A
-/// smaller value forces worse cuts; a larger one allows deeper trees and stacks.
+/// With this limit, the depth of the tree is at most the logarithm of the number of pieces to the
+/// base 8/7. A smaller value forces worse cuts; a larger one allows deeper trees and stacks.
 pub const SPLIT_SHARE: usize = 8;
 
 /// Steps toward the farthest point in the search for a small bounding sphere. Step k goes 1/(k +
 /// 4) of the way.
 ///
-/// This gives a radius within a few percent of the smallest. Any number is safe, since the radius
-/// is measured at the end.
+/// The resulting radius is within a few percent of the smallest radius. Any number is safe, since
+/// the radius is measured at the end.
 pub const SPHERE_STEPS: u32 = 24;
 
 /// In debug builds, the hierarchy's validation checks this many heights of a child's vertices above
 /// the planes of its parent's hull.
 ///
-/// For hulls of up to about sixty vertices it checks all of them. A larger value finds a broken
-/// hull sooner, and makes debug tests on scans slow.
+/// For hulls of up to about sixty vertices, the validation checks all heights. A larger value finds
+/// a broken hull sooner, and makes debug tests on scans slow.
 pub const VALIDATED_HEIGHTS: usize = 4096;
 
 /// The hierarchy's validation checks the bounds above this many nodes, evenly spaced, up to the
@@ -536,9 +538,9 @@ pub const MARCH_PROOF: f64 = 1e-12;
 /// Relative to the distance: the largest difference that the check of [`MARCH_PROOF`] accepts,
 /// even where rounding explains a larger one.
 ///
-/// Only bodies whose distance is below some 1e-7 of their size come near this limit. A larger value
-/// would report bodies as separate that touch elsewhere; a smaller one sends more of these few
-/// pairs to the fallback.
+/// Only bodies whose distance is below about 1e-7 of their size come near this limit. A larger
+/// value would report bodies as separate that touch elsewhere; a smaller one sends more of these
+/// few pairs to the fallback.
 pub const MARCH_DOUBT: f64 = 1e-2;
 
 /// In debug builds, one in this many results of the march and of the depth query is validated.
@@ -570,8 +572,8 @@ pub const GJK_STEPS: u32 = 128;
 /// GJK may take this many steps in a row without shortening its vector to the origin.
 ///
 /// Near contact, changes of the length are lost in rounding while the normal still turns. With a
-/// larger value GJK circles longer on parallel faces; with a smaller one it stops before it finds
-/// the faces.
+/// larger value, GJK repeats its steps longer on parallel faces. With a smaller one, GJK stops
+/// before it finds the faces.
 pub const GJK_PLATEAU: u32 = 8;
 
 // collision: spheres and boxes (bounds)
@@ -603,9 +605,9 @@ pub const MOTION_NOISE: f64 = 1e-14;
 /// After a jump the front starts again from the roots, and all cached results of pairs are dropped.
 ///
 /// A hand at 1 m/s moves a 10 cm tool by 1 % of its size in a tick. With a larger value, a depth
-/// walk may start on the wrong side of a body after a jump and stay there; a smaller one causes
-/// cold starts in fast motion. After a larger motion, nearly all close pairs must be tested, and a
-/// search from the roots visits fewer pairs.
+/// walk may start on the wrong side of a body after a jump and not leave it. With a smaller one,
+/// queries start without cached results in fast motion. After a larger motion, nearly all close
+/// pairs must be tested, and a search from the roots visits fewer pairs.
 pub const JUMP: f64 = 0.1;
 
 /// Ticks: if the sphere bound shows that a pair need not be tested for more ticks than this, no
@@ -615,8 +617,8 @@ pub const JUMP: f64 = 0.1;
 /// speed.
 pub const SPHERE_NAP: f64 = 8.0;
 
-/// Relative to the distance of a piece from the other body's origin: an upper bound of the
-/// error that rounding to single precision causes in a point bound's normal and base.
+/// Relative to the distance of a piece from the other body's origin: an upper bound of the rounding
+/// error of a point bound. The bound's normal and base point have single precision.
 pub const POINT_BOUND_ROUNDING: f64 = 3e-7;
 
 /// Ticks: like [`SPHERE_NAP`] for the box bound. This value affects only speed.
@@ -668,7 +670,7 @@ pub const REST_ERROR: f64 = 0.03;
 pub const REST_SAFETY: f64 = 0.7;
 
 /// A pair's rest is shortened by up to this share, differently for each pair, so that not all pairs
-/// are due in the same tick.
+/// must be measured in the same tick.
 ///
 /// A larger value measures more pairs; with a smaller one, the cost of ticks varies more.
 pub const REST_SPREAD: f64 = 0.5;
@@ -701,14 +703,15 @@ pub const SAMPLE_PACE: f64 = 0.02;
 /// The size of the force is wrong by up to this share. A smaller value measures more pairs.
 pub const SAMPLE_EXCESS: f64 = 0.05;
 
-/// A pair outside the sample is not measured if another such pair presses harder by this share.
+/// A pair outside the sample is not measured if another pair outside the sample presses harder by
+/// this share.
 ///
 /// The share is above 0, so that of two pairs that press equally hard at least one is measured.
 pub const SAMPLE_EQUAL: f64 = 0.02;
 
 /// A contact counts fully if it presses harder by this share beyond [`SAMPLE_EXCESS`].
 ///
-/// A smaller value makes the force change faster while such a contact appears.
+/// A smaller value makes the force change faster while the contact appears.
 pub const SAMPLE_FULL_EXCESS: f64 = 0.05;
 
 /// Share of the contact offset: where the sample presses less than this, this share is compared
@@ -743,8 +746,9 @@ pub const REPRESENTED_LEAST: f64 = 0.05;
 /// tried again.
 pub const MERGE_RETRY: f64 = 0.25;
 
-/// Relative to the size of a pair of nodes that waits for its next test: the front's validation
-/// reports an error if the pair is nearer than its wake time allows by more than this.
+/// Relative to the size of a pair of nodes: largest excess of the distance that the wake time of
+/// the pair implies over the true distance. The front's validation reports a larger excess as an
+/// error.
 ///
 /// The results of marches from different starts differ by up to 1e-11 of the size. A larger value
 /// hides a wake time that is too late; a smaller one reports mere rounding.
@@ -785,7 +789,7 @@ pub const PARALLEL_EDGES: f64 = 1e-14;
 /// Radians: features that lie in the supporting plane within this angle are part of the walk's
 /// current facet of the CSO.
 ///
-/// The walk does not turn its plane about the sides of such a facet. So the depth at the end of a
+/// The walk does not turn its plane about the sides of this facet. So the depth at the end of a
 /// walk may exceed a local minimum by this angle times the size. With a value below the rounding of
 /// the pose, the walk would go from corner to corner of a box on a table.
 pub const FLUSH_FACET: f64 = 1e-9;
@@ -820,7 +824,7 @@ pub const CRISP: f64 = 1e-14;
 /// hidden behind a short edge, and support climbs search farther.
 ///
 /// With a larger value, a climb may end too early, between two vertices that differ only by
-/// rounding; a smaller one makes climbs over sound polytopes slower.
+/// rounding. A smaller one makes climbs over accurate polytopes slower.
 pub const SHORT_EDGE: f64 = 1e-6;
 
 /// A walk gives up after this many moves. A walk over half of a body of 2000 vertices takes about
@@ -853,8 +857,8 @@ pub const STRAY: f64 = 1e-7;
 
 /// Largest number of pairs of Gauss arcs that one search for an admissible depth may examine.
 ///
-/// This bounds the time of a tick: one pair costs about 20 instructions. A piece has about ten
-/// arcs, and most arcs are excluded because they cannot improve the best depth. Only large
+/// This limit bounds the time of a tick: one pair costs about 20 instructions. A piece has about
+/// ten arcs, and most arcs are excluded because they cannot improve the best depth. Only large
 /// patches of two bodies that overlap along virtual faces come near the limit; the search then
 /// returns the best depth found.
 pub const ADMISSIBLE_CROSSINGS: usize = 1 << 14;
@@ -872,16 +876,16 @@ pub const PROOF_RELATIVE: f64 = 1e-9;
 /// Relative to the coordinates of the pair: the gap that a proof allows for rounding, in addition
 /// to [`PROOF_RELATIVE`].
 ///
-/// The value is about a hundred roundings of a transformed point. A larger value counts deeper
-/// contacts as touching, which need no proof; with a smaller one, flat triangles grow onto
+/// The value is about a hundred roundings of a transformed point. With a larger value, deeper
+/// contacts count as touching, and are not proven. With a smaller one, flat triangles grow onto
 /// themselves.
 pub const PROOF_ROUNDING: f64 = 1e-13;
 
-/// Relative to the pair's size: if a corner of a proof's first tetrahedron is nearer than this to
-/// the plane of the other corners, the support point in the opposite direction is tried too.
+/// Relative to the pair's size: smallest wanted height of a corner of a proof's first tetrahedron.
+/// If a support point is lower, the support point in the opposite direction is tried too.
 ///
-/// This affects only the shape of the first tetrahedron. Additional support queries cost more than
-/// a flat tetrahedron does.
+/// The value affects only the shape of the first tetrahedron. Additional support queries cost more
+/// than a flat tetrahedron does.
 pub const PROOF_BEGIN: f64 = 0.01;
 
 /// Largest number of corners of an inner surface. Proofs for ellipsoids of 100 vertices take 20 to
@@ -1024,7 +1028,7 @@ pub const PORTAL_STEPS: usize = 64;
 /// Relative to the smaller body's size: default gap between the lower and upper bound of a depth.
 pub const DEPTH_GAP: f64 = 0.01;
 
-/// Default limit of the evaluations for one depth. They take about a second.
+/// Default limit of the evaluations for one depth. So many evaluations take about a second.
 pub const DEPTH_BUDGET: u64 = 400_000;
 
 /// Relative to the smaller body's size: the clearance that a free translation leaves between the
@@ -1052,7 +1056,7 @@ pub const LOOSE_QUESTIONS: u32 = 6;
 /// Squared, relative to the triangle's side: an edge pierces a triangle if it meets the triangle's
 /// plane within this distance of the triangle.
 ///
-/// This affects only where a search for common points begins.
+/// The value affects only the point at which a search for common points begins.
 pub const COMMON_POINT: f64 = 1e-12;
 
 /// Largest number of steps of a straight translation out of contact. Each step is as long as the
@@ -1118,8 +1122,8 @@ pub const EXIT_TURNS: usize = 6;
 /// Largest number of half-spaces that a slide collects before it gives up.
 pub const DEPTH_SLIDE_STEPS: usize = 64;
 
-/// Of the obstacles that may block a cone's triangle, this many are always tested, and the best one
-/// is used. This value affects only speed.
+/// Always tests this many of the obstacles that may block a cone's triangle, and uses the best one.
+/// This value affects only speed.
 pub const CONE_FIRST_TRIES: usize = 12;
 
 /// After the first [`CONE_FIRST_TRIES`] obstacles, more are tested until one blocks the cone's
@@ -1156,7 +1160,7 @@ pub const CONE_FILTER: usize = 64;
 pub const BELIEVED_SHARE: f64 = 0.8;
 
 /// Like [`BELIEVED_SHARE`] for a contact of two edges. A point beyond an edge is nearer to the
-/// faces at the edge than to the edge itself.
+/// faces at the edge than to the edge.
 ///
 /// At right-angled edges the distance to a face is smaller by a factor √½. A larger value drops
 /// true contacts of sharp edges; a smaller one accepts depths that another surface contradicts.
@@ -1173,9 +1177,9 @@ pub const BARREN_LEAST: f64 = 0.004;
 
 /// In tolerances: the longest motion of any point in a sub-step.
 ///
-/// It is below 1, so that every surface comes within the tolerance before the tool passes it. With
-/// a larger value the tool passes sheets without a contact; a smaller one sub-steps harmless
-/// motion. At 1 mm tolerance and 1 kHz, half a tolerance per tick is 0.5 m/s.
+/// The value is below 1, so that every surface comes within the tolerance before the tool passes
+/// it. With a larger value the tool passes sheets without a contact; a smaller one sub-steps
+/// harmless motion. At 1 mm tolerance and 1 kHz, half a tolerance per tick is 0.5 m/s.
 pub const GUARD_STEP: f64 = 0.5;
 
 /// Relative to the motion of a tick: a tick cannot tunnel through a piece at least this thick.
@@ -1194,8 +1198,8 @@ pub const GUARD_SUB_STEPS: u32 = 16;
 /// In tolerances: a pair that tunnelled is held until it is this much deeper than at the moment of
 /// tunnelling.
 ///
-/// A larger value pushes longer on a hand that went through on purpose; a smaller one releases the
-/// pair during the same motion that tunnelled.
+/// With a larger value, the force lasts longer if the user pushed through on purpose. With a
+/// smaller one, the pair is released during the motion that tunnelled.
 pub const GUARD_HOLD: f64 = 20.0;
 
 /// Cosine: a normal that turns by more than this angle (120°) in a sub-step has turned over.
@@ -1210,7 +1214,8 @@ pub const TURNED_OVER: f64 = -0.5;
 /// equal.
 ///
 /// The normals of a smooth vertex are computed once and copied to its corners, so they agree to
-/// rounding. Larger angles hide faint creases; smaller ones would find creases in rounding.
+/// rounding. A larger angle hides faint creases; with a smaller one, rounding would look like
+/// creases.
 pub const SHADING_SAME: f64 = 1.0 - 1e-9;
 
 /// Cosine of the largest angle between a face of a piece and a triangle of the mesh that lies in
@@ -1224,8 +1229,8 @@ pub const SHADING_IN_FACE: f64 = 0.999_96;
 /// Largest number of triangles in a face of a piece that are searched for the triangle at a contact
 /// point.
 ///
-/// This bounds the time to a few microseconds per contact. Contacts on larger merged faces, which
-/// are flat anyway, keep their true normal.
+/// This limit bounds the time to a few microseconds per contact. Contacts on larger merged faces,
+/// which are flat anyway, keep their true normal.
 pub const SHADING_TRIANGLES: usize = 1024;
 
 // force: clusters (cluster, representative, sharing)
@@ -1252,7 +1257,7 @@ pub const CAP_STEPS: u32 = 16;
 pub const CANCELLED_NORMAL: f64 = 1e-6;
 
 /// Relative to the largest coordinate: how far rounding may put a representative's midpoint outside
-/// the bounding box of its members' midpoints, and how far its normal may be from unit length.
+/// the bounding box of its members' midpoints. Also the allowed error in the length of its normal.
 ///
 /// A sum over a thousand contacts rounds a thousand times. A larger value hides a wrong weight; a
 /// smaller one reports mere rounding.
@@ -1278,9 +1283,10 @@ pub const TILT_SAME: f64 = 1e-9;
 /// Largest number of contacts for smooth clustering, which compares all pairs of contacts
 /// ([`crate::force::LinkageSettings::most`]).
 ///
-/// This bounds the time of the step after the query: 256 contacts take some 0.4 ms in all. When
-/// one of many contacts replaces another, the point of application of the resulting force jumps by
-/// at most 2/[`CROWD_MOST`] of the extent of the contacts. So a smaller value allows larger jumps.
+/// This limit bounds the time of the step after the query: 256 contacts take some 0.4 ms in all.
+/// When one of many contacts replaces another, the point of application of the resulting force
+/// jumps by at most 2/[`CROWD_MOST`] of the extent of the contacts. So a smaller value allows
+/// larger jumps.
 pub const CROWD_MOST: usize = 256;
 
 // force: friction (friction)
@@ -1303,16 +1309,16 @@ pub const FRICTION_HEIR: f64 = 0.5;
 /// Distance from the middle of a patch at which a corner's friction acts, as a share of the
 /// corner's own distance from the middle.
 ///
-/// Under an even load the mean distance from the middle, relative to that of the corners, is 0.50
-/// on a line segment, 0.54 on a square and 0.67 on a disc. A larger value brakes a spin too
-/// strongly; a smaller one brakes it too weakly.
+/// The ideal value is the mean distance of an even load from the middle, divided by the corners'
+/// distance: 0.50 on a line segment, 0.54 on a square and 0.67 on a disc. A larger value brakes a
+/// spin too strongly; a smaller one brakes it too weakly.
 pub const FRICTION_SPREAD: f64 = 0.54;
 
 /// Largest number of comparisons with tracked contacts in one tick, to find the predecessors of new
 /// contacts.
 ///
-/// This bounds the time of a tick: beyond the limit, new contacts begin without strain. A tick of
-/// 300 contacts with 100 new ones needs 30 000 comparisons.
+/// This limit bounds the time of a tick. Beyond the limit, new contacts begin without strain. A
+/// tick of 300 contacts with 100 new contacts needs 30 000 comparisons.
 pub const FRICTION_LOOKS: usize = 65_536;
 
 // render: the virtual coupling (coupling)
@@ -1349,8 +1355,8 @@ pub const COUPLING_SAMPLED: f64 = 0.01;
 /// larger value, the user feels the noise of the velocity.
 pub const COUPLING_LEAD: f64 = 3.0;
 
-/// N·m/rad: stiffness of the torque that turns the tool to the hand's orientation. It is used for
-/// devices that give forces but no torques.
+/// N·m/rad: stiffness of the torque that turns the tool to the hand's orientation. The torque is
+/// used for devices that give forces but no torques.
 ///
 /// With this value, the force equals the force on a six-axis device. On a six-axis device, a
 /// contact turns the hand (0.15 N·m/rad if relaxed, 0.6 N·m/rad with an ordinary grip) and the
@@ -1410,20 +1416,20 @@ pub const TOOL_SKIN: f64 = 0.1;
 
 /// In contact offsets: the shortest look-ahead distance of contacts.
 ///
-/// This covers the encoder steps and the slow motion of a tool at rest. A larger value examines
-/// more pairs that are not in contact; a smaller one limits the first steps of a tool that is
-/// pulled away.
+/// This distance covers the encoder steps and the slow motion of a tool at rest. A larger value
+/// examines more pairs that are not in contact; a smaller one limits the first steps of a tool that
+/// is pulled away.
 pub const REACH_LEAST: f64 = 2.0;
 
 /// In contact offsets: a tool in contact may always move this far in a step, even if its query did
 /// not examine everything that may have come near.
 ///
 /// At 1 kHz and an offset of 20 µm this is 10 mm/s. A smaller value is felt as a drag when
-/// close-fitting parts turn, for which the work limit is always too small. With a larger one the
-/// tool sinks in deeper before unexamined surface pushes back.
+/// close-fitting parts turn, for which the work limit is always too small. With a larger one, the
+/// tool sinks in deeper before an unexamined part of the surface pushes back.
 pub const REACH_CREEP: f64 = 0.5;
 
-/// In the next step the tool may move at most this many times as far as in the last one.
+/// In the next step, the tool may move at most this many times as far as in the last step.
 ///
 /// A hand cannot double its speed in a millisecond. A larger value examines more pairs when the
 /// tool is fast; with 1, the tool could never accelerate.
@@ -1443,7 +1449,7 @@ pub const REACH_FADE: f64 = 0.9;
 /// pairs that are far apart; 0 computes and sorts the boxes in every step.
 pub const BOX_SPARE: f64 = 0.25;
 
-/// m/s: the speed of a tool is limited to this, whatever the device reports.
+/// m/s: the speed of a tool is limited to this, even if the device reports a higher speed.
 ///
 /// A thrown tool is slower. The limit bounds the tolerance of the query.
 pub const TOOL_FASTEST: f64 = 5.0;
@@ -1456,8 +1462,8 @@ pub const TOOL_FASTEST: f64 = 5.0;
 pub const COUPLING_ROUNDS: u32 = 12;
 
 /// The rounds of a tool's step oscillate if a solution returns near the solution two rounds
-/// earlier. Its distance from that solution must be less than this share of its distance from the
-/// previous one.
+/// earlier. The distance from that solution must be less than this share of the distance from the
+/// previous solution.
 ///
 /// A contact that starts to press also reverses the change between rounds, but does not lead back
 /// to the same solution.
@@ -1482,8 +1488,8 @@ pub const COUPLING_SETTLED: f64 = 0.01;
 /// long.
 ///
 /// A hand taps at most ten times a second; a tool that bounces by encoder steps is off the surface
-/// for a few ticks. A longer time drops taps; a shorter one makes a tool that rests on a rough
-/// surface buzz.
+/// for a few ticks. With a longer time, taps are not rendered. With a shorter one, a tool that
+/// rests on a rough surface vibrates.
 pub const IMPACT_REST: f64 = 0.02;
 
 /// Cosine: normals within this angle of each other count as one direction of contact.
@@ -1515,8 +1521,8 @@ pub const SATURATION_ROUNDING: f64 = 1e-15;
 /// Cost of starting a march, in units of [`crate::algebra::Work`]. One unit is the cost of
 /// examining a pair of nodes.
 ///
-/// The caller that sets the work limit measures the time per unit. So the `WORK_` values only need
-/// to be right relative to each other, within a factor of two or so: the parts of a query then
+/// The caller that sets the work limit measures the time per unit. So the `WORK_` values need to be
+/// correct only relative to each other, within a factor of about two. The parts of a query then
 /// share the limit in proportion to their time.
 pub const WORK_MARCH: u64 = 2;
 

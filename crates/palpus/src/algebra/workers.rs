@@ -37,7 +37,7 @@ impl<W: Workers + ?Sized> Workers for &W {
 }
 
 /// Returns the results of `work(k)` for each `k` below `count`, in ascending order. One part of the
-/// job makes `batch` calls (at least one).
+/// job makes `batch` calls; `batch` is at least 1.
 ///
 /// Calls `progress` with the finished fraction, which rises to 1.
 pub fn map_in_order<T: Send + Sync>(

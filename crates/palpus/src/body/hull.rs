@@ -92,8 +92,8 @@ pub enum HullError {
     /// distance.
     #[error("the points do not lie in one plane")]
     NotFlat,
-    /// The exact tests contradicted each other, because some coordinates are so much smaller than
-    /// others that their products underflow.
+    /// The exact tests contradicted each other. Some coordinates are much smaller than others, and
+    /// products of these coordinates underflow.
     #[error("exact arithmetic fails: some coordinates are extremely small compared with others")]
     Inconsistent,
 }
@@ -204,7 +204,7 @@ fn hull_of(cloud: &Cloud, coplanar: f64, front: DVec3) -> Result<Hull, HullError
     }
 }
 
-/// Finds the affine hull within the merge distance `coplanar`. Picks two points far apart, a third
+/// Finds the affine hull within the merge distance `coplanar`. Picks two distant points, a third
 /// point far from their line, and a fourth point far from their plane.
 fn span(points: &[DVec3], coplanar: f64) -> Span {
     let (p, q) = distant_pair(points);

@@ -104,10 +104,15 @@ pub struct Polytope {
     flat: bool,
 }
 
-/// All indices of a polytope in one list. The list has these parts, in this order: the start of
-/// each face's loop of vertices (one entry more than faces), the start of each vertex's ring of
-/// spokes (one entry more than vertices), the vertices of the loops, the edges of the loops, the
-/// spokes, the edges, and one bit per face. A bit is set if its face is original.
+/// All indices of a polytope in one list. The list has these parts, in this order:
+///
+/// 1. The start of each face's loop of vertices (one entry more than faces).
+/// 2. The start of each vertex's ring of spokes (one entry more than vertices).
+/// 3. The vertices of the loops.
+/// 4. The edges of the loops.
+/// 5. The spokes.
+/// 6. The edges.
+/// 7. One bit per face, which is set if the face is original.
 #[derive(Clone, Debug)]
 struct Lists {
     all: Numbers,

@@ -111,8 +111,8 @@ pub fn admissible_depth(
     search.answer(&mut depths.clip)
 }
 
-/// Returns the least depth along the face normals that are admissible for both pieces; `None` if
-/// there are none. The result is an upper bound of [`admissible_depth`], which also searches edge
+/// Returns the least depth along the face normals that are admissible for both pieces; `None` if no
+/// face normal is. The result is an upper bound of [`admissible_depth`], which also searches edge
 /// pairs. Climbs start at the vertices `hub`.
 pub(crate) fn admissible_bound(
     a: &OwnNormals<'_>,

@@ -65,7 +65,7 @@ impl Antipodal {
     }
 }
 
-/// How certain it is that a depth is the smallest one.
+/// States whether a depth is proven to be the smallest depth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Certainty {
     /// No neighbouring facet of the CSO has a smaller offset. \[K02\] guarantees this and no more.
@@ -85,15 +85,15 @@ pub struct Depth {
     pub point_b: DVec3,
     /// Unit vector from b into a.
     pub normal: DVec3,
-    /// `max_b n·b − min_a n·a` along `normal`, in the length unit of the polytopes. Not negative if
-    /// the pair overlaps. If the value is negative, the distance of the pair is at least its
-    /// absolute value.
+    /// `max_b n·b − min_a n·a` along `normal`, in the length unit of the polytopes. The depth is
+    /// not negative if the pair overlaps. If the value is negative, the distance of the pair is at
+    /// least its absolute value.
     pub depth: f64,
     /// The features that span the facet of the CSO on which the answer lies.
     pub antipodal: Antipodal,
     /// A hub pair of that facet. The next tick starts from it.
     pub hub: HubPair,
-    /// How certain it is that this depth is the smallest one.
+    /// States whether this depth is proven to be the smallest depth.
     pub certainty: Certainty,
     /// Number of moves of the walk.
     pub steps: u32,

@@ -1,8 +1,8 @@
 //! The Minkowski difference (CSO) of a pair of polytopes, as one convex body \[K02 §3.3\].
 //!
 //! The CSO is the Minkowski sum of b and the reflected body −a. Its vertices are `b − a` over the
-//! hub pairs. Its support offset along a unit n is `h(n) = max_b n·b − min_a n·a`. Everything is in
-//! b's frame.
+//! hub pairs. Its support offset along a unit n is `h(n) = max_b n·b − min_a n·a`. All values are
+//! in b's frame.
 
 use glam::DVec3;
 

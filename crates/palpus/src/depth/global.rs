@@ -1,4 +1,4 @@
-//! The penetration depth of two solids of any shape, as a pair of proven bounds. It is the
+//! The penetration depth of two solids of any shape, as a pair of proven bounds. The depth is the
 //! length of the shortest translation that separates the solids.
 //!
 //! Let A (at a pose) and B be the solids. A translation t is *free* if A moved by t and B have no
@@ -12,11 +12,11 @@
 //!    distance of the surfaces is free. The shorter translations then form a ball, which is another
 //!    obstacle.
 //! 2. *Free translations*. A translation is free if the surfaces have no common point and no
-//!    part of one lies in the other body ([surfaces](surfaces)). The test uses exact predicates on
-//!    the triangles and does not depend on the cells.
+//!    part of one surface lies in the other body ([surfaces](surfaces)). The test uses exact
+//!    predicates on the triangles and does not depend on the cells.
 //! 3. *Search* ([cones](cones)). A surface around the origin encloses blocked translations only.
-//!    The surface grows where it is nearest to the origin. If it cannot grow there, the search
-//!    either finds a free translation or subdivides the surface.
+//!    The surface grows where it is nearest to the origin. If the surface cannot grow at this
+//!    place, the search either finds a free translation or subdivides the surface.
 //!
 //! A surface that is not closed bounds no solid, so a body with an open surface has no inside. A
 //! translation is then free if the body's triangles neither cross the other surface nor lie in the

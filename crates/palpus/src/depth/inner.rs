@@ -16,7 +16,7 @@
 //!    the corner, and close the hole with a fan around the corner. Also remove triangles that
 //!    already have this corner. If motion has folded the surface, this removal flips an edge.
 //!
-//! The list of triangles stays compact: new triangles take the places of the removed ones.
+//! The list of triangles stays compact: new triangles take the places of removed triangles.
 //!
 //! A triangle of zero height lies on edges of other triangles, within the proof's precision. These
 //! other triangles are measured in its place. A triangle of zero height counts as facing every
@@ -71,7 +71,7 @@ pub(super) struct Joint {
 }
 
 /// An edge on the rim of a hole: its two tips, and the edge of the triangle outside the hole. The
-/// latter runs in the opposite direction.
+/// outer edge runs in the opposite direction.
 #[derive(Clone, Copy, Debug)]
 struct Rim {
     from: u16,
@@ -101,10 +101,10 @@ pub(super) struct Nearest {
 pub(super) struct Surface {
     tips: Vec<Tip>,
     joints: Vec<Joint>,
-    /// Outward unit normal of each triangle. Zero if the triangle has no height.
+    /// Outward unit normal of each triangle. The normal is zero if the triangle has no height.
     normals: Vec<DVec3>,
-    /// For each triangle, the least height of its tips along the normal. Infinite if the triangle
-    /// has no height or was removed.
+    /// For each triangle, the least height of its tips along the normal. The value is infinite if
+    /// the triangle has no height or was removed.
     offsets: Vec<f64>,
     /// Lengths below this are rounding.
     slack: f64,

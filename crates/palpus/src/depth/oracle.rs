@@ -1,5 +1,5 @@
-//! Exhaustive search for the depth, for tests. It uses no walk and no Gauss map, and no tolerance
-//! decides its result.
+//! Exhaustive search for the depth, for tests. The oracle uses no walk and no Gauss map, and no
+//! tolerance decides its result.
 //!
 //! The least h lies at a normal of a face or at a common perpendicular of two edges. The oracle
 //! tries all these directions with their true support offsets, so even an invalid candidate cannot

@@ -12,7 +12,7 @@
 //!
 //! 1. *Outlines*: around the contact's feature on each piece, find the original faces whose slope
 //!    relative to the contact plane is less than `slope`. Each of these faces gives a polygon. If
-//!    there are none, use the edges at the feature whose slope is less than `slope`. A steep
+//!    no face is that flat, use the edges at the feature whose slope is less than `slope`. A steep
 //!    feature has no outline, and the witness is the only contact point.
 //! 2. *Overlap*: clip the projection of each outline of a by the projection of each outline of b.
 //!    The gap at a corner is the height of a's plane above b's plane.
@@ -62,8 +62,8 @@ pub struct Touch {
 pub struct Corner {
     /// The point halfway between the two surfaces.
     pub midpoint: DVec3,
-    /// Distance between the surfaces along the contact's normal (length unit of the polytopes).
-    /// Negative if they overlap at the corner.
+    /// Distance between the surfaces along the contact's normal (length unit of the polytopes). The
+    /// value is negative if the surfaces overlap at the corner.
     pub separation: f64,
     /// The faces or edges on which the corner lies.
     pub features: FeaturePair,
@@ -242,8 +242,8 @@ impl Patch {
         let found = &self.found[..self.count];
         let corner = |found: &Found| {
             let midpoint = frame.origin + frame.x * found.place.x + frame.y * found.place.y + frame.z * found.height;
-            // A gap must not be less than the separation. It could be, because the planes of merged
-            // faces are exact only within the flatness tolerance.
+            // A gap must not be less than the separation. The computed gap can be less, because the
+            // planes of merged faces are exact only within the flatness tolerance.
             Corner { midpoint, separation: found.gap.max(separation), features: found.features }
         };
         let deepest = (0..found.len()).min_by(|&i, &j| found[i].gap.total_cmp(&found[j].gap));

@@ -11,7 +11,7 @@
 //!
 //! The test does not have to decide which points are inside the solid, so it also applies to open
 //! and self-intersecting surfaces. It then ensures that no part of the surface passes through a
-//! piece. The test has two limits on such surfaces. A piece may extend across the opening of an
+//! piece. On these surfaces the test has two limits. A piece may extend across the opening of an
 //! open surface. Where parts of the surface overlap, the normals of each patch define its inside.
 //!
 //! 1. Get the triangles near the volume that the hull gained from the triangle tree.

@@ -14,7 +14,7 @@
 //!    Earlier removals can leave two polygons that meet along a chain of collinear sides. Then
 //!    remove the whole chain at once.
 //! 3. *Links.* Find which facets meet along a side, and whether the surface is convex, coplanar or
-//!    reflex there.
+//!    reflex at this side.
 //!
 //! The result is deterministic: of equal candidates, the one with the smaller index is taken.
 
@@ -155,8 +155,8 @@ impl Facets {
         self.areas[f as usize]
     }
 
-    /// Returns the mesh vertices around facet `f`, counter-clockwise as seen from outside. Some may
-    /// be collinear.
+    /// Returns the mesh vertices around facet `f`, counter-clockwise as seen from outside. Some of
+    /// them may be collinear.
     pub(crate) fn corners(&self, f: u32) -> &[u32] {
         &self.loop_vertices[self.loop_starts[f as usize] as usize..self.loop_starts[f as usize + 1] as usize]
     }
@@ -346,7 +346,7 @@ fn join(
     };
     let mut start = position(large, tail, head)?;
     let mut end = (start + 1) % n;
-    // In `small` the shared chain has the opposite direction.
+    // In `small`, the shared chain has the opposite direction.
     let mut small_end = position(small, head, tail)?;
     let mut small_start = (small_end + 1) % m;
     let mut shared = 1;

@@ -14,7 +14,7 @@ use crate::body::{Body, BodySettings, HalfEdges, Mesh, PolygonSoup, Provenance};
 
 const SEED: u64 = 0x2002_0606;
 /// Relative to the body's size: distance up to which a point counts as on the hull or on the
-/// surface. It is larger than the largest noise of a model.
+/// surface. This distance is larger than the largest noise of a model.
 const SLACK: f64 = 1e-4;
 /// Relative to the slack: depth up to which the surface may enter a piece.
 const CROSSING: f64 = 0.1;

@@ -25,9 +25,8 @@
 //! needs no inner corners. An open surface has no inside, so its pieces stay thin.
 //!
 //! Limits: a convex piece cannot fill a thin wall that bends. Therefore a large patch of a coarse
-//! mesh leaves parts of such a wall uncovered. A patch of thousands of facets gets no inner
-//! corners, because its hull is already deep, and the time would be quadratic in the size of the
-//! patch.
+//! mesh leaves parts of the wall uncovered. A patch of thousands of facets gets no inner corners,
+//! because its hull is already deep, and the time would be quadratic in the size of the patch.
 
 mod inward_path;
 #[cfg(test)]
@@ -49,8 +48,8 @@ use crate::body::{Aabb, TriangleTree};
 
 pub(crate) use inward_path::InwardPaths;
 
-/// Returns the inner corners of a patch's piece. They lie inside the solid and below every facet of
-/// the patch. The list is empty if the patch has no inward paths.
+/// Returns the inner corners of a patch's piece. The corners lie inside the solid and below every
+/// facet of the patch. The list is empty if the patch has no inward paths.
 ///
 /// The result depends only on the arguments, so patches can be processed in any order and in
 /// parallel.

@@ -167,8 +167,8 @@ impl TrialHull {
         self.points[k as usize]
     }
 
-    /// Returns a box around the volume that the hull gained since a mark; `None` if it gained none.
-    /// The box contains the removed faces and the new points.
+    /// Returns a box around the volume that the hull gained since a mark; `None` if the hull did
+    /// not grow. The box contains the removed faces and the new points.
     pub(crate) fn gained_since(&self, mark: Mark) -> Option<Aabb> {
         if self.points.len() == mark.points {
             return None;

@@ -72,7 +72,7 @@ pub(crate) struct WideHull {
     queue: Vec<u32>,
     /// Sides of the hole, as tuples of tail, head and the face on the other side.
     horizon: Vec<(u32, u32, u32)>,
-    /// For each point of the horizon, the new face whose horizon side starts there.
+    /// For each point of the horizon, the new face whose horizon side starts at the point.
     starts: Vec<u32>,
     cuts: contain::Cuts,
 }
@@ -152,7 +152,7 @@ impl WideHull {
     }
 
     /// Returns a box around the volume that the hull gained since the last final state; `None` if
-    /// it gained none. The box contains the removed and the added faces.
+    /// the hull did not grow. The box contains the removed and the added faces.
     pub(crate) fn gained(&self) -> Option<Aabb> {
         let corners = self.journal.iter().filter_map(|change| match change {
             Change::Buried(face) | Change::Born(face) => Some(self.faces[*face as usize].face.corners),

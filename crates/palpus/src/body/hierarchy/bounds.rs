@@ -74,7 +74,7 @@ impl OrientedBox {
 }
 
 impl Sphere {
-    /// Returns a sphere around `points` that is nearly the smallest one.
+    /// Returns a sphere around `points` that is nearly the smallest possible.
     ///
     /// The centre starts at `center`. In each iteration the centre moves toward the farthest point,
     /// by a decreasing fraction (Bădoiu and Clarkson 2003). The result is the smallest sphere of

@@ -219,7 +219,7 @@ impl Subtree {
         self.hulls.push(hull);
     }
 
-    /// Appends another tree's nodes after this one's.
+    /// Appends the nodes of `other` to this tree.
     fn extend(&mut self, other: Self) {
         let (nodes, hulls) = (self.nodes.len() as u32, self.hulls.len() as u32);
         self.nodes.extend(other.nodes.into_iter().map(|node| match node.kind {

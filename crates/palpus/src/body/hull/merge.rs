@@ -188,7 +188,7 @@ fn assemble(
     coplanar: f64,
 ) -> Result<Option<(Polytope, Vec<u32>)>, Vec<bool>> {
     // A border visits each of its vertices once. Therefore the number of faces at a vertex equals
-    // the number of border sides that start there.
+    // the number of border sides that start at the vertex.
     let mut valence = vec![0u32; points.len()];
     let mut first_side = vec![(NONE, 0); faces.founders.len()];
     for (t, corners) in shell.triangles.iter().enumerate() {

@@ -16,9 +16,9 @@
 //! visible facets project one to one onto a convex polygon. Therefore they form a disc, no side of
 //! the horizon is collinear with the apex, and no new facet is degenerate.
 //!
-//! At a side of the horizon, the normal of the new facet is a non-negative combination of two
-//! normals: those of the visible facet and of the outer facet at that side. Therefore a point above
-//! both facets is above the new facet, and step 4 loses no outside point.
+//! At each side of the horizon, a visible facet meets an outer facet. The normal of the new facet
+//! at this side is a non-negative combination of the normals of both. Therefore a point above both
+//! facets is above the new facet, and step 4 loses no outside point.
 
 use glam::DVec3;
 
@@ -57,7 +57,8 @@ struct Builder<'a> {
     free: Vec<u32>,
     /// For each point in a list, the next point of the list.
     next: Vec<u32>,
-    /// For each vertex of the current horizon, the new facet whose horizon side starts there.
+    /// For each vertex of the current horizon, the new facet whose horizon side starts at the
+    /// vertex.
     starts: Vec<u32>,
     visible: Vec<u32>,
     horizon: Vec<(u32, u32, u32)>,

@@ -1,4 +1,4 @@
-//! Finds the triangle across each edge, and how the surface bends there.
+//! Finds the triangle across each edge, and the bend of the surface at the edge.
 //!
 //! Side `k` of a triangle runs from its corner `k` to its corner `k + 1`. Two triangles are
 //! neighbours across an edge if no other triangle uses the edge and their sides run along it in
@@ -17,7 +17,7 @@ use crate::body::Mesh;
 use crate::body::mesh::edge_uses::EdgeUses;
 use crate::body::mesh::triangle_pair::side_of_plane;
 
-/// Kind of an edge, by the bend of the surface there.
+/// Kind of an edge, by the bend of the surface at the edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum EdgeKind {
     /// No other triangle uses the edge.

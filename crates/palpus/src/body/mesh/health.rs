@@ -3,8 +3,8 @@
 //!
 //! 1. Count the edges of one triangle (boundary), the edges of three or more triangles
 //!    (non-manifold), and the edges of two triangles that disagree about the outer side.
-//! 2. Count *pinched* vertices, whose triangles form more than one fan. Two parts of the surface
-//!    touch there.
+//! 2. Count *pinched* vertices: their triangles form more than one fan, because two parts of the
+//!    surface touch at the vertex.
 //! 3. For each component, find whether it is closed, and compute the genus of closed components by
 //!    Euler's formula. A pinched vertex counts once per fan.
 //! 4. Count self-intersections: pairs of triangles that cross, overlap in a plane or touch. All

@@ -7,9 +7,9 @@
 //!
 //! The mean includes only the faces that can be reached around the vertex without crossing a
 //! crease. Therefore sharp edges stay sharp. If a triangle has creases at both sides of a corner,
-//! the normal at this corner is its face normal. An edge is a crease if the normal turns there by
-//! more than the crease angle. It is also a crease unless exactly two triangles share it, and these
-//! agree about the outer side.
+//! the normal at this corner is its face normal. An edge is a crease if the normal turns across it
+//! by more than the crease angle. It is also a crease unless exactly two triangles share it, and
+//! these agree about the outer side.
 
 use glam::DVec3;
 
@@ -22,8 +22,9 @@ pub struct ShadingNormals {
 }
 
 impl ShadingNormals {
-    /// Computes the normals of `mesh`. An edge is a crease if the normal turns there by more than
-    /// `crease_angle` (rad). With 0, every bent edge is a crease. With π, no bent edge is a crease.
+    /// Computes the normals of `mesh`. An edge is a crease if the normal turns across it by more
+    /// than `crease_angle` (rad). With 0, every bent edge is a crease. With π, no bent edge is a
+    /// crease.
     pub fn new(mesh: &Mesh, edges: &HalfEdges, crease_angle: f64) -> Self {
         let count = mesh.triangles().len() as u32;
         let fans = Fans {
@@ -108,15 +109,15 @@ impl Fans<'_> {
         }
     }
 
-    /// Returns the next corner at the vertex, clockwise as seen from outside, across the side that
-    /// starts there; `None` at a crease.
+    /// Returns the next corner at the vertex, clockwise as seen from outside. It lies across the
+    /// side that starts at the vertex. `None` if this side is a crease.
     fn clockwise(&self, (t, k): (u32, usize)) -> Option<(u32, usize)> {
         let (other, j) = self.edges.neighbour(t, k)?;
         self.smooth(t, other).then_some((other, (j + 1) % 3))
     }
 
-    /// Returns the next corner at the vertex, counter-clockwise as seen from outside, across the
-    /// side that ends there; `None` at a crease.
+    /// Returns the next corner at the vertex, counter-clockwise as seen from outside. It lies
+    /// across the side that ends at the vertex. `None` if this side is a crease.
     fn counter_clockwise(&self, (t, k): (u32, usize)) -> Option<(u32, usize)> {
         let (other, j) = self.edges.neighbour(t, (k + 2) % 3)?;
         self.smooth(t, other).then_some((other, j))

@@ -11,10 +11,10 @@
 //!    the common line of the planes in an interval. The triangles cross if the open intervals
 //!    overlap. Two more predicates decide this (Guigue and Devillers, *Fast and Robust
 //!    Triangle–Triangle Overlap Test*, 2003).
-//! 3. Triangles that do not cross touch if an edge of one meets the other. If they share one
-//!    vertex, only the two edges opposite that vertex need a test. The intersection is convex and
-//!    contains the shared vertex. So if the intersection has other points, it reaches one of these
-//!    edges.
+//! 3. Triangles that do not cross touch if an edge of one meets the other. If the triangles share
+//!    one vertex, only the two edges opposite the vertex need a test. The intersection is convex
+//!    and contains the shared vertex. So if the intersection has other points, it reaches one of
+//!    these edges.
 //!
 //! The triangles must have a positive area. Otherwise the result is meaningless, but the functions
 //! do not panic.

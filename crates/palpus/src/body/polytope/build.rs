@@ -241,8 +241,8 @@ impl PolytopeRestorer {
         }
         let mut polytope = skin.assembled(room, vertices, planes, |f| originals[f], false).ok()?;
         polytope.set_bulge(bulge);
-        // If a vertex had only two corners, the surface would be folded there. If a vertex is not
-        // finite, the centroid or the radius is not finite either.
+        // If a vertex had only two corners, the surface would be folded at the vertex. If a vertex
+        // is not finite, the centroid or the radius is not finite either.
         let whole = (0..polytope.vertices.len() as u32).all(|v| polytope.ring(v).len() >= 3);
         (whole && polytope.centroid.is_finite() && polytope.radius.is_finite()).then_some(polytope)
     }

@@ -66,11 +66,11 @@ pub enum Malformed {
 }
 
 impl Polytope {
-    /// Checks all invariants and returns the first broken one.
+    /// Checks all invariants.
     ///
     /// `coplanar` is the largest allowed distance of a corner from the plane of its face, in model
-    /// units. It should be the merge distance with which the polytope was built. Convexity is
-    /// tested at every edge, which is sufficient for a closed surface.
+    /// units. Pass the merge distance with which the polytope was built. Convexity is tested at
+    /// every edge, which is sufficient for a closed surface.
     ///
     /// # Errors
     /// Returns the first broken invariant.

@@ -8,7 +8,8 @@ use crate::algebra::Placement;
 use crate::algebra::tolerance::{KEPT_CORNERS, KEPT_TRIANGLES, PROOF_GATHERED};
 
 /// State of the proofs of one pair of polytopes from tick to tick. The memory is valid only for
-/// this pair, but at any pose. It saves most time if the next pose is near the previous one.
+/// this pair, but at any pose. The memory saves most time if the next pose is near the previous
+/// pose.
 #[derive(Clone, Debug)]
 pub struct CertificateMemory {
     pub(super) hubs: Vec<HubPair>,

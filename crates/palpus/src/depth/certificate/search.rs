@@ -111,7 +111,7 @@ impl<'s, 'p> Search<'s, 'p> {
         Depth { certainty: Certainty::GloballyOptimal, stop: StopReason::Converged, ..self.answer() }
     }
 
-    /// Proves from the surface in the memory.
+    /// Searches for a proof that starts from the surface in the memory.
     fn warm(&mut self, memory: &mut CertificateMemory) -> Result<Ground, StopReason> {
         if self.touches()? {
             return Ok(Ground::Touching);
@@ -183,7 +183,7 @@ impl<'s, 'p> Search<'s, 'p> {
         self.best = Start { hub, normal, offset: depth };
     }
 
-    /// Proves from a tetrahedron, in at most `most` growth steps.
+    /// Searches for a proof that starts from a tetrahedron, in at most `most` growth steps.
     fn cold(&mut self, most: u32) -> Result<Ground, StopReason> {
         if self.touches()? {
             return Ok(Ground::Touching);

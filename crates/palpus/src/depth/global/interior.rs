@@ -2,9 +2,9 @@
 //!
 //! 1. Sample the surface: take the middle of each triangle, a point near each corner, and more
 //!    points in large triangles.
-//! 2. For each sample, find the largest ball in the solid that touches the surface there (shrinking
-//!    ball: J. Ma, S. Bae, S. Choi, *3D Medial Axis Point Approximation Using Nearest Neighbors and
-//!    the Normal Field*, 2012).
+//! 2. For each sample, find the largest ball in the solid that touches the surface at the sample
+//!    (shrinking ball: J. Ma, S. Bae, S. Choi, *3D Medial Axis Point Approximation Using Nearest
+//!    Neighbors and the Normal Field*, 2012).
 //! 3. Process the balls in order of decreasing radius. Grow a cell around the centre of each ball,
 //!    unless the ball's sample already lies in a cell.
 //!
@@ -160,7 +160,7 @@ fn ball_below(body: &Body, point: DVec3, normal: DVec3) -> Option<Sample> {
     Some(Sample { keep, center, radius })
 }
 
-/// Grows cells until each sample lies in one. `samples` is sorted by decreasing radius.
+/// Grows cells until each sample lies in a cell. `samples` is sorted by decreasing radius.
 fn cover(body: &Body, mut samples: Vec<Sample>, workers: &dyn Workers, progress: &mut dyn FnMut(f64)) -> Vec<Cell> {
     let mut cells: Vec<Cell> = Vec::new();
     let all = samples.len().max(1) as f64;

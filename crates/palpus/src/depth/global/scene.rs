@@ -225,7 +225,8 @@ impl<'a> Scene<'a> {
     }
 
     /// Returns up to `most` obstacles that may contain all `points`, out of `candidates` and the
-    /// added obstacles. They are sorted by the depth that their slabs estimate, deepest first.
+    /// added obstacles. The obstacles are sorted by the depth that their slabs estimate, deepest
+    /// first.
     pub(super) fn promising(&mut self, candidates: Candidates<'_>, points: &[DVec3], most: usize) -> Vec<Key> {
         let mut scores = std::mem::take(&mut self.scores);
         scores.clear();
@@ -376,7 +377,7 @@ impl<'a> Scene<'a> {
     }
 
     /// Returns true if `t` is free according to the surfaces alone. If `outside` is set, a must
-    /// also be able to move from there out of b.
+    /// also be able to move out of b from this position.
     pub(super) fn verified(&self, t: DVec3) -> bool {
         self.free(t) && (!self.outside || self.surfaces.escapes(t))
     }

@@ -10,8 +10,8 @@
 
 use glam::{DVec3, Vec3};
 
-/// Directions of the axes, not of unit length. They are the edges of a cube, the directions to its
-/// corners and to the middles of its edges, and directions between these. The last axes repeat the
+/// Directions of the axes, not of unit length. The directions are along the edges of a cube, to its
+/// corners, to the middles of its edges, and between these directions. The last axes repeat the
 /// first axes, to fill the last block.
 #[rustfmt::skip]
 const AXES: [[i8; 3]; LANES] = [

@@ -273,8 +273,8 @@ fn triangle_distance_squared(p: &[DVec3; 3], q: &[DVec3; 3]) -> f64 {
     best
 }
 
-/// Returns a point near the middle of the intersection of two triangles. It is the mean of the
-/// points where a side of one triangle crosses the other triangle.
+/// Returns a point near the middle of the intersection of two triangles. The point is the mean of
+/// the points where a side of one triangle crosses the other triangle.
 fn common_point(p: [DVec3; 3], q: [DVec3; 3]) -> DVec3 {
     let mut sum = DVec3::ZERO;
     let mut count = 0.0;

@@ -8,8 +8,8 @@ use crate::algebra::Placement;
 use crate::algebra::tolerance::{PATCH_FACES, PATCH_SIDES};
 use crate::body::{Feature, Polytope, Provenance};
 
-/// The outlines of the faces of one piece that nearly lie in the contact plane. If there are no
-/// such faces, the outlines of edges.
+/// The outlines of the faces of one piece that nearly lie in the contact plane. If no face is flat
+/// enough, the list has outlines of edges.
 #[derive(Clone, Debug)]
 pub(super) struct Outlines {
     list: [Outline; PATCH_FACES],
@@ -42,8 +42,8 @@ impl Side {
         [self.from, self.from + self.along]
     }
 
-    /// Returns the signed distance of `p` from this side's line, times the side's length. Positive
-    /// on the inner side.
+    /// Returns the signed distance of `p` from this side's line, times the side's length. The
+    /// result is positive on the inner side.
     pub(super) fn inward(&self, p: DVec2) -> f64 {
         self.along.perp_dot(p - self.from)
     }
@@ -217,7 +217,7 @@ impl Outlines {
     }
 }
 
-/// Returns true if `along` rises by less than `slope` over the contact plane.
+/// Returns true if the slope of `along` relative to the contact plane is less than `slope`.
 fn is_flat(along: DVec3, frame: &Frame, slope: f64) -> bool {
     let rise = frame.z.dot(along);
     rise * rise < slope * slope * (along.length_squared() - rise * rise)

@@ -1,6 +1,6 @@
 //! Checks a decomposition with independent code. Every triangle must belong to one piece and lie
-//! on that piece's hull. No piece may leave the solid. To check this, the code tests random points
-//! inside each piece, and whether its faces cross the surface.
+//! on that piece's hull. Each piece must lie inside the solid. To check this, the code tests random
+//! points inside each piece, and whether its faces cross the surface.
 //!
 //! Limits: samples miss parts that are thinner than the sample spacing. Before the test for
 //! crossings, each hull is shrunk slightly toward its centroid, so that touching does not count. If

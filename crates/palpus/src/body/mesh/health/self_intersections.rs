@@ -15,7 +15,7 @@ pub struct SelfIntersections {
     /// Pairs that touch outside a shared vertex or edge, but do not cross. Examples are
     /// T-junctions, and two parts that lie against each other.
     pub touching_pairs: usize,
-    /// Number of triangles that cross or overlap another one.
+    /// Number of triangles that cross or overlap another triangle.
     pub triangles: usize,
     /// True if all pairs were tested. If false, the counts are lower bounds.
     pub complete: bool,

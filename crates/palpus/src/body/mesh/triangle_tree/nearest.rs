@@ -8,8 +8,8 @@ use crate::algebra::closest_on_triangle;
 /// The point of a surface nearest to a query point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
-    /// Index of a triangle that contains the point. If several triangles contain the point, the
-    /// index is that of the first one found.
+    /// Index of a triangle that contains the point. If several triangles contain the point, this is
+    /// the first triangle found.
     pub triangle: u32,
     /// The nearest point, in model units.
     pub point: DVec3,

@@ -118,7 +118,7 @@ impl<'s> Source<'s> {
         let mut source = Self { mesh, half_edges, true_normals, normals: Vec::new(), noise };
         let mut normals = source.true_normals.clone();
         // An arc ends at the normal of the face in which the neighbouring triangle lies. Then both
-        // pieces at the edge have the same normal there.
+        // pieces at the edge use the same normal for this triangle.
         let within = |part: usize| {
             let some = part * OWNERS_PER_PART..pieces.len().min((part + 1) * OWNERS_PER_PART);
             let mut within = Vec::new();

@@ -131,11 +131,11 @@ impl<'m> Around<'m> {
         Self { mesh, starts, triangles, open }
     }
 
-    /// Returns the smallest cosine between `axis` and the normals of the triangles around mesh
-    /// vertex `v`, and the cosine of half the widest triangle angle there. If neighbours of `v` may
-    /// be higher by a tolerance (rad), an admissible direction can tilt toward their triangle by
-    /// the tolerance divided by the second cosine. Returns `None` if `v` is on the boundary of the
-    /// mesh.
+    /// Returns two cosines for the triangles around mesh vertex `v`: the smallest cosine between
+    /// `axis` and their normals, and the cosine of half of their widest angle at `v`. If
+    /// neighbours of `v` may be higher by a tolerance (rad), an admissible direction can tilt
+    /// toward their triangle by the tolerance divided by the second cosine. Returns `None` if `v`
+    /// is on the boundary of the mesh.
     fn most(&self, v: u32, axis: DVec3) -> Option<(f64, f64)> {
         let some = self.starts[v as usize] as usize..self.starts[v as usize + 1] as usize;
         let (mut most, mut narrow) = (1.0_f64, 1.0_f64);
