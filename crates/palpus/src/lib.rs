@@ -65,10 +65,11 @@
 //!
 //! # Conventions
 //!
-//! The engine consists of pure functions of values. It has no input or output, no threads, no clock
-//! and no globals. Units are SI (metres, seconds, newtons, newton-metres, radians) unless a name
-//! says otherwise; frames are right-handed. Body **a** is the probe, body **b** the environment; a
-//! contact normal is unit and points from b into a; `point_a − point_b = separation · normal`.
+//! The engine consists of pure functions of values. The engine has no input or output, no threads,
+//! no clock and no globals. Units are SI (metres, seconds, newtons, newton-metres, radians) unless
+//! a name says otherwise; frames are right-handed. Body **a** is the probe, body **b** the
+//! environment; a contact normal is unit and points from b into a;
+//! `point_a − point_b = separation · normal`.
 //!
 //! With the feature `serde`, settings, poses, wrenches and contacts can be serialized.
 //!
@@ -81,7 +82,7 @@
 //! `algebra` → `body` → `collision` → `depth` → `detect` → `force` → `render`
 //!
 //! The paper is Kim, Otaduy, Lin, Manocha, *Six-Degree-of-Freedom Haptic Display Using Localized
-//! Contact Computations*, 2002. It is cited as \[K02\].
+//! Contact Computations*, 2002. The documentation cites this paper as \[K02\].
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 

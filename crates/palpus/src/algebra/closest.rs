@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-/// Closest points of two segments, as parameters along them.
+/// Closest points of two segments, with their parameters along the segments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SegmentSegment {
     /// Parameter in \[0, 1\] on the first segment.

@@ -7,8 +7,8 @@ use super::{Twist, Wrench};
 
 /// A symmetric matrix that maps twists to wrenches. Both have the same reference point and frame.
 ///
-/// It is stored as three blocks: torque from rotation, torque from translation, and force from
-/// translation. The transpose of the second block gives the force from rotation.
+/// The matrix is stored as three blocks: torque from rotation, torque from translation, and force
+/// from translation. The transpose of the second block gives the force from rotation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpatialMatrix {
     torque_turning: DMat3,

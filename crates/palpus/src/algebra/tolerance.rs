@@ -2,7 +2,8 @@
 //! result.
 //!
 //! Each entry states its unit, the reason for its value, and the effect of a larger or a smaller
-//! value. "Relative to" a length means that the value is multiplied by that length before use.
+//! value. In an entry, "this" is the value. "Relative to" a length means that the value is
+//! multiplied by that length before use.
 //!
 //! The values are grouped by top-level module and then by task, in the order of the pipeline. Each
 //! group's heading names the modules that use it. A value that several modules use is in the
@@ -18,8 +19,8 @@
 /// rounding as an error.
 pub const WELL_FORMED_ROUNDING: f64 = 1e-14;
 
-/// Sweeps of Jacobi rotations over a 3 × 3 symmetric matrix. The sweeps converge quadratically:
-/// after five, only rounding errors are left.
+/// Number of sweeps of Jacobi rotations over a 3 × 3 symmetric matrix. The sweeps converge
+/// quadratically: after five, only rounding errors are left.
 pub const JACOBI_SWEEPS: usize = 8;
 
 // body: from a file to a mesh (mesh, weld, orient)
@@ -58,15 +59,15 @@ pub const WELD_CELL: f64 = 1e-5;
 /// meshes and opens the surface.
 pub const ZERO_AREA: f64 = 1e-12;
 
-/// Rounds of edge flips that remove triangles of no area.
+/// Largest number of rounds of edge flips that remove triangles without area.
 ///
 /// One round is enough unless several of these triangles share one long side. More rounds only cost
-/// time. Triangles of no area that remain after the last round are dropped; each leaves a crack of
-/// zero width.
+/// time. Triangles without area that remain after the last round are dropped; each leaves a
+/// crack of zero width.
 pub const CAP_ROUNDS: usize = 8;
 
-/// Number of a component's vertices that must lie inside another component for the first to count
-/// as nested in it.
+/// A component counts as nested in another component only if this number of its vertices lie inside
+/// the other.
 ///
 /// One vertex would be enough if components never crossed. Several vertices distinguish a nested
 /// component from one that crosses the surface of the other.
@@ -114,7 +115,8 @@ pub const INSIDE_WINDING: f64 = 0.5;
 /// dipole.
 ///
 /// The error of one box falls with the square of this factor, and the errors of many boxes may add
-/// up. 3 keeps the winding number within about 0.01 on real models. A smaller factor is faster.
+/// up. A factor of 3 keeps the error of the winding number below about 0.01 on real models. A
+/// smaller factor is faster.
 pub const DIPOLE_REACH: f64 = 3.0;
 
 // body: hulls and polytopes (hull)
@@ -195,9 +197,9 @@ pub const FOLDED: f64 = 0.5;
 /// good patches; with a smaller one, noise can hide a surface that enters a hull.
 pub const NEEDLE_NORMAL: f64 = 1e-10;
 
-/// Multiplied by the largest coordinate, and by the squared longest side over the area: the
-/// rounding error of a point's height above a triangle's plane. For points nearer to the plane than
-/// this, the exact determinant decides the side.
+/// Factor of the rounding error of a point's height above a triangle's plane. The error is this
+/// value times the largest coordinate, times the squared longest side over the area. For points
+/// nearer to the plane than the error, the exact determinant decides the side.
 ///
 /// The value is about twenty ulps. A larger value only computes the determinant more often; a
 /// smaller one accepts wrong signs.
@@ -219,8 +221,8 @@ pub const FLAT_PATCH: f64 = 8.0;
 /// 0.25, both at a noise of 1e-6).
 pub const ENTERED: f64 = 0.25;
 
-/// Boxes of the triangle tree are tested as a whole against this many of a trial hull's newest
-/// planes.
+/// Number of a trial hull's newest planes against which whole boxes of the triangle tree are
+/// tested.
 ///
 /// A new point adds a fan of about six faces. This value affects only speed.
 pub const FENCE_PLANES: usize = 12;
@@ -229,20 +231,20 @@ pub const FENCE_PLANES: usize = 12;
 /// Smaller parts grow just as fast facet by facet.
 pub const WHOLE_FACETS: usize = 64;
 
-/// From this number of points on, a patch uses a hull that stores each face's neighbours.
+/// A patch with at least this number of points uses a hull that stores each face's neighbours.
 ///
 /// Scanning all faces of a small hull is faster than searching from neighbour to neighbour. This
 /// value affects only speed.
 pub const WIDE_PATCH: usize = 400;
 
-/// Boxes and triangles are first tested against the planes of this many of a wide hull's largest
-/// new faces.
+/// Number of a wide hull's largest new faces whose planes are tested first against boxes and
+/// triangles.
 ///
 /// A new point's fan has about six faces; a fan that closes over an opening has hundreds of faces,
 /// nearly in one plane. This value affects only speed.
 pub const WIDE_FENCE: usize = 24;
 
-/// After it was cut by this number of planes, a triangle counts as entering a wide hull.
+/// A triangle counts as entering a wide hull after it was cut by this number of planes.
 ///
 /// Each cut removes more than half of the remaining triangle, so the triangle shrinks
 /// geometrically. Only triangles that touch the hull at a point reach the limit. Then the patch is
@@ -300,8 +302,8 @@ pub const REGROWTH_KEPT_BACK: f64 = 0.3;
 
 // body: thick pieces (thicken)
 
-/// Relative: how much the distance to the surface along an inward path may fall below the
-/// distance that the path's slope predicts.
+/// The slope of an inward path predicts the distance to the surface. The true distance may be
+/// smaller than the predicted distance by this share.
 ///
 /// At a piece's corner on the medial axis, the known distance is too small by up to this share.
 /// With a larger value, pieces overlap more around the medial axis. With a smaller one, the
@@ -354,8 +356,8 @@ pub const HULL_POINT_GAIN: f64 = 1e-9;
 /// depths larger than the distance to the nearest surface.
 pub const THICK_HONEST: f64 = 1.2;
 
-/// Relative to its depth below the patch: an inner corner that is nearer than this to another one
-/// is left out.
+/// Relative to its depth below the patch: an inner corner that is nearer than this to another inner
+/// corner is left out.
 pub const THICK_MERGED: f64 = 0.1;
 
 /// Largest number of inner corners of a piece. Each corner makes depth and distance queries slower;
@@ -376,11 +378,11 @@ pub const THICK_ENTERED: f64 = 2.0;
 /// to the ends of their paths.
 pub const THICK_SHARES: [f64; 5] = [1.0, 0.75, 0.5, 0.35, 0.2];
 
-/// How often an inner corner is moved half way back to the surface if the surface enters the hull
-/// with this corner.
+/// Largest number of times that an inner corner is moved half way back to the surface, because the
+/// surface enters the hull with this corner.
 pub const THICK_RETREATS: i32 = 3;
 
-/// Facets: patches with more get no inner corners.
+/// Facets: patches with more facets get no inner corners.
 ///
 /// The trial hull of so many points takes a tenth of a second and is built several times. A larger
 /// value makes the preparation of smooth bodies with a few dents slow.
@@ -403,7 +405,8 @@ pub const ON_FACE: f64 = 4.0;
 
 /// A face of a piece is original if at least this share of its area lies on the mesh.
 ///
-/// Slightly less than one half, so that a share of exactly one half is enough.
+/// The value is slightly less than one half, so that rounding does not exclude a share of exactly
+/// one half.
 pub const COVERED_HALF: f64 = 0.499_999;
 
 /// If at least this share of a face's area lies on the mesh, every point of the face counts as
@@ -438,8 +441,8 @@ pub const CAP_SLACK: f64 = 1e-3;
 /// larger value only tests more normals.
 pub const CAP_LEAST: f64 = 0.05;
 
-/// Largest number of triangles in a partly covered face that are searched for the triangle at a
-/// closest point. On a face with more triangles, every point counts as lying on the mesh.
+/// The search for the triangle at a closest point, on a partly covered face, examines at most this
+/// many triangles. On a face with more triangles, every point counts as lying on the mesh.
 ///
 /// This limit bounds the time of a tick. A partly covered face bridges a gap between facets of one
 /// plane, and has only a few triangles.
@@ -460,11 +463,11 @@ pub const SAME_FACE: f64 = 0.5;
 /// base 8/7. A smaller value forces worse cuts; a larger one allows deeper trees and stacks.
 pub const SPLIT_SHARE: usize = 8;
 
-/// Steps toward the farthest point in the search for a small bounding sphere. Step k goes 1/(k +
-/// 4) of the way.
+/// Number of steps toward the farthest point in the search for a small bounding sphere. Step k goes
+/// 1/(k + 4) of the way to this point.
 ///
-/// The resulting radius is within a few percent of the smallest radius. Any number is safe, since
-/// the radius is measured at the end.
+/// The resulting radius is within a few percent of the smallest radius. Any number of steps is
+/// safe, since the radius is measured at the end.
 pub const SPHERE_STEPS: u32 = 24;
 
 /// In debug builds, the hierarchy's validation checks this many heights of a child's vertices above
@@ -474,13 +477,13 @@ pub const SPHERE_STEPS: u32 = 24;
 /// a broken hull sooner, and makes debug tests on scans slow.
 pub const VALIDATED_HEIGHTS: usize = 4096;
 
-/// The hierarchy's validation checks the bounds above this many nodes, evenly spaced, up to the
-/// root.
+/// The hierarchy's validation takes this many evenly spaced nodes, and checks the bounds of all
+/// nodes above them.
 pub const VALIDATED_PIECES: usize = 128;
 
 // body: work in parts (body, hierarchy, thicken, admissible)
 
-/// Number of pieces that one part of the work builds or examines.
+/// Number of pieces in one part of the work.
 ///
 /// A piece takes about 10 µs. With fewer pieces, distributing the parts costs more; with more
 /// pieces, workers are idle at the end. This value affects only speed.
@@ -539,8 +542,8 @@ pub const MARCH_PROOF: f64 = 1e-12;
 /// even where rounding explains a larger one.
 ///
 /// Only bodies whose distance is below about 1e-7 of their size come near this limit. A larger
-/// value would report bodies as separate that touch elsewhere; a smaller one sends more of these
-/// few pairs to the fallback.
+/// value would report touching bodies as separate; a smaller one sends more of these few pairs to
+/// the fallback.
 pub const MARCH_DOUBT: f64 = 1e-2;
 
 /// In debug builds, one in this many results of the march and of the depth query is validated.
@@ -578,8 +581,8 @@ pub const GJK_PLATEAU: u32 = 8;
 
 // collision: spheres and boxes (bounds)
 
-/// Squared sine of the angle between two box axes; below it, their cross product is not tested as a
-/// separating axis.
+/// Squared sine of the angle between two box axes. If the angle is smaller, the cross product of
+/// the axes is not tested as a separating axis.
 ///
 /// The direction of the product would be noise, and the face normals of the boxes give nearly the
 /// same gap. A larger value only loosens the bound.
@@ -709,18 +712,19 @@ pub const SAMPLE_EXCESS: f64 = 0.05;
 /// The share is above 0, so that of two pairs that press equally hard at least one is measured.
 pub const SAMPLE_EQUAL: f64 = 0.02;
 
-/// A contact counts fully if it presses harder by this share beyond [`SAMPLE_EXCESS`].
+/// A contact has its full weight if it presses harder than the sample by [`SAMPLE_EXCESS`] plus
+/// this share.
 ///
 /// A smaller value makes the force change faster while the contact appears.
 pub const SAMPLE_FULL_EXCESS: f64 = 0.05;
 
-/// Share of the contact offset: where the sample presses less than this, this share is compared
-/// instead.
+/// Lower limit of the pressing depth in comparisons with the sample, as a share of the contact
+/// offset.
 ///
 /// With 0, each contact that has just started to press would be measured.
 pub const SAMPLE_LEAST: f64 = 0.05;
 
-/// Largest number of contacts, of the sample and of other pairs, with which a pair is compared.
+/// A pair is compared with at most this number of contacts of the sample and of other pairs.
 pub const SAMPLE_LOADS: usize = 512;
 
 /// Relative to the radius of the smaller piece: the motion after which a represented pair is
@@ -736,8 +740,8 @@ pub const SAMPLE_TRAVEL: f64 = 1.0;
 /// value costs time. With a smaller one, a pair may be deeper than its bound for some ticks.
 pub const REPRESENTED_SLOPE: f64 = 0.04;
 
-/// A represented pair is tested again after this share of the motion of [`SAMPLE_TRAVEL`] at the
-/// earliest.
+/// Smallest motion after which a represented pair is tested again, as a share of the motion of
+/// [`SAMPLE_TRAVEL`].
 ///
 /// With a smaller value, each query tests the pairs whose gap is near its bound.
 pub const REPRESENTED_LEAST: f64 = 0.05;
@@ -746,9 +750,8 @@ pub const REPRESENTED_LEAST: f64 = 0.05;
 /// tried again.
 pub const MERGE_RETRY: f64 = 0.25;
 
-/// Relative to the size of a pair of nodes: largest excess of the distance that the wake time of
-/// the pair implies over the true distance. The front's validation reports a larger excess as an
-/// error.
+/// The wake time of a pair of nodes implies a least distance. The front's validation reports an
+/// error if the true distance is smaller by more than this value times the pair's size.
 ///
 /// The results of marches from different starts differ by up to 1e-11 of the size. A larger value
 /// hides a wake time that is too late; a smaller one reports mere rounding.
@@ -820,8 +823,8 @@ pub const OFFSET_SLACK: f64 = 4e-9;
 /// depths; a smaller one computes exact values a second time.
 pub const CRISP: f64 = 1e-14;
 
-/// Relative to the shortest edge: if the bulge is larger than this, the next improving edge may be
-/// hidden behind a short edge, and support climbs search farther.
+/// Relative to the shortest edge: if a polytope's bulge is larger than this, the edge to the next
+/// higher vertex may be missing. Support climbs then also search the vertices of adjacent faces.
 ///
 /// With a larger value, a climb may end too early, between two vertices that differ only by
 /// rounding. A smaller one makes climbs over accurate polytopes slower.
@@ -835,8 +838,8 @@ pub const WALK_STEPS: u32 = 500;
 /// tests only the facet across the side beyond which the origin lies farthest.
 ///
 /// One side is enough to reach a local minimum. If all sides are tested, the walk moves to the
-/// lowest facet. For a face with few sides, testing all of them costs no more than finding that
-/// side.
+/// lowest facet. For a face with few sides, testing all of them costs no more than finding the side
+/// for the origin.
 pub const FACET_SIDES: usize = 8;
 
 /// Largest number of corners in the clipping of flush features. If two flush faces together have
@@ -866,7 +869,7 @@ pub const ADMISSIBLE_CROSSINGS: usize = 1 << 14;
 // depth: the certificate (certificate, inner)
 
 /// Largest gap between the lower and upper bound of a proof, relative to the depth. No direction
-/// has a depth that is smaller than a proven one by more than this.
+/// has a depth that is smaller than a proven depth by more than this.
 ///
 /// If the inner surface contains the facet of the CSO at the result, both bounds agree to rounding.
 /// A larger value saves growth steps where the CSO is nearly round. Below 1e-12, the rounding of
@@ -948,14 +951,14 @@ pub const PATCH_FACES: usize = 4;
 
 /// Largest number of corners of one patch, before corners with too large a separation are left out.
 ///
-/// The overlap of two polygons of [`PATCH_SIDES`] has no more corners. A smaller value drops
-/// corners that carry load.
+/// The overlap of two polygons with [`PATCH_SIDES`] corners each has at most this number of
+/// corners. A smaller value drops corners that carry load.
 pub const PATCH_CORNERS: usize = 2 * PATCH_SIDES;
 
 /// Relative to the pair's size: corners of a patch nearer than this are merged.
 ///
-/// Two faces that share a corner give it with different rounding. A larger value merges distinct
-/// corners.
+/// Two faces that share a corner compute it with different rounding errors. A larger value merges
+/// distinct corners.
 pub const PATCH_SAME: f64 = 1e-9;
 
 // depth: the depth of solids of any shape (global)
@@ -992,22 +995,22 @@ pub const CELL_DUAL: f64 = 1e-12;
 /// depth of convex pairs differ by more than 1e-8 of the size.
 pub const CONVEX_SHORTFALL: f64 = 4e-9;
 
-/// Relative to the body's size: how far below the surface a sample must lie in a cell to count as
-/// covered.
+/// Relative to the body's size: a sample of the surface counts as covered if the point this far
+/// below it lies in a cell.
 ///
 /// The value is a tenth of the default gap ([`DEPTH_GAP`]). A smaller value needs many more cells;
 /// with a larger one, the query has to grow more cells.
 pub const CELL_DEPTH: f64 = 1e-3;
 
-/// Approximate number of sample points on a surface of few triangles. A surface of more triangles
-/// has at most this number, one per triangle.
+/// Approximate number of sample points on a surface of few triangles. A surface with more triangles
+/// gets at most this number of points, and at most one per triangle.
 pub const CELL_SAMPLES: usize = 8192;
 
 /// Largest number of cells of a body. This value affects only speed.
 pub const CELLS: usize = 1024;
 
-/// Number of cells that are grown in one batch. Because it is constant, the cells do not depend on
-/// the number of workers.
+/// Number of cells that are grown in one batch. This number is constant, so the cells do not depend
+/// on the number of workers.
 pub const CELL_BATCH: usize = 16;
 
 /// Largest number of rounds in which a ball shrinks until it touches the surface on two sides.
@@ -1122,8 +1125,8 @@ pub const EXIT_TURNS: usize = 6;
 /// Largest number of half-spaces that a slide collects before it gives up.
 pub const DEPTH_SLIDE_STEPS: usize = 64;
 
-/// Always tests this many of the obstacles that may block a cone's triangle, and uses the best one.
-/// This value affects only speed.
+/// The search always tests this many of the obstacles that may block a cone's triangle, and uses
+/// the best one. This value affects only speed.
 pub const CONE_FIRST_TRIES: usize = 12;
 
 /// After the first [`CONE_FIRST_TRIES`] obstacles, more are tested until one blocks the cone's
@@ -1142,7 +1145,7 @@ pub const CONE_SMALL: f64 = 0.05;
 /// Share of the gap: a cone whose triangle is smaller than this is not cut any more.
 pub const CONE_SMALLEST: f64 = 1e-4;
 
-/// Cuts of cones between two searches for a shorter free translation.
+/// Number of cuts of cones between two searches for a shorter free translation.
 pub const CONE_CUTS_PER_WAY_OUT: u64 = 12;
 
 /// If a cone has at least this many candidate obstacles, each of its halves keeps only the
@@ -1154,9 +1157,9 @@ pub const CONE_FILTER: usize = 64;
 /// A depth is rejected unless a witness point lies below the surface by at least this share of the
 /// depth.
 ///
-/// If the surface bends, its nearest point is slightly nearer than its point along the contact's
-/// normal. A larger value drops true contacts on curved parts; a smaller one accepts depths that
-/// another surface contradicts.
+/// If the surface bends, the nearest point of the surface is slightly nearer than the point along
+/// the contact's normal. A larger value drops true contacts on curved parts; a smaller one accepts
+/// depths that another surface contradicts.
 pub const BELIEVED_SHARE: f64 = 0.8;
 
 /// Like [`BELIEVED_SHARE`] for a contact of two edges. A point beyond an edge is nearer to the
@@ -1189,7 +1192,7 @@ pub const GUARD_STEP: f64 = 0.5;
 /// already be nearer to the other side.
 pub const GUARD_THICK: f64 = 8.0;
 
-/// Largest number of sub-steps of a tick. A tick that would need more is treated as a jump, not as
+/// Largest number of sub-steps of a tick. A tick that needs more sub-steps counts as a jump, not as
 /// motion (8 m/s at 1 mm tolerance and 1 kHz).
 ///
 /// A larger value makes fast ticks more expensive; a smaller one protects only slower motions.
@@ -1205,7 +1208,7 @@ pub const GUARD_HOLD: f64 = 20.0;
 /// Cosine: a normal that turns by more than this angle (120°) in a sub-step has turned over.
 ///
 /// A tool that slides off the side of a part turns the normal by a right angle. A value nearer to
-/// −1 misses oblique tunnelling; one nearer to 0 holds pairs that only slid off.
+/// −1 misses oblique tunnelling; a value nearer to 0 also holds pairs that only slid off.
 pub const TURNED_OVER: f64 = -0.5;
 
 // force: shading (smooth_surface, smooth_body)
@@ -1226,17 +1229,16 @@ pub const SHADING_SAME: f64 = 1.0 - 1e-9;
 /// leaves needles without shading.
 pub const SHADING_IN_FACE: f64 = 0.999_96;
 
-/// Largest number of triangles in a face of a piece that are searched for the triangle at a contact
-/// point.
+/// The search for the triangle at a contact point examines at most this many triangles of a face.
 ///
 /// This limit bounds the time to a few microseconds per contact. Contacts on larger merged faces,
-/// which are flat anyway, keep their true normal.
+/// which are flat, keep their true normal.
 pub const SHADING_TRIANGLES: usize = 1024;
 
 // force: clusters (cluster, representative, sharing)
 
-/// Cells of the clustering grid along one axis. A cell's key has 21 bits per axis; a few values are
-/// reserved for neighbours on both sides.
+/// Number of cells of the clustering grid along one axis. A cell's key has 21 bits per axis; a few
+/// values are reserved for neighbours on both sides.
 ///
 /// Contacts beyond this many cells share the outermost cells. The clustering is then slower, but
 /// its result does not change.
@@ -1276,8 +1278,8 @@ pub const VALIDATED_CONTACTS: usize = 64;
 /// Relative to their distance from b's origin: contacts nearer to each other than this,
 /// perpendicular to the force, count as one contact.
 ///
-/// Two pieces that share a corner give it with different rounding. With a larger value, one of two
-/// near contacts vanishes.
+/// Two pieces that share a corner compute it with different rounding errors. With a larger value,
+/// one of two near contacts vanishes.
 pub const TILT_SAME: f64 = 1e-9;
 
 /// Largest number of contacts for smooth clustering, which compares all pairs of contacts
@@ -1351,8 +1353,8 @@ pub const COUPLING_SAMPLED: f64 = 0.01;
 
 /// In periods of the loop: damping of a coupling over its stiffness.
 ///
-/// The loop lags by one and a half periods; a damping of less than these has no effect. With a
-/// larger value, the user feels the noise of the velocity.
+/// The loop lags by one and a half periods; a value below 1.5 has no effect. With a larger value,
+/// the user feels the noise of the velocity.
 pub const COUPLING_LEAD: f64 = 3.0;
 
 /// N·m/rad: stiffness of the torque that turns the tool to the hand's orientation. The torque is
@@ -1393,23 +1395,23 @@ pub const COUPLING_MOST_TURN: f64 = 2.4;
 /// In free air, an anchor that has slipped returns to the grip by this share of the device's
 /// motion.
 ///
-/// Users do not notice a third more or less of their own motion; from 1 on, the tool could move
-/// against the hand.
+/// Users do not notice if the tool moves by a third more or less than the hand. With 1 or more, the
+/// tool could move against the hand.
 pub const COUPLING_RETURN: f64 = 0.3;
 
 /// Relative to the tool's contact offset: how far the tool sinks into the offset under the device's
 /// largest force.
 ///
-/// If it sank by the whole offset, hard presses would end at exact touch, where normals and witness
-/// points are least accurate.
+/// If the tool sank by the whole offset, hard presses would end at exact touch, where normals and
+/// witness points are least accurate.
 pub const TOOL_SINKS: f64 = 0.5;
 
 /// Relative to the contact tolerance: the contact offset, which is the separation below which
 /// contacts push the tool.
 ///
 /// A larger value keeps a peg out of a hole whose clearance is smaller than the tolerance. A
-/// smaller one makes contacts stiffer than the accuracy of curved meshes justifies, and lets a fast
-/// tool overlap before it is stopped.
+/// smaller one makes contacts stiffer than the accuracy of curved meshes justifies, and a fast tool
+/// then overlaps the object before it stops.
 pub const TOOL_SKIN: f64 = 0.1;
 
 // render: the tool's step (tool, together, touches)
@@ -1422,11 +1424,11 @@ pub const TOOL_SKIN: f64 = 0.1;
 pub const REACH_LEAST: f64 = 2.0;
 
 /// In contact offsets: a tool in contact may always move this far in a step, even if its query did
-/// not examine everything that may have come near.
+/// not examine all surfaces that may have come near.
 ///
-/// At 1 kHz and an offset of 20 µm this is 10 mm/s. A smaller value is felt as a drag when
-/// close-fitting parts turn, for which the work limit is always too small. With a larger one, the
-/// tool sinks in deeper before an unexamined part of the surface pushes back.
+/// At 1 kHz and an offset of 20 µm, the value allows 10 mm/s. A smaller value is felt as a drag
+/// when close-fitting parts turn, for which the work limit is always too small. With a larger one,
+/// the tool sinks in deeper before an unexamined part of the surface pushes back.
 pub const REACH_CREEP: f64 = 0.5;
 
 /// In the next step, the tool may move at most this many times as far as in the last step.
@@ -1435,7 +1437,8 @@ pub const REACH_CREEP: f64 = 0.5;
 /// tool is fast; with 1, the tool could never accelerate.
 pub const REACH_GROWTH: f64 = 2.0;
 
-/// Factor by which the look-ahead of contacts shrinks in each step that needs less.
+/// Factor by which the look-ahead distance of contacts shrinks in each step that needs a shorter
+/// distance.
 ///
 /// Whenever the tolerance grows, pairs in the front must be tested earlier. So the tolerance should
 /// not shrink and grow in every step.
@@ -1446,7 +1449,7 @@ pub const REACH_FADE: f64 = 0.9;
 ///
 /// While a body stays within the margin it keeps its box, and no new pairs are searched. For a
 /// tool of 6 cm the margin is 7 mm, which is 20 steps of a quick hand. A larger value queries
-/// pairs that are far apart; 0 computes and sorts the boxes in every step.
+/// pairs that are far apart. With 0, the boxes are computed and sorted in every step.
 pub const BOX_SPARE: f64 = 0.25;
 
 /// m/s: the speed of a tool is limited to this, even if the device reports a higher speed.
@@ -1457,8 +1460,8 @@ pub const TOOL_FASTEST: f64 = 5.0;
 /// Largest number of times that a tool's step is solved to find which contacts press and which
 /// slide.
 ///
-/// Which contacts press is found in two or three rounds; the error of sliding halves in each round.
-/// More rounds only cost time.
+/// Two or three rounds find which contacts press. The error of sliding halves in each round. More
+/// rounds only cost time.
 pub const COUPLING_ROUNDS: u32 = 12;
 
 /// The rounds of a tool's step oscillate if a solution returns near the solution two rounds
@@ -1472,8 +1475,8 @@ pub const RELAX_DRIFT: f64 = 0.1;
 /// A relaxed round of a tool's step goes at least this share of the way from the guess to the
 /// solution.
 ///
-/// Friction that lifts its body off the surface converges with shares of a few hundredths. A
-/// smaller share could need more than [`COUPLING_ROUNDS`] rounds.
+/// If friction lifts its body off the surface, the rounds converge with shares of a few hundredths.
+/// A smaller share could need more than [`COUPLING_ROUNDS`] rounds.
 pub const RELAX_LEAST: f64 = 0.02;
 
 /// Relative to a contact's friction limit: a larger change of its friction causes another round of
@@ -1500,8 +1503,8 @@ pub const IMPACT_CONE: f64 = 0.866;
 
 /// Relative to the device's largest force: the largest force of an impact's vibration.
 ///
-/// The rest is left for the contact itself. At 200 Hz the slew limit (the largest force in 2 ms)
-/// does not clip the vibration.
+/// The remaining force is left for the contact itself. At 200 Hz the slew limit (the largest force
+/// in 2 ms) does not clip the vibration.
 pub const TRANSIENT_MOST: f64 = 1.0 / 3.0;
 
 /// Smallest number of ticks in a period of a vibration.
@@ -1556,15 +1559,15 @@ pub const PACE_FIRST_PRICE: f64 = 100.0;
 /// Units of work: a step with less work than this is too short to measure the cost of a unit.
 pub const PACE_TELLING: u64 = 500;
 
-/// Units of work that a query may always do. So it makes progress even if the loop is late.
+/// Units of work that a query may always do. So the query makes progress even if the loop is late.
 pub const PACE_LEAST_WORK: u64 = 200;
 
 /// Default share of the loop's period that a step should take.
 ///
-/// The rest is left for the device, the recorder and other load of the machine.
+/// The remaining time is left for the device, the recorder and other load of the machine.
 pub const PACE_SHARE: f64 = 0.6;
 
-/// s: assumed interval between a host's updates of a driven body (60 Hz) before a real one is
+/// s: assumed interval between a host's updates of a driven body (60 Hz) before a real interval is
 /// known.
 pub const DRIVEN_PERIOD: f64 = 1.0 / 60.0;
 

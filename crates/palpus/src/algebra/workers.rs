@@ -60,7 +60,7 @@ pub fn map_in_order<T: Send + Sync>(
     );
     let mut all = Vec::with_capacity(count);
     for (part, answer) in answers.into_iter().enumerate() {
-        // Workers must not skip a part. If they do, the part is computed here, so the result is
+        // Workers must not skip a part. If a part is missing, it is computed here, so the result is
         // still correct.
         all.extend(answer.into_inner().unwrap_or_else(|| of_part(part)));
     }

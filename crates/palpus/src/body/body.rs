@@ -81,7 +81,7 @@ pub enum BodyError {
     Hierarchy(#[from] HierarchyError),
 }
 
-/// An object that is ready for queries. It is immutable and can be shared between threads. All
+/// An object that is ready for queries. A body is immutable, and threads can share it. All
 /// coordinates are in metres, in the model's frame.
 #[derive(Clone, Debug)]
 pub struct Body {

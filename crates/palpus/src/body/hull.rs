@@ -7,7 +7,8 @@
 //! 1. Sort the points by coordinates and drop exact duplicates. After this step the result does not
 //!    depend on the order of the given points.
 //! 2. Find four points that span a volume. If the set is too thin in one direction, the result is a
-//!    polygon. If it is too thin in two or three directions, the result is a segment or a point.
+//!    polygon. If the set is too thin in two or three directions, the result is a segment or a
+//!    point.
 //! 3. Run quickhull from that tetrahedron (Barber, Dobkin, Huhdanpaa 1996) with Shewchuk's exact
 //!    orientation predicate. The result is a triangulated hull, which is correct for any degenerate
 //!    input (`quickhull`).
@@ -15,8 +16,8 @@
 //! 5. Merge coplanar triangles into planar faces (`merge`), but skip each merge that would break
 //!    the topology.
 //!
-//! This differs from the published quickhull in two ways. Exact signs replace its "thick facets",
-//! and faces are merged only after the hull is complete.
+//! Two deviations from the published quickhull: exact signs replace its "thick facets", and faces
+//! are merged only after the hull is complete.
 
 mod merge;
 mod normal;
@@ -103,8 +104,8 @@ pub enum HullError {
 /// `coplanar` is the merge distance in model units. Hull triangles become one face if all their
 /// vertices lie within this distance of a common supporting plane. If the merge distance is zero,
 /// only exactly coplanar triangles become one face. No vertex moves. A given point lies above a
-/// face of a solid by at most the merge distance. It lies above a face of a plate by at most twice
-/// the merge distance. If the hull is a polygon, either side may become its front. With
+/// face of a solid by at most the merge distance. A given point lies above a face of a plate by at
+/// most twice the merge distance. If the hull is a polygon, either side may become its front. With
 /// [`convex_polygon`], the caller chooses the front.
 ///
 /// # Errors

@@ -78,7 +78,7 @@ pub enum MeshError {
     /// There is no face.
     #[error("the model has no faces")]
     Empty,
-    /// There are faces, but all of them have zero area.
+    /// There are faces, but every face has zero area.
     #[error("none of the {faces} faces has any area")]
     NoArea {
         /// Number of faces.
@@ -102,8 +102,8 @@ pub struct Cleaning {
     /// Polygons, including triangles, that were dropped because they have no area or fewer than
     /// three different corners.
     pub degenerate_faces: usize,
-    /// Polygons that cross themselves. They are cut into triangles, but the triangles cover no
-    /// well-defined region.
+    /// Polygons that cross themselves. These polygons are cut into triangles, but the triangles
+    /// cover no well-defined region.
     pub self_crossing_faces: usize,
     /// Triangles that were dropped because an earlier triangle has the same three corners.
     pub duplicate_triangles: usize,

@@ -9,13 +9,13 @@
 //! * Each face has a loop of vertices and a loop of edges, counter-clockwise as seen from outside.
 //!
 //! A body can have hundreds of thousands of small polytopes, so the memory of each one matters.
-//! Lists have no spare capacity. All indices of a polytope are in one list. They have 16 bits each
-//! if all of them fit (`numbers`). The module `build` creates polytopes, and restores them from
-//! stored parts.
+//! Lists have no spare capacity. All indices of a polytope are in one list. The indices have 16
+//! bits each if all of them fit (`numbers`). The module `build` creates polytopes, and restores
+//! them from stored parts.
 //!
-//! A flat piece is a *plate*. It has a front polygon, a back polygon, and a *rim* along each side.
-//! A rim is a face of zero width. Its normal points outward in the plate's plane, and its loop has
-//! two vertices.
+//! A flat piece is a *plate*. A plate has a front polygon, a back polygon, and a *rim* along each
+//! side. A rim is a face of zero width. Its normal points outward in the plate's plane, and its
+//! loop has two vertices.
 //!
 //! With rims, the surface of a plate has the topology of a sphere, like any other polytope: V − E +
 //! F = n − 2n + (n + 2) = 2. Each arc of the plate's Gauss map is a quarter circle. Without rims,
@@ -245,8 +245,8 @@ impl Polytope {
 
     /// Returns the bulge (m): the largest distance of a vertex from the plane of an adjacent face,
     /// or of a neighbouring vertex above that plane. The bulge bounds how far a face's plane
-    /// differs from a supporting plane. It consists only of rounding errors, unless the merged
-    /// faces were not exactly coplanar.
+    /// differs from a supporting plane. The bulge consists only of rounding errors, unless the
+    /// merged faces were not exactly coplanar.
     #[inline]
     pub fn bulge(&self) -> f64 {
         self.bulge
@@ -292,7 +292,8 @@ impl Polytope {
         if self.lists.is_original(f) { Provenance::Original } else { Provenance::Virtual }
     }
 
-    /// Returns the provenance of edge `e`. It is original if at least one of its faces is original.
+    /// Returns the provenance of edge `e`. An edge is original if at least one of its faces is
+    /// original.
     #[inline]
     pub fn edge_provenance(&self, e: u32) -> Provenance {
         let Edge { left, right, .. } = self.edge(e);
@@ -300,8 +301,8 @@ impl Polytope {
         if original { Provenance::Original } else { Provenance::Virtual }
     }
 
-    /// Returns the mean of the vertices, in the body's frame. It is in the interior of a solid, or
-    /// on a plate.
+    /// Returns the mean of the vertices, in the body's frame. The mean is in the interior of a
+    /// solid, or on a plate.
     #[inline]
     pub fn centroid(&self) -> DVec3 {
         self.centroid

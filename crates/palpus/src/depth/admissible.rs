@@ -29,7 +29,7 @@
 //!
 //! Deviation from \[K02\]: the paper moves a depth from virtual features to a neighbouring original
 //! feature, and then walks one step further. The paper's depth jumps if the neighbourhood changes,
-//! and it may not be the least depth.
+//! and may not be the least depth.
 
 mod arcs;
 mod points;
@@ -129,7 +129,7 @@ pub(crate) fn admissible_bound(
 /// An upper bound of the depth of two pieces.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AdmissibleBound {
-    /// Unit normal from b into a, in b's frame. It is admissible for both pieces.
+    /// Unit normal from b into a, in b's frame. The normal is admissible for both pieces.
     pub(crate) normal: DVec3,
     /// Vertices of a and b that support the normal.
     pub(crate) hub: [u32; 2],

@@ -68,7 +68,8 @@ impl Antipodal {
 /// States whether a depth is proven to be the smallest depth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Certainty {
-    /// No neighbouring facet of the CSO has a smaller offset. \[K02\] guarantees this and no more.
+    /// No neighbouring facet of the CSO has a smaller offset. \[K02\] guarantees only this
+    /// property.
     LocallyOptimal,
     /// Proven: no shorter motion in any direction separates the pair.
     GloballyOptimal,
@@ -91,7 +92,7 @@ pub struct Depth {
     pub depth: f64,
     /// The features that span the facet of the CSO on which the answer lies.
     pub antipodal: Antipodal,
-    /// A hub pair of that facet. The next tick starts from it.
+    /// A hub pair of that facet. The next tick starts from this pair.
     pub hub: HubPair,
     /// States whether this depth is proven to be the smallest depth.
     pub certainty: Certainty,

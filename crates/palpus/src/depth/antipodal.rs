@@ -128,8 +128,8 @@ pub(super) struct Facet<'p> {
 }
 
 impl<'p> Facet<'p> {
-    /// Returns the facet at a corner of an overlap. It contains the features that lie in the
-    /// facet's plane within the angle `within` (radians).
+    /// Returns the facet at a corner of an overlap. The facet contains the features that lie in its
+    /// plane within the angle `within` (radians).
     pub(super) fn at(cso: &Cso<'p>, corner: &Corner, within: f64) -> Self {
         let toward_b = cso.toward_b(corner.normal);
         let (feature_a, feature_b) = match corner.antipodal {
@@ -248,8 +248,8 @@ pub(super) fn flush_at_vertex(polytope: &Polytope, v: u32, direction: DVec3, wit
 }
 
 /// Returns the face beside edge `e` that lies in the supporting plane within the angle `within`
-/// (radians). If neither face does, returns the edge. `direction` is the plane's normal (unit, in
-/// the polytope's frame).
+/// (radians). If neither face lies in this plane, returns the edge. `direction` is the plane's
+/// normal (unit, in the polytope's frame).
 fn flush_at_edge(polytope: &Polytope, e: u32, direction: DVec3, within: f64) -> Feature {
     let edge = polytope.edge(e);
     [edge.left, edge.right]

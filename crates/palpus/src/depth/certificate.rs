@@ -17,8 +17,8 @@
 //! Bergen 2001), which finds depth and proof together. The nearest triangle lies in a facet of the
 //! CSO, and this facet gives the exact features. In coherent motion, a walk comes first, and the
 //! proof starts from the surface of the previous tick. The corners of that surface are pairs of
-//! vertices of the bodies, so the surface still lies inside the CSO after a small motion. It is
-//! measured again, and repaired where it is too near to the origin.
+//! vertices of the bodies, so the surface still lies inside the CSO after a small motion. The
+//! surface is measured again, and repaired where it is too near to the origin.
 //!
 //! 1. Touching pairs: a depth within rounding of zero needs no proof.
 //! 2. A triangle of the kept surface needs no test if its measured distance exceeds u by more than

@@ -99,7 +99,8 @@ pub struct DepthBracket {
     pub lower: f64,
     /// The length of `translation` (model units).
     pub upper: f64,
-    /// Moving a by this translation separates the bodies. The query verified this on the triangles.
+    /// Moving a by this translation separates the bodies. The query verifies the separation on the
+    /// triangles.
     pub translation: DVec3,
     /// True if the gap between the bounds is as small as requested.
     pub certified: bool,

@@ -4,9 +4,9 @@
 //! the corners and their hull, for every shape of the surface. Suppose that no triangle is nearer
 //! to the origin than u, and that the surface winds around the origin. The surface then winds
 //! around every point of the ball of radius u. So the CSO contains this ball, and no direction has
-//! h(n) < u. The surface need not be convex or connected. It must only be closed, with every edge
-//! used once in each direction; every operation in this module keeps it closed. The surface winds
-//! around the origin if the origin lies on the inner side of every triangle.
+//! h(n) < u. The surface need not be convex or connected. The surface must only be closed, with
+//! every edge used once in each direction. Every operation in this module keeps the surface closed.
+//! The surface winds around the origin if the origin lies on the inner side of every triangle.
 //!
 //! 1. Start with a tetrahedron of supports, or with the surface of an earlier proof. Compute the
 //!    corners of an earlier surface again at the new pose.

@@ -7,8 +7,8 @@
 //! the overlap is a combination of loads at the corners.
 //!
 //! The *contact frame* has its z axis along the normal. The gap at a place (x, y) is the height of
-//! a's lower surface minus the height of b's upper surface. It is a convex function of the place,
-//! and is linear between the corners. So the corners determine the gap:
+//! a's lower surface minus the height of b's upper surface. The gap is a convex function of the
+//! place, and is linear between the corners. So the corners determine the gap:
 //!
 //! 1. *Outlines*: around the contact's feature on each piece, find the original faces whose slope
 //!    relative to the contact plane is less than `slope`. Each of these faces gives a polygon. If
@@ -25,10 +25,10 @@
 //! [`crate::force::TiltShares`] computes the weight of each corner, for all contacts of a pair of
 //! bodies at once. The weight is the range of tilts (up to the slope) at which the bodies would
 //! stand on that corner. A corner may appear or disappear while the bodies slide, turn or tilt.
-//! At that moment its weight is zero: it coincides with another corner, it lies on the line between
-//! two corners, or its face is as steep as the slope. If a piece has more flat faces than a patch
-//! can contain, the slope is reduced to the slope of the first omitted face. The reduced slope also
-//! changes continuously.
+//! At that moment the corner's weight is zero. The corner coincides with another corner, lies on
+//! the line between two corners, or its face is as steep as the slope. If a piece has more flat
+//! faces than a patch can contain, the slope is reduced to the slope of the first omitted face. The
+//! reduced slope also changes continuously.
 //!
 //! If an outline has many sides, it keeps only every n-th corner. These are the same corners at
 //! every pose.
@@ -266,7 +266,7 @@ impl Default for Patch {
     }
 }
 
-/// Returns the intersection of two segments. `None` if they do not cross.
+/// Returns the intersection of two segments. `None` if the segments do not cross.
 fn crossing([p, q]: [DVec2; 2], [r, s]: [DVec2; 2]) -> Option<DVec2> {
     let (along, other) = (q - p, s - r);
     let across = along.perp_dot(other);

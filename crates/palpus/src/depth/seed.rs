@@ -13,8 +13,8 @@ use super::{Antipodal, Depth, HubPair};
 /// A guess of the direction with the smallest depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Seed {
-    /// The pair's previous answer, from the walk or from the distance search. It has the normal,
-    /// the vertices of the features, and the facet if the walk gave the answer.
+    /// The pair's previous answer, from the walk or from the distance search. The seed has the
+    /// answer's normal, the vertices of its features, and its facet if the walk gave the answer.
     Previous {
         /// The facet of the CSO on which the walk ended. `None` if the distance search gave the
         /// answer.

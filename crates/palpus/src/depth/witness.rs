@@ -135,7 +135,7 @@ fn edges(contact: &Contact<'_, '_>) -> DVec3 {
     let normal = d1.cross(d2);
     let across = normal.length_squared();
     if across > PARALLEL_EDGES * PARALLEL_EDGES * d1.length_squared() * d2.length_squared() {
-        // The edges cross. They lie in one plane within rounding.
+        // The edges cross. Both edges lie in one plane within rounding.
         let r = p2 - p1;
         let (s, t) = (r.cross(d2).dot(normal), r.cross(d1).dot(normal));
         if s.min(t) > 0.0 && s.max(t) < across {
@@ -149,7 +149,7 @@ fn edges(contact: &Contact<'_, '_>) -> DVec3 {
     p2 + d2 * (0.5 * (along(p1) + along(q1)))
 }
 
-/// Returns the centroid of the overlap of two flush features. At least one of them is a polygon.
+/// Returns the centroid of the overlap of two flush features. At least one feature is a polygon.
 fn overlap(contact: &Contact<'_, '_>, buffers: &mut Clip) -> DVec3 {
     let Facet { normal, a, b } = *contact.facet;
     let circle_a = circle(a.count, |k| contact.a(k));

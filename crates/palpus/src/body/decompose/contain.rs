@@ -10,9 +10,10 @@
 //! because its walls go from the virtual face down into H.
 //!
 //! The test does not have to decide which points are inside the solid, so it also applies to open
-//! and self-intersecting surfaces. It then ensures that no part of the surface passes through a
-//! piece. On these surfaces the test has two limits. A piece may extend across the opening of an
-//! open surface. Where parts of the surface overlap, the normals of each patch define its inside.
+//! and self-intersecting surfaces. For these surfaces, the test ensures that no part of the surface
+//! passes through a piece. On these surfaces the test has two limits. A piece may extend across the
+//! opening of an open surface. Where parts of the surface overlap, the normals of each patch define
+//! its inside.
 //!
 //! 1. Get the triangles near the volume that the hull gained from the triangle tree.
 //! 2. Clip each triangle by the planes of all faces of H. The planes are moved inward by a small

@@ -52,7 +52,8 @@ pub(crate) struct Grower<'a> {
     /// The mesh vertex of each point.
     vertices: Vec<u32>,
     area: f64,
-    /// The patch's hull. It is empty while the patch is flat, and until it is first needed.
+    /// The patch's hull. The hull is empty while the patch is flat, and until the first test that
+    /// needs a hull.
     hull: TrialHull,
     /// True if `hull` is up to date, or the patch is known to be flat.
     hull_is_built: bool,

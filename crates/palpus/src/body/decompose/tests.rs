@@ -284,8 +284,8 @@ fn fewest_patches(soup: &PolygonSoup, steps: usize) -> usize {
 #[test]
 fn this_spoon_needs_more_patches_than_the_papers() {
     let Some(spoon) = model("paper/teaspoon_336.obj") else { return };
-    // A long search finds a bound of 102. The spoon of the paper has 78 patches. It is another mesh
-    // with the same number of triangles.
+    // A long search finds a bound of 102. The spoon of the paper has 78 patches. The paper's spoon
+    // is another mesh with the same number of triangles.
     assert!(fewest_patches(&spoon, 1500) > 90);
 }
 

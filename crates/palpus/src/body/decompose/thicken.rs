@@ -190,8 +190,8 @@ impl<'a> Trial<'a> {
         }
     }
 
-    /// Builds the hull of the patch and these corners. If the hull is flat or a triangle enters it,
-    /// returns false and leaves the hull empty.
+    /// Builds the hull of the patch and the given `corners`. If the hull is flat or a triangle
+    /// enters it, returns false and leaves the hull empty.
     fn takes_these(&mut self, corners: impl Iterator<Item = DVec3>) -> bool {
         let own = self.points.len();
         self.points.extend(corners);

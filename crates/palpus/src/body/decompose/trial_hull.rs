@@ -1,9 +1,10 @@
 //! An incremental convex hull that can undo the latest insertions.
 //!
 //! The decomposition computes thousands of hulls that differ by one vertex, and discards most of
-//! them. It needs only the half-spaces of these hulls, without adjacency and without merged faces.
-//! All faces are triangles. A point *sees* a face if it is strictly above the face's plane. The
-//! exact sign of a determinant decides this test, so coplanar and collinear points cause no errors.
+//! them. The decomposition needs only the half-spaces of these hulls, without adjacency and without
+//! merged faces. All faces are triangles. A point *sees* a face if it is strictly above the face's
+//! plane. The exact sign of a determinant decides this test, so coplanar and collinear points cause
+//! no errors.
 //!
 //! 1. Start from four points that span a solid, chosen greedily to be far apart.
 //! 2. For each further point, remove the faces that it sees, and add faces from the point to the
@@ -62,7 +63,7 @@ pub(crate) struct Mark {
     buried: usize,
 }
 
-/// An incremental hull. It is empty until [`TrialHull::start`] succeeds.
+/// An incremental hull. The hull is empty until [`TrialHull::start`] succeeds.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TrialHull {
     points: Vec<DVec3>,
@@ -90,7 +91,7 @@ impl TrialHull {
         self.faces.is_empty()
     }
 
-    /// Builds the hull of the given points. If they all lie within `thickness` (m) of one plane,
+    /// Builds the hull of the given points. If all points lie within `thickness` (m) of one plane,
     /// returns false and leaves the hull empty.
     pub(crate) fn start(&mut self, points: &[DVec3], thickness: f64) -> bool {
         self.clear();
@@ -109,7 +110,7 @@ impl TrialHull {
         true
     }
 
-    /// Adds a point. Returns true if it was outside the hull.
+    /// Adds the point `p`. Returns true if `p` was outside the hull.
     pub(crate) fn insert(&mut self, p: DVec3) -> bool {
         self.reach = self.reach.max(p.abs().max_element());
         let first_buried = self.buried.len();

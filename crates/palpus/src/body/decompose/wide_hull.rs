@@ -4,9 +4,10 @@
 //! A patch of 50 000 facets needs 50 000 tests of whether another facet may join. Each test
 //! consists of local operations:
 //!
-//! 1. *Insertion* adds a point. It searches from a nearby vertex for a face that the point sees. It
-//!    removes all faces that the point sees, and closes the hole with a fan of new faces. Signs are
-//!    exact, as in `trial_hull`. A journal records the changes, so that the hull can undo them.
+//! 1. *Insertion* adds a point. The search starts at a nearby vertex and finds a face that the
+//!    point sees. All faces that the point sees are removed, and a fan of new faces closes the
+//!    hole. Signs are exact, as in `trial_hull`. A journal records the changes, so that the hull
+//!    can undo them.
 //! 2. *Support* finds the highest vertex along a direction, by climbing from vertex to vertex.
 //! 3. *Entering* tests whether a triangle enters the hull deeper than a given depth. The triangle
 //!    is repeatedly clipped by one face's plane. The *excess* of a point over a plane is its height
@@ -35,7 +36,8 @@ struct WideFace {
     depth: f64,
 }
 
-/// A change by an insertion, as an entry of the journal. Changes are undone in reverse order.
+/// One change that an insertion makes, as an entry of the journal. Changes are undone in reverse
+/// order.
 #[derive(Clone, Copy, Debug)]
 enum Change {
     /// This face was removed.
@@ -223,8 +225,8 @@ impl WideHull {
         }
     }
 
-    /// Returns a corner of the hull among the points `places`. If none of them is a corner, returns
-    /// any corner of the hull.
+    /// Returns a corner of the hull among the points `places`. If none of the points is a corner,
+    /// returns any corner of the hull.
     pub(crate) fn corner_among(&self, places: &[u32]) -> u32 {
         let corner = places.iter().copied().find(|&k| self.face_at[k as usize] != NONE);
         corner.unwrap_or_else(|| self.any_corner())

@@ -166,9 +166,9 @@ fn grow_faces(points: &[DVec3], shell: &Shell, distances: &[f64]) -> Faces {
     faces
 }
 
-/// Returns true if a face that is a disc stays a disc when triangle `t` joins it. This is the case
-/// if `t` shares two sides with the face. It is also the case if `t` shares one side and the face
-/// does not contain the opposite corner of `t`.
+/// Returns true if a face that is a disc stays a disc when triangle `t` joins it. The face stays a
+/// disc if `t` shares two sides with it. The face also stays a disc if `t` shares one side and the
+/// face does not contain the opposite corner of `t`.
 fn keeps_a_disc(shell: &Shell, face_of: &[u32], touched: &[u32], t: u32, face: u32) -> bool {
     let shared = shell.neighbours[t as usize].map(|n| face_of[n as usize] == face);
     match shared.iter().filter(|&&s| s).count() {

@@ -17,8 +17,8 @@
 //! the horizon is collinear with the apex, and no new facet is degenerate.
 //!
 //! At each side of the horizon, a visible facet meets an outer facet. The normal of the new facet
-//! at this side is a non-negative combination of the normals of both. Therefore a point above both
-//! facets is above the new facet, and step 4 loses no outside point.
+//! at this side is a non-negative combination of the normals of these two facets. Therefore a point
+//! above both facets is above the new facet, and step 4 loses no outside point.
 
 use glam::DVec3;
 

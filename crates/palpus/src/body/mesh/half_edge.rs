@@ -7,8 +7,9 @@
 //!
 //! 1. Group the sides of all triangles by their undirected edge ([`EdgeUses`]).
 //! 2. Pair the two sides of each manifold edge.
-//! 3. Classify each edge. It is coplanar within [`tolerance::COPLANAR`]; otherwise an exact
-//!    predicate decides whether it is convex or reflex.
+//! 3. Classify each edge. An edge is coplanar if its two triangles lie in one plane within
+//!    [`tolerance::COPLANAR`]. Otherwise an exact predicate decides whether the edge is convex or
+//!    reflex.
 
 use glam::DVec3;
 
@@ -80,8 +81,8 @@ impl HalfEdges {
     }
 
     /// Returns the angle (rad) by which the normal turns across side `k` of triangle `t`, in (−π,
-    /// π]. It is positive at a convex edge and negative at a reflex edge. Returns `None` if there
-    /// is no neighbour.
+    /// π]. The angle is positive at a convex edge and negative at a reflex edge. Returns `None` if
+    /// there is no neighbour.
     pub fn bend(&self, mesh: &Mesh, t: u32, k: usize) -> Option<f64> {
         let (other, _) = self.neighbour(t, k)?;
         let corners = mesh.triangle_points(t);

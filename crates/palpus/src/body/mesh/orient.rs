@@ -2,8 +2,9 @@
 //! normals point outward.
 //!
 //! 1. Triangles are connected across edges that exactly two triangles use. Starting from one
-//!    triangle, each connected triangle is flipped if it disagrees with its neighbour. If this
-//!    would flip most triangles of a component, the other triangles are flipped instead.
+//!    triangle, each connected triangle is flipped if it disagrees with its neighbour. If most
+//!    triangles of a component disagree with the first triangle, the other triangles are flipped
+//!    instead.
 //! 2. A component is closed if each of its edges is used equally often in both directions. The
 //!    sign of its volume then gives its orientation. Open components keep the orientation of the
 //!    file.
@@ -190,8 +191,8 @@ fn inside_out(
         if !trusted[c] {
             return (volumes[c] < 0.0) == holders.len().is_multiple_of(2);
         }
-        // The outermost enclosing component lies in no other component. Its sign decides for all
-        // components inside it.
+        // The outermost enclosing component lies in no other component. The sign of its volume
+        // decides whether all components inside it are inside out.
         holders.iter().any(|&h| around[h].is_empty() && volumes[h] < 0.0)
     };
     candidates.iter().copied().filter(|&c| inverted(c)).collect()

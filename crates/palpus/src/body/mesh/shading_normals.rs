@@ -8,8 +8,8 @@
 //! The mean includes only the faces that can be reached around the vertex without crossing a
 //! crease. Therefore sharp edges stay sharp. If a triangle has creases at both sides of a corner,
 //! the normal at this corner is its face normal. An edge is a crease if the normal turns across it
-//! by more than the crease angle. It is also a crease unless exactly two triangles share it, and
-//! these agree about the outer side.
+//! by more than the crease angle. An edge is also a crease unless exactly two triangles share it
+//! and agree about the outer side.
 
 use glam::DVec3;
 
@@ -58,7 +58,7 @@ impl ShadingNormals {
     }
 
     /// Returns the interpolated unit normal at a point of triangle `t`. `weights` are the
-    /// barycentric coordinates of the point; they are not negative and their sum is 1.
+    /// barycentric coordinates of the point: numbers that are not negative and have the sum 1.
     pub fn at(&self, t: u32, weights: DVec3) -> DVec3 {
         let corners = &self.corners[t as usize];
         let sum = corners[0] * weights.x + corners[1] * weights.y + corners[2] * weights.z;
@@ -109,15 +109,15 @@ impl Fans<'_> {
         }
     }
 
-    /// Returns the next corner at the vertex, clockwise as seen from outside. It lies across the
-    /// side that starts at the vertex. `None` if this side is a crease.
+    /// Returns the next corner at the vertex, clockwise as seen from outside. This corner lies
+    /// across the side that starts at the vertex. `None` if this side is a crease.
     fn clockwise(&self, (t, k): (u32, usize)) -> Option<(u32, usize)> {
         let (other, j) = self.edges.neighbour(t, k)?;
         self.smooth(t, other).then_some((other, (j + 1) % 3))
     }
 
-    /// Returns the next corner at the vertex, counter-clockwise as seen from outside. It lies
-    /// across the side that ends at the vertex. `None` if this side is a crease.
+    /// Returns the next corner at the vertex, counter-clockwise as seen from outside. This corner
+    /// lies across the side that ends at the vertex. `None` if this side is a crease.
     fn counter_clockwise(&self, (t, k): (u32, usize)) -> Option<(u32, usize)> {
         let (other, j) = self.edges.neighbour(t, (k + 2) % 3)?;
         self.smooth(t, other).then_some((other, j))

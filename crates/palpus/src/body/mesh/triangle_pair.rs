@@ -69,8 +69,8 @@ pub(crate) fn side_of_plane(a: DVec3, b: DVec3, c: DVec3, p: DVec3) -> f64 {
     -robust::orient3d(coord(a), coord(b), coord(c), coord(p))
 }
 
-/// Returns twice the signed area of `abc`. It is positive if the corners are counter-clockwise. The
-/// sign is exact.
+/// Returns twice the signed area of `abc`. The area is positive if the corners are
+/// counter-clockwise. The sign is exact.
 #[inline]
 pub(crate) fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     let coord = |p: DVec2| robust::Coord { x: p.x, y: p.y };
@@ -279,8 +279,8 @@ mod tests {
         })
     }
 
-    /// Returns true if the origin is in the interior of the convex hull. It must lie strictly
-    /// inside each supporting plane through three of the points.
+    /// Returns true if the origin is in the interior of the convex hull. The origin must lie
+    /// strictly inside each supporting plane through three of the points.
     fn hull_holds_origin_inside(points: &[Whole]) -> bool {
         let mut planes = 0;
         for &p in points {

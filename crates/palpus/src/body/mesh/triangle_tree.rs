@@ -8,8 +8,8 @@
 //! * Overlap: finds the triangles whose boxes overlap a given box, and the pairs of triangles whose
 //!   boxes overlap each other.
 //! * Nearest point: branch and bound, with the nearer child first.
-//! * Rays: the test is watertight. This means that a ray cannot pass between two triangles with a
-//!   common edge (S. Woop, C. Benthin, I. Wald, *Watertight Ray/Triangle Intersection*, 2013).
+//! * Rays: the test is watertight: a ray cannot pass between two triangles with a common edge (S.
+//!   Woop, C. Benthin, I. Wald, *Watertight Ray/Triangle Intersection*, 2013).
 //! * Inside test and winding number: see `winding`.
 
 mod nearest;

@@ -26,8 +26,8 @@ use crate::body::mesh::triangle_pair::turn;
 pub enum Cut {
     /// The polygon of `n` corners was cut into `n − 2` triangles with its orientation.
     Whole,
-    /// The projected polygon crosses itself. It was cut into triangles, but the triangles do not
-    /// cover a well-defined region.
+    /// The projected polygon crosses itself. The polygon was cut into triangles, but the triangles
+    /// do not cover a well-defined region.
     SelfCrossing,
     /// The polygon has no area in any projection, or fewer than three corners. There are no
     /// triangles.

@@ -3,8 +3,8 @@
 //! 1. [`weld`] merges vertices that are closer than [`tolerance::WELD`] times the extent. The first
 //!    vertex in the list stays.
 //! 2. [`unbend_caps`] removes *caps*, which are triangles without area whose middle corner lies on
-//!    their longest side. It cuts the neighbour across this longest side in two, at the middle
-//!    corner. The cut closes the surface and moves no vertex.
+//!    their longest side. The function cuts the neighbour across this longest side in two, at the
+//!    middle corner. The cut closes the surface and moves no vertex.
 //! 3. [`drop_empty`] drops the remaining triangles without area. [`drop_duplicates`] keeps the
 //!    first of all triangles with the same three corners, in any order.
 
@@ -16,9 +16,9 @@ use crate::algebra::tolerance;
 use crate::body::Aabb;
 use crate::body::mesh::edge_uses::EdgeUses;
 
-/// Returns for each vertex the first vertex within the tolerance. For most vertices this is the
-/// vertex itself. `used` marks the vertices of faces; other vertices are not merged. The tolerance
-/// is relative to the extent of the used vertices, which must not be 0.
+/// Returns for each vertex the first vertex within the tolerance. For most vertices, the result is
+/// the vertex itself. `used` marks the vertices of faces; other vertices are not merged. The
+/// tolerance is relative to the extent of the used vertices, which must not be 0.
 pub(in crate::body) fn weld(vertices: &[DVec3], used: &[bool]) -> Vec<u32> {
     let mut answer: Vec<u32> = (0..vertices.len() as u32).collect();
     let bounds = Aabb::around(vertices.iter().zip(used).filter(|(_, used)| **used).map(|(p, _)| *p));

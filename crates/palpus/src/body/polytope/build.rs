@@ -182,7 +182,7 @@ impl PolytopeRestorer {
     }
 
     /// Appends a corner to the current face. `edge` is the index of the edge that starts at the
-    /// corner. It is `None` if this edge occurs for the first time.
+    /// corner. `edge` is `None` if this edge occurs for the first time.
     #[inline]
     pub fn corner(&mut self, vertex: u32, edge: Option<u32>) {
         let fresh = self.skin.edges.len() as u32;

@@ -9,7 +9,7 @@ impl Polytope {
     /// Climbs from vertex `from` to the vertex farthest along `direction`. Returns this vertex and
     /// its dot product with `direction`.
     ///
-    /// The climb ends at a global maximum, because the polytope is convex. It moves only to
+    /// The climb ends at a global maximum, because the polytope is convex. The climb moves only to
     /// strictly higher vertices, so it cannot cycle. On a rough polytope ([`Self::is_rough`]), the
     /// edge to the next higher vertex may be missing. The climb then ends only if no vertex of the
     /// adjacent faces is higher.

@@ -1,5 +1,5 @@
-//! The search for the lower bound. It grows a surface around the origin that encloses only blocked
-//! translations.
+//! The search for the lower bound. The search grows a surface around the origin that encloses only
+//! blocked translations.
 //!
 //! 1. Divide the directions into cones over spherical triangles, twenty at the start. Each cone
 //!    stores how far it is blocked along its three corner directions. The end points of these three
@@ -124,7 +124,7 @@ impl<'s, 'a> Search<'s, 'a> {
     /// Prepares a search. `free` is a verified free translation.
     ///
     /// The search starts from `leaves`, the final cones of an earlier search at a nearby pose. If
-    /// `leaves` is empty, it starts from the initial cones.
+    /// `leaves` is empty, the search starts from the initial cones.
     pub(super) fn new(scene: &'s mut Scene<'a>, goal: Goal, free: DVec3, leaves: &[Leaf]) -> Self {
         let mut search = Self {
             scene,
@@ -261,7 +261,7 @@ impl<'s, 'a> Search<'s, 'a> {
         }
         if self.warm {
             // An obstacle that blocked the cone at a nearby pose usually blocks the cone at this
-            // pose too. If not, it may block a part of the cone.
+            // pose too. Otherwise the obstacle may block a part of the cone.
             let known = self.scene.promising(Candidates::Known, &cone.corners(), CONE_FIRST_TRIES);
             gain += self.advance_within(cone, &known);
             if gain > 0.0 || cone.bound > 0.0 && self.scene.holder(Candidates::Known, cone.foot).is_some() {

@@ -1,4 +1,5 @@
-//! The depth of two convex solids: the certified depth or the distance of their convex pieces.
+//! The query for two convex solids. It returns the certified depth of their convex pieces, or the
+//! distance of these pieces.
 //!
 //! The query verifies every free translation: a plane must lie between the vertices of the two
 //! meshes. A piece may be slightly larger than its solid, because the coordinates in the file are

@@ -4,7 +4,8 @@
 //! translation has a distance to both ends of this extent. The least distance over all axes is an
 //! upper bound of the depth of the translation in an obstacle. This bound rejects most obstacles
 //! and ranks the others. With only the seven axes through the faces and corners of a cube, the best
-//! obstacle was rarely among the first twelve. With the axes used here, it usually is.
+//! obstacle was rarely among the first twelve. With the axes used here, the best obstacle usually
+//! is among the first twelve.
 //!
 //! Slabs only reject and rank obstacles, so they are stored in single precision.
 

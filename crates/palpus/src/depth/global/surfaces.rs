@@ -1,9 +1,9 @@
 //! Queries on both surfaces: whether they cross, how far they are apart, and whether one lies
 //! inside the other body.
 //!
-//! These queries verify every free translation. They do not use the cells that prove translations
-//! to be blocked. They use exact predicates on pairs of triangles ([`TrianglePair`]) and exact
-//! winding numbers.
+//! These queries verify every free translation. The queries do not use the cells that prove
+//! translations to be blocked. Instead, they use exact predicates on pairs of triangles
+//! ([`TrianglePair`]) and exact winding numbers.
 //!
 //! The first queries at a pose transform the moving body's boxes during the traversal, and these
 //! boxes are slightly too large. After several queries, all boxes are computed once with their

@@ -54,7 +54,7 @@ impl Surface {
         // On a convex surface, the new tip may lie in the plane of a neighbour, beyond the edge to
         // this neighbour. Then the neighbour must be removed too; otherwise the fan would fold
         // under it. On a surface that moved with the bodies, a triangle in this plane may already
-        // have the tip. It is then removed for its tip, not for its plane.
+        // have the tip. The triangle is then removed because it has the tip.
         let least = if self.folded { self.slack } else { -self.slack };
         rim.clear();
         ahead.clear();
@@ -170,8 +170,8 @@ impl Surface {
         let mut k = begin;
         loop {
             let Rim { from, to, outer } = self.rim[k];
-            // The edges tip → from and to → tip. They belong to the new triangle. If the rim itself
-            // contains the tip, they belong to the outer triangle.
+            // The edges tip → from and to → tip. These edges belong to the new triangle. If the rim
+            // itself contains the tip, they belong to the outer triangle.
             let (entry, exit) = if to == tip {
                 (Some(outer), None)
             } else if from == tip {

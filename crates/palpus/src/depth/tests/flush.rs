@@ -76,7 +76,7 @@ fn disk_on_disk_has_witness_at_middle_of_overlap() {
 
 #[test]
 fn crossing_plates_separate_along_shortest_direction() {
-    // A vertical plate crosses a horizontal one and reaches 0.2 below it.
+    // A vertical plate crosses a horizontal plate and extends 0.2 below it.
     let (tool, sheet) = (plate(4, 1.0), plate(4, 2.0));
     let turn = DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2);
     let answer = cold(&tool, &sheet, &Pose::new(turn, DVec3::new(0.0, 0.0, 0.8)));

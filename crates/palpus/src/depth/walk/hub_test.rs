@@ -12,8 +12,8 @@ use crate::algebra::tolerance::FACET_SIDES;
 ///
 /// A hub pair gives one vertex of the CSO. The directions along which this vertex has an offset of
 /// at least `bar` form a circular cone, which is convex. If the circular cone contains the
-/// normals of the faces at one body's vertex, it contains the whole normal cone of that vertex. It
-/// then also contains the overlap of both normal cones.
+/// normals of the faces at one body's vertex, it contains the whole normal cone of that vertex. The
+/// circular cone then also contains the overlap of both normal cones.
 pub(super) struct HubTest {
     pub(super) bar: f64,
     pub(super) doubt: Doubt,

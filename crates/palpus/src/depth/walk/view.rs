@@ -24,8 +24,8 @@ impl View<'_> {
         -self.p_in_q.vector(normal)
     }
 
-    /// Returns the vertex of the CSO for vertex `v` of p and vertex `w` of q, in p's frame. It has
-    /// the sign for which p's outward normals point away from the CSO.
+    /// Returns the vertex of the CSO for vertex `v` of p and vertex `w` of q, in p's frame. The
+    /// sign is chosen so that p's outward normals point out of the CSO.
     #[inline]
     pub(super) fn vertex(&self, v: u32, w: u32) -> DVec3 {
         self.p.vertex(v) - self.q_in_p.point(self.q.vertex(w))

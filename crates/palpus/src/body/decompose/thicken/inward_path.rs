@@ -12,7 +12,7 @@
 //!    parts grows fastest. This direction leads along the medial axis. Continue as long as the
 //!    distance to the surface grows at the expected rate.
 //! 3. The path ends if no direction leads away from all near parts of the surface, for example
-//!    between opposite walls. It also ends after a fixed number of steps.
+//!    between opposite walls. The path also ends after a fixed number of steps.
 //!
 //! The length of a step is found by iteration. The expected distance at the end of the step is
 //! known. If a surface point `x` is nearer, the step is shortened until the expected distance holds

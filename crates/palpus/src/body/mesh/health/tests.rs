@@ -114,8 +114,8 @@ type Known = (&'static str, usize, bool, Option<usize>, bool, usize);
 
 /// Reference values from other programs. The first program counted the triangles, and computed the
 /// genus and whether the model is closed. A second program tested for self-intersections with exact
-/// predicates. It does not detect coplanar overlaps, such as the overlaps at the rim of the round
-/// hole.
+/// predicates. The second program does not detect coplanar overlaps, such as the overlaps at the
+/// rim of the round hole.
 const KNOWN: [Known; 17] = [
     ("paper/teacup_500.obj", 500, true, Some(1), false, 1),
     ("paper/teacup_4972.obj", 4972, true, Some(1), true, 1),
@@ -164,7 +164,8 @@ fn counts_on_defective_models_match_other_programs() {
         assert_eq!(health.notices(), [Notice::Inverted(1)]);
     }
     if let Some(health) = counts("pairs/gear_small.obj") {
-        // The model has two triangles without area. The surface stays closed without them.
+        // The model has two triangles without area. Without these triangles, the surface is still
+        // closed.
         assert_eq!((health.cleaning.exchanged_triangles, health.closed), (2, true));
     }
     if let Some(health) = counts("pairs/hole_round_8mm_factory.obj") {

@@ -91,14 +91,14 @@ impl TriangleTree {
     }
 
     /// Returns the sum of the solid angles of all triangles as seen from `p`, divided by 4π. The
-    /// result is 1 inside a closed surface, 0 outside, and about one half in an opening. It is
-    /// undefined on the surface. This function visits every triangle.
+    /// result is 1 inside a closed surface, 0 outside, and about one half in an opening. The result
+    /// is undefined on the surface. This function visits every triangle.
     pub fn winding_number(&self, p: DVec3) -> f64 {
         self.corners.iter().map(|corners| solid_angle(p, corners)).sum::<f64>() / (4.0 * std::f64::consts::PI)
     }
 
-    /// Returns the winding number with distant boxes approximated by dipoles. It differs by at most
-    /// about 0.02 from [`Self::winding_number`].
+    /// Returns the winding number with distant boxes approximated by dipoles. The result differs
+    /// from [`Self::winding_number`] by at most about 0.02.
     pub fn winding_number_fast(&self, p: DVec3) -> f64 {
         let mut sum = 0.0;
         let mut stack = Stack::from_root(&self.nodes);
@@ -118,7 +118,7 @@ impl TriangleTree {
     }
 
     /// Returns the winding number of `p`, computed from the signed crossings of the ray along +x.
-    /// It is exact for closed surfaces. Returns `None` if `p` lies on the surface.
+    /// The result is exact for closed surfaces. Returns `None` if `p` lies on the surface.
     pub(in crate::body) fn crossings(&self, p: DVec3) -> Option<i32> {
         let mut winding = 0;
         let reached = |b: &Aabb| b.max.x >= p.x && b.min.y <= p.y && p.y <= b.max.y && b.min.z <= p.z && p.z <= b.max.z;
@@ -177,8 +177,9 @@ fn pierced(corners: &[DVec3; 3], p: DVec3) -> i32 {
     }
 }
 
-/// Returns the signed solid angle (sr) of a triangle as seen from `p`. It is positive if `p` is
-/// behind the triangle (A. van Oosterom, J. Strackee, *The solid angle of a plane triangle*, 1983).
+/// Returns the signed solid angle (sr) of a triangle as seen from `p`. The angle is positive if `p`
+/// is behind the triangle (A. van Oosterom, J. Strackee, *The solid angle of a plane triangle*,
+/// 1983).
 fn solid_angle(p: DVec3, corners: &[DVec3; 3]) -> f64 {
     let [a, b, c] = corners.map(|corner| corner - p);
     let (la, lb, lc) = (a.length(), b.length(), c.length());
