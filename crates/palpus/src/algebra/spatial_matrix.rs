@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn a_spring_acts_on_the_velocity_of_its_point() {
+    fn spring_acts_on_velocity_of_its_point() {
         let mut along = SpatialMatrix::ZERO;
         along.add_along(N, R, 40.0);
         let velocity = TWIST.at(R);

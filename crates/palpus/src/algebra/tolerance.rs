@@ -12,8 +12,8 @@
 // algebra: poses and matrices
 
 /// Relative to the largest coordinate: how far rounding may put a vertex above a supporting
-/// plane of its polytope. Also the allowed error in the length of a unit normal or a unit
-/// quaternion.
+/// plane of its polytope. The value is also the largest allowed error of the length of a unit
+/// normal or a unit quaternion.
 ///
 /// The value is about fifty ulps. A larger value hides a wrong plane; a smaller one reports mere
 /// rounding as an error.
@@ -169,7 +169,7 @@ pub const COPLANAR: f64 = 1e-9;
 /// decimal file.
 ///
 /// A double needs up to 17 digits, and the shortest decimal form of a computed double rarely has
-/// fewer than 15. Coordinates in files have 6 to 9.
+/// fewer than 15 digits. Coordinates in files have 6 to 9 digits.
 pub const COMPUTED_DIGITS: i32 = 15;
 
 /// In steps of the file's decimal grid: how far rounding may put a vertex off the plane or smooth
@@ -247,8 +247,8 @@ pub const WIDE_FENCE: usize = 24;
 /// A triangle counts as entering a wide hull after it was cut by this number of planes.
 ///
 /// Each cut removes more than half of the remaining triangle, so the triangle shrinks
-/// geometrically. Only triangles that touch the hull at a point reach the limit. Then the patch is
-/// refused, which is safe.
+/// geometrically. Only triangles that touch the hull at a point reach the limit. The patch is then
+/// refused, and a smaller patch is always valid.
 pub const WIDE_CUTS: usize = 100;
 
 // body: patches dissolved and grown again (decompose)
@@ -361,7 +361,7 @@ pub const THICK_HONEST: f64 = 1.2;
 pub const THICK_MERGED: f64 = 0.1;
 
 /// Largest number of inner corners of a piece. Each corner makes depth and distance queries slower;
-/// few pieces have more than 8.
+/// few pieces have more than 8 corners.
 pub const THICK_CORNERS: usize = 16;
 
 /// Multiples of the surface's noise: the surface enters a thick hull if it comes deeper into the
@@ -524,11 +524,11 @@ pub const MARCH_NOISE: f64 = 8.0 * f64::EPSILON;
 
 // collision: the march (march, scale, clip)
 
-/// Largest number of states that the march may visit. A cold start on a hull of 5000 vertices needs
-/// about 200; a start from the previous tick's features needs 1 to 5.
+/// Largest number of states that the march may visit. A search without earlier results visits about
+/// 200 states on a hull of 5000 vertices. A search from the previous tick's features visits 1 to 5.
 ///
 /// A larger value only delays the fallback to GJK when the march fails without repeating a state; a
-/// smaller one sends cold starts to the fallback.
+/// smaller one sends searches without earlier results to the fallback.
 pub const MARCH_STEPS: u32 = 1000;
 
 /// Relative to the distance: how far a result's distance may exceed the separation along the
@@ -548,8 +548,8 @@ pub const MARCH_DOUBT: f64 = 1e-2;
 
 /// In debug builds, one in this many results of the march and of the depth query is validated.
 ///
-/// A validation costs as much as a warm-started query. A smaller value makes debug tests slow; a
-/// larger one finds errors later.
+/// A validation costs as much as a query that starts from the previous result. A smaller value
+/// makes debug tests slow; a larger one finds errors later.
 pub const VALIDATED_ANSWERS: u64 = 16;
 
 /// Sine of the angle below which two edges are nearly parallel; their closest points are then
@@ -831,7 +831,7 @@ pub const CRISP: f64 = 1e-14;
 pub const SHORT_EDGE: f64 = 1e-6;
 
 /// A walk gives up after this many moves. A walk over half of a body of 2000 vertices takes about
-/// 30.
+/// 30 moves.
 pub const WALK_STEPS: u32 = 500;
 
 /// If a face has at most this many sides, a walk tests the facets across all of them. Otherwise it
@@ -843,7 +843,7 @@ pub const WALK_STEPS: u32 = 500;
 pub const FACET_SIDES: usize = 8;
 
 /// Largest number of corners in the clipping of flush features. If two flush faces together have
-/// more corners, the witness is one point of their overlap, not the centroid.
+/// more corners, the witness is one point of their overlap instead of the centroid.
 ///
 /// Two polygons of 48 sides fit. The value is also the size of a scratch buffer.
 pub const CLIP_CORNERS: usize = 128;
@@ -1259,7 +1259,8 @@ pub const CAP_STEPS: u32 = 16;
 pub const CANCELLED_NORMAL: f64 = 1e-6;
 
 /// Relative to the largest coordinate: how far rounding may put a representative's midpoint outside
-/// the bounding box of its members' midpoints. Also the allowed error in the length of its normal.
+/// the bounding box of its members' midpoints. The value is also the largest allowed error of the
+/// normal's length.
 ///
 /// A sum over a thousand contacts rounds a thousand times. A larger value hides a wrong weight; a
 /// smaller one reports mere rounding.
@@ -1271,8 +1272,8 @@ pub const MIDPOINT_ROUNDING: f64 = 1e-12;
 /// reports mere rounding; a narrower one excludes real contacts.
 pub const SANE_WEIGHTS: [f64; 2] = [1e-100, 1e100];
 
-/// In debug builds, the validation of clusters checks all pairs of contacts of a run with at most
-/// this many contacts. The check is quadratic.
+/// In debug builds, the validation of clusters compares all pairs of contacts if there are at most
+/// this many contacts. The time is quadratic in their number.
 pub const VALIDATED_CONTACTS: usize = 64;
 
 /// Relative to their distance from b's origin: contacts nearer to each other than this,

@@ -376,7 +376,7 @@ mod tests {
     }
 
     #[test]
-    fn an_l_block_gives_two_pieces_outside_its_notch() {
+    fn l_block_gives_two_pieces_outside_its_notch() {
         let mut last = 0.0;
         let settings = BodySettings { scale: 0.1, ..BodySettings::default() };
         let body = Body::from_soup(&l_block(), &settings, &mut |done| {

@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn each_piece_is_in_one_leaf_and_its_ancestors() {
+    fn each_piece_is_in_one_leaf_and_ancestors() {
         let pieces = random_pieces(41);
         let tree = Hierarchy::build(&pieces, 1e-10).unwrap();
         assert_eq!(tree.nodes().len(), 2 * pieces.len() - 1);
@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn inner_hull_faces_are_virtual_unless_a_piece_has_them() {
+    fn inner_hull_faces_are_virtual_unless_pieces_have_them() {
         let cube = |x: f64| {
             let corners: Vec<DVec3> = (0..8)
                 .map(|k| DVec3::new(x + f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2 & 1)))

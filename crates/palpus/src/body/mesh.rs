@@ -45,7 +45,7 @@ pub enum MeshError {
         position: DVec3,
     },
     /// A coordinate is larger than [`tolerance::LARGEST_COORDINATE`].
-    #[error("vertex {vertex} is absurdly far away: {position}")]
+    #[error("vertex {vertex} is too far from the origin: {position}")]
     TooFar {
         /// Index of the vertex, counted from 0.
         vertex: usize,
@@ -54,7 +54,7 @@ pub enum MeshError {
     },
     /// The bounding box of all vertices that faces use is smaller than
     /// [`tolerance::SMALLEST_EXTENT`].
-    #[error("the whole model is only {extent:e} units across")]
+    #[error("the model is too small: its largest extent is {extent:e} units")]
     TooSmall {
         /// Longest side of the bounding box, in model units.
         extent: f64,
@@ -79,13 +79,13 @@ pub enum MeshError {
     #[error("the model has no faces")]
     Empty,
     /// There are faces, but every face has zero area.
-    #[error("none of the {faces} faces has any area")]
+    #[error("all {faces} faces have zero area")]
     NoArea {
         /// Number of faces.
         faces: usize,
     },
     /// There are more vertices or face corners than 32-bit indices of triangle sides can address.
-    #[error("{count} vertices or face corners are too many")]
+    #[error("the model has too many vertices or face corners: {count}")]
     TooMany {
         /// The count that is too large.
         count: usize,

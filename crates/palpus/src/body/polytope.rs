@@ -376,7 +376,7 @@ mod tests {
     }
 
     #[test]
-    fn rings_of_a_box_and_a_plate_are_complete() {
+    fn rings_of_box_and_plate_are_complete() {
         assert_rings(&unit_box());
         let corners = vec![DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.0), DVec3::Y];
         let plate = Polytope::from_polygon(corners, DVec3::Z, Provenance::Original).unwrap();

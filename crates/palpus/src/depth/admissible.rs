@@ -137,8 +137,8 @@ pub(crate) struct AdmissibleBound {
     pub(crate) depth: f64,
 }
 
-/// Returns the angle (rad) by which the pieces can turn relative to each other, at any position,
-/// before a normal can be admissible for both. Returns 0 if the angle is unknown.
+/// Returns an angle (rad): until the pieces have turned by it relative to each other, no normal can
+/// be admissible for both, at any translation. Returns 0 if the angle is unknown.
 ///
 /// A common facet needs a normal of one piece among the admissible directions of the other, or an
 /// end of an arc on an arc of the other. The ends of arcs are normals too, so testing normals is

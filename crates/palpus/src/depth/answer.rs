@@ -77,7 +77,7 @@ pub enum Certainty {
 
 /// The penetration depth of two overlapping convex polytopes, in b's frame.
 ///
-/// Moving a by `depth · normal` separates the pair; `point_a − point_b = −depth · normal`.
+/// Moving body a by `depth · normal` separates the pair; `point_a − point_b = −depth · normal`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Depth {
     /// Witness point on the boundary of a.

@@ -78,7 +78,7 @@ pub struct GlobalSettings {
     /// The search ends after about this many evaluations. One evaluation is a detailed test of an
     /// obstacle or a comparison of triangles.
     pub budget: u64,
-    /// If true, a translation counts as free only if a can then leave b along a straight line
+    /// If true, a translation counts as free only if body a can then leave b along a straight line
     /// without rotating. The lower bound is still valid for all free translations.
     pub outside: bool,
 }
@@ -99,8 +99,8 @@ pub struct DepthBracket {
     pub lower: f64,
     /// The length of `translation` (model units).
     pub upper: f64,
-    /// Moving a by this translation separates the bodies. The query verifies the separation on the
-    /// triangles.
+    /// Moving body a by this translation separates the bodies. The query verifies the separation on
+    /// the triangles.
     pub translation: DVec3,
     /// True if the gap between the bounds is as small as requested.
     pub certified: bool,
@@ -175,7 +175,7 @@ impl<'a> GlobalDepth<'a> {
         map_in_order(workers, count.div_ceil(Self::RUN), 1, of_run, progress)
     }
 
-    /// Returns bounds of the depth with a at `pose_ba` in b's frame.
+    /// Returns bounds of the depth with body a at `pose_ba` in b's frame.
     pub fn run(&self, pose_ba: &Pose, settings: &GlobalSettings, memory: &mut GlobalMemory) -> DepthBracket {
         let size = self.a.size().min(self.b.size());
         let convex = convex_pair(self, pose_ba, &mut memory.convex);
@@ -268,7 +268,7 @@ impl<'a> GlobalDepth<'a> {
         (lower, translation)
     }
 
-    /// Returns true if a moved by at most `share` of the smaller body's size from `last` to
+    /// Returns true if body a moved by at most `share` of the smaller body's size from `last` to
     /// `pose_ba`.
     fn is_near(&self, pose_ba: &Pose, last: Option<&Pose>, share: f64) -> bool {
         let reach = share * self.a.size().min(self.b.size());

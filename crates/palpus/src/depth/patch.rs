@@ -218,8 +218,8 @@ impl Patch {
         }
     }
 
-    /// Step 4: adds a corner at `place`. If a corner already exists at `place`, keeps the deeper
-    /// one of both.
+    /// Step 4: adds a corner at `place`. If a corner already exists at `place`, keeps the deeper of
+    /// the two corners.
     fn add(&mut self, a: &Outline, b: &Outline, place: DVec2, lateral: f64, rounding: f64) {
         let (above, below) = (a.height(place), b.height(place));
         let gap = above - below + lateral;

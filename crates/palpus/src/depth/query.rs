@@ -7,8 +7,8 @@
 //!    seed. The surface gives the direction of the depth, and in most cases a proof.
 //! 3. Compute the witness points.
 //!
-//! The depth is always the exact h of the returned normal: moving a by the depth along the normal
-//! separates the pair. A result of the walk alone may miss a direction with a smaller h.
+//! The depth is always the exact h of the returned normal: moving body a by the depth along the
+//! normal separates the pair. A result of the walk alone may miss a direction with a smaller h.
 //!
 //! Deviation from \[K02\]: without a previous answer, the paper walks from one start. At some
 //! percent of random poses, this walk ends in a local minimum that is not the global minimum. More

@@ -1,11 +1,11 @@
 //! Witness points of a facet of the CSO: the points where the two bodies would touch after a
 //! separation along the facet's normal.
 //!
-//! After moving a by `depth · normal`, the features of both bodies lie in one plane and share a
-//! point, the witness. For a vertex against a face, the witness is the vertex; for crossing edges,
-//! it is the crossing. Flush features (edge on face, face on face, edges along one line) share a
-//! segment or a polygon. The witness is then the centroid of this segment or polygon, so the
-//! contact of a box on a table is under its middle and not at a corner.
+//! After moving body a by `depth · normal`, the features of both bodies lie in one plane and share
+//! a point, the witness. For a vertex against a face, the witness is the vertex; for crossing
+//! edges, it is the crossing. Flush features (edge on face, face on face, edges along one line)
+//! share a segment or a polygon. The witness is then the centroid of this segment or polygon, so
+//! the contact of a box on a table is under its middle and not at a corner.
 //!
 //! If the features share no point, the facet is not a local minimum of h. This happens if the walk
 //! ran out of steps, or if the facet was chosen for its normal and not for its depth. Then the
@@ -66,7 +66,7 @@ pub(super) fn answer_on(cso: &Cso<'_>, facet: &Facet<'_>, walked: &Walked, clip:
     answer
 }
 
-/// The two flush features in b's supporting plane, after moving a by the depth.
+/// The two flush features in b's supporting plane, after moving body a by the depth.
 struct Contact<'c, 'p> {
     cso: &'c Cso<'p>,
     facet: &'c Facet<'p>,

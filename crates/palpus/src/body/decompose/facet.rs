@@ -362,8 +362,8 @@ fn join(
     }
     let turn = |u: u32, v: u32, w: u32| {
         let [u, v, w] = [u, v, w].map(|k| surface.vertex(k));
-        // The first condition tests the distance of v to the right of the line u → w, which is
-        // positive at a left turn.
+        // At a left turn, v lies to the right of the line u → w. The first condition tests the
+        // distance of v from this line.
         normal.cross(w - u).normalize_or_zero().dot(u - v) >= -surface.noise()
             && (v - u).dot(w - v) > -(v - u).length() * (w - v).length()
     };

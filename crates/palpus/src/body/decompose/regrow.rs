@@ -15,8 +15,8 @@
 //!    sum of the squared patch sizes has not decreased: small patches next to large ones are easier
 //!    to dissolve later. Undo any other trial.
 //!
-//! The number of tried facets limits the work, not the time. The seed of the random numbers is
-//! constant. Therefore the same model always gives the same pieces.
+//! The work ends after a number of tried facets instead of after a time. The seed of the random
+//! numbers is constant. Therefore the same model always gives the same pieces.
 
 use super::growth::Growth;
 use super::touching::{Neighbours, Touching};

@@ -107,7 +107,7 @@ fn pieces_do_not_cover_notches_of_prisms() {
 }
 
 #[test]
-fn pieces_do_not_cover_the_cavity_of_a_cup() {
+fn pieces_do_not_cover_a_cups_cavity() {
     let body = build(&cup());
     judge(&body, EXACT_SLACK);
     let tea = DVec3::new(0.1, 0.2, 1.0);
@@ -124,7 +124,7 @@ fn pieces_do_not_cover_a_hole() {
 }
 
 #[test]
-fn a_convex_solid_has_one_piece_with_original_faces() {
+fn convex_solid_has_one_piece_with_original_faces() {
     let body = build(&revolve(&[(0.0, -1.0), (0.7, -0.7), (1.0, 0.0), (0.7, 0.7), (0.0, 1.0)], 40));
     judge(&body, EXACT_SLACK);
     assert_eq!(body.polytopes().len(), 1);
@@ -151,7 +151,7 @@ fn an_open_prism_has_valid_pieces() {
 }
 
 #[test]
-fn the_torus_has_no_more_pieces_than_table_1() {
+fn torus_pieces_do_not_exceed_table_1() {
     let mesh = torus(1.0, 0.4, 50, 20);
     assert_eq!(mesh.triangles().len(), 2000);
     let body = Body::build(mesh, &BodySettings::default(), &mut |_| ()).unwrap();
@@ -284,14 +284,14 @@ fn fewest_patches(soup: &PolygonSoup, steps: usize) -> usize {
 #[test]
 fn this_spoon_needs_more_patches_than_the_papers() {
     let Some(spoon) = model("paper/teaspoon_336.obj") else { return };
-    // A long search finds a bound of 102. The spoon of the paper has 78 patches. The paper's spoon
-    // is another mesh with the same number of triangles.
+    // A long search finds a lower bound of 102 patches. The spoon of the paper has 78 patches. The
+    // paper's spoon is another mesh with the same number of triangles.
     assert!(fewest_patches(&spoon, 1500) > 90);
 }
 
 #[test]
 #[ignore = "takes a minute in the development profile"]
-fn large_models_have_no_more_pieces_than_table_1() {
+fn large_model_pieces_do_not_exceed_table_1() {
     for (name, most) in [
         ("paper/armadillo_31240.obj", 6950),
         ("paper/intestine_colon_male_24846.obj", 4980),

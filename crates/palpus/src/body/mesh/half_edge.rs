@@ -107,8 +107,9 @@ fn turned(mesh: &Mesh, side: u32) -> [DVec3; 3] {
 
 /// Classifies the edge between two triangles. The edge is coplanar under two conditions. Each
 /// triangle's opposite corner lies within `height_tolerance` of the other triangle's plane, and the
-/// triangles do not fold onto each other. Otherwise the exact side of the opposite corner decides.
-/// A fold of opening angle zero counts as reflex, so that no patch grows across it.
+/// triangles do not fold onto each other. Otherwise an exact predicate finds the side of the
+/// opposite corner, which decides the kind. A fold of opening angle zero counts as reflex, so that
+/// no patch grows across it.
 fn classify(mesh: &Mesh, first: u32, second: u32, height_tolerance: f64) -> EdgeKind {
     let ([a, b, c], [_, _, d]) = (turned(mesh, first), turned(mesh, second));
     let (n_first, n_second) = (mesh.triangle_normal(first / 3), mesh.triangle_normal(second / 3));

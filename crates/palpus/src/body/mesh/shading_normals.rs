@@ -135,7 +135,7 @@ mod tests {
     use crate::body::shapes::{cuboid, torus};
 
     #[test]
-    fn a_box_is_shaded_round_only_above_90_degrees() {
+    fn box_is_shaded_round_only_above_90_degrees() {
         let mesh = cuboid(DVec3::ZERO, DVec3::new(1.0, 2.0, 3.0));
         let edges = HalfEdges::new(&mesh);
         let sharp = ShadingNormals::new(&mesh, &edges, 1.5);
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn normals_of_a_fine_torus_are_accurate_and_continuous() {
+    fn fine_torus_normals_are_accurate_and_continuous() {
         let mesh = torus(1.0, 0.4, 64, 48);
         let edges = HalfEdges::new(&mesh);
         let shading = ShadingNormals::new(&mesh, &edges, 0.6);
@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ridge_keeps_the_face_normals_of_both_slopes() {
+    fn ridge_keeps_face_normals_of_both_slopes() {
         // Two slopes meet in a ridge of 90°. Along the ridge each slope keeps its face normal.
         let mesh = {
             let mut soup = crate::body::PolygonSoup::new();

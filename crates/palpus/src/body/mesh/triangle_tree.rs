@@ -10,7 +10,7 @@
 //! * Nearest point: branch and bound, with the nearer child first.
 //! * Rays: the test is watertight: a ray cannot pass between two triangles with a common edge (S.
 //!   Woop, C. Benthin, I. Wald, *Watertight Ray/Triangle Intersection*, 2013).
-//! * Inside test and winding number: see `winding`.
+//! * Inside test and winding number: the module `winding` describes them.
 
 mod nearest;
 mod ray;

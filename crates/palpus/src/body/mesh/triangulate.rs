@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn corners_on_a_straight_side_give_no_empty_triangles() {
+    fn straight_corners_give_no_empty_triangles() {
         let (points, polygon) = flat_polygon(&[(0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (3.0, 0.0), (3.0, 2.0), (0.0, 2.0)]);
         let mut triangles = Vec::new();
         assert_eq!(triangulate(&points, &polygon, &mut triangles), Cut::Whole);
@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn bow_tie_is_self_crossing_and_line_is_degenerate() {
+    fn bow_tie_is_self_crossing_line_is_degenerate() {
         let (points, polygon) = flat_polygon(&[(0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 1.0)]);
         let mut triangles = Vec::new();
         assert_eq!(triangulate(&points, &polygon, &mut triangles), Cut::SelfCrossing);
@@ -294,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bent_quad_is_cut_along_its_shorter_diagonal() {
+    fn bent_quad_is_cut_along_shorter_diagonal() {
         let points = [DVec3::ZERO, DVec3::new(1.0, 0.0, 0.3), DVec3::new(3.0, 3.0, 0.0), DVec3::new(0.0, 1.0, 0.3)];
         let mut triangles = Vec::new();
         assert_eq!(triangulate(&points, &[0, 1, 2, 3], &mut triangles), Cut::Whole);

@@ -2,8 +2,8 @@
 //!
 //! 1. [`weld`] merges vertices that are closer than [`tolerance::WELD`] times the extent. The first
 //!    vertex in the list stays.
-//! 2. [`unbend_caps`] removes *caps*, which are triangles without area whose middle corner lies on
-//!    their longest side. The function cuts the neighbour across this longest side in two, at the
+//! 2. [`unbend_caps`] removes *caps*. A cap is a triangle without area whose middle corner lies on
+//!    its longest side. The function cuts the neighbour across this longest side in two, at the
 //!    middle corner. The cut closes the surface and moves no vertex.
 //! 3. [`drop_empty`] drops the remaining triangles without area. [`drop_duplicates`] keeps the
 //!    first of all triangles with the same three corners, in any order.

@@ -1,4 +1,4 @@
-//! Admissible normals of pieces: the normals of the source mesh, not of the hull \[K02 §3.4\].
+//! Admissible normals of pieces: normals of the source mesh instead of the hull \[K02 §3.4\].
 //!
 //! A piece is the hull of a patch. The faces that the hull added are *virtual*: they are not
 //! part of the mesh, and no contact force may act along their normals. A normal is admissible if

@@ -16,7 +16,7 @@ pub struct CertificateMemory {
     pub(super) triangles: Vec<Joint>,
     /// For each triangle, its distance from the origin at its last measurement, plus the value of
     /// `moved` at that time.
-    pub(super) awake_at: Vec<f64>,
+    pub(super) safe_until: Vec<f64>,
     /// Upper bound of the motion of any point since the whole surface was measured.
     pub(super) moved: f64,
     /// The pose of the previous tick.
@@ -34,7 +34,7 @@ impl CertificateMemory {
         Self {
             hubs: Vec::with_capacity(KEPT_CORNERS),
             triangles: Vec::with_capacity(KEPT_TRIANGLES),
-            awake_at: Vec::with_capacity(KEPT_TRIANGLES),
+            safe_until: Vec::with_capacity(KEPT_TRIANGLES),
             moved: 0.0,
             pose_ba: Placement::IDENTITY,
             pair: [0.0; 4],
@@ -46,7 +46,7 @@ impl CertificateMemory {
     pub fn clear(&mut self) {
         self.hubs.clear();
         self.triangles.clear();
-        self.awake_at.clear();
+        self.safe_until.clear();
     }
 
     /// Returns true if the memory contains a surface of these two polytopes.
@@ -80,7 +80,7 @@ impl CertificateMemory {
         self.hubs.extend(surface.tips().iter().map(|tip| tip.hub));
         self.triangles.extend_from_slice(surface.joints());
         let finite = |&offset: &f64| if offset < f64::INFINITY { offset } else { bar };
-        self.awake_at.extend(surface.offsets().iter().map(finite));
+        self.safe_until.extend(surface.offsets().iter().map(finite));
     }
 }
 

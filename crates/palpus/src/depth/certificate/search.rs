@@ -22,7 +22,7 @@ enum Ground {
     Touching,
     /// A surface of an earlier tick. Only the triangles that may be too near to the origin were
     /// measured.
-    Asleep,
+    PartlyMeasured,
     /// A surface of an earlier tick. The whole surface was measured and repaired.
     Kept,
     /// A surface grown from a tetrahedron.
@@ -120,8 +120,8 @@ impl<'s, 'p> Search<'s, 'p> {
             return Err(StopReason::Stalled);
         }
         memory.advance(self.cso);
-        if self.sleeps(memory) {
-            return Ok(Ground::Asleep);
+        if self.is_still_proven(memory) {
+            return Ok(Ground::PartlyMeasured);
         }
         self.surface.clear(self.slack(), true);
         memory.hubs.iter().for_each(|&hub| self.surface.push_tip(self.cso, hub));
@@ -132,15 +132,15 @@ impl<'s, 'p> Search<'s, 'p> {
 
     /// Measures the triangles of the kept surface that may be too near to the origin. Returns true
     /// if no triangle is too near.
-    fn sleeps(&self, memory: &mut CertificateMemory) -> bool {
+    fn is_still_proven(&self, memory: &mut CertificateMemory) -> bool {
         let bar = self.bar();
-        let CertificateMemory { hubs, triangles, awake_at, moved, .. } = memory;
+        let CertificateMemory { hubs, triangles, safe_until, moved, .. } = memory;
         if *moved * f64::EPSILON > self.slack() {
             // The rounding of the sum is too large. A new measurement resets the sum to zero.
             return false;
         }
-        for (awake_at, Joint { tips, .. }) in awake_at.iter_mut().zip(triangles) {
-            let distance = *awake_at - *moved;
+        for (safe_until, Joint { tips, .. }) in safe_until.iter_mut().zip(triangles) {
+            let distance = *safe_until - *moved;
             if distance >= bar {
                 continue;
             }
@@ -151,7 +151,7 @@ impl<'s, 'p> Search<'s, 'p> {
             if offset < bar {
                 return false;
             }
-            *awake_at = *moved + if offset.is_finite() { offset } else { bar };
+            *safe_until = *moved + if offset.is_finite() { offset } else { bar };
         }
         true
     }
@@ -169,8 +169,8 @@ impl<'s, 'p> Search<'s, 'p> {
         PROOF_RELATIVE * self.best.offset.max(0.0) + self.rounding
     }
 
-    /// Returns the height below which heights count as rounding: a quarter of the tolerance if the
-    /// answer is known, else a quarter of the rounding.
+    /// Returns the limit below which a height counts as rounding. It is a quarter of the tolerance
+    /// if the answer is known, else a quarter of the rounding.
     fn slack(&self) -> f64 {
         0.25 * if self.answer.is_some() { self.tolerance() } else { self.rounding }
     }

@@ -16,7 +16,8 @@ pub enum Containment {
     BInA,
 }
 
-/// Returns which body lies inside the other after a is moved by `t`. The surfaces must not cross.
+/// Returns which body lies inside the other after body a is moved by `t`. The surfaces must not
+/// cross.
 pub(super) fn containment(
     a: &Body,
     components_a: &[DVec3],

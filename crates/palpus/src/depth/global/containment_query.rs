@@ -23,8 +23,8 @@ impl<'a> ContainmentQuery<'a> {
         Self { a, b, components_a: first_vertices(a.mesh()), components_b: first_vertices(b.mesh()) }
     }
 
-    /// Returns the result with a at `pose_ba` in b's frame. The result is exact for the rounded
-    /// positions of the vertices.
+    /// Returns the result with body a at `pose_ba` in b's frame. The result is exact for the
+    /// rounded positions of the vertices.
     pub fn run(&self, pose_ba: &Pose) -> Containment {
         let answer = containment(self.a, &self.components_a, self.b, &self.components_b, pose_ba, DVec3::ZERO);
         if answer == Containment::Neither {

@@ -79,7 +79,7 @@ pub(super) fn convex_pair(
 }
 
 /// Returns true if a plane perpendicular to `normal` separates the vertices of b's mesh from the
-/// vertices of a's mesh, with a moved by `t`.
+/// vertices of a's mesh, with body a moved by `t`.
 fn parted(query: &GlobalDepth<'_>, pose_ba: &Pose, normal: DVec3, t: DVec3) -> bool {
     let normal_a = pose_ba.inverse().vector(normal);
     let (a, b) = (query.a.mesh().vertices(), query.b.mesh().vertices());

@@ -27,8 +27,8 @@ pub(super) struct Lens {
 }
 
 impl Scene<'_> {
-    /// Returns a point deep inside both bodies near a crossing of their surfaces, with a moved by
-    /// `t`. `None` if the search finds no point.
+    /// Returns a point deep inside both bodies near a crossing of their surfaces, with body a moved
+    /// by `t`. `None` if the search finds no point.
     pub(super) fn lens(&self, crossing: &Crossing, t: DVec3) -> Option<Lens> {
         let size = self.a.size().min(self.b.size());
         let outward_a = self.placement.vector(self.a.mesh().triangle_normal(crossing.moving));
@@ -57,8 +57,8 @@ impl Scene<'_> {
         Some(best)
     }
 
-    /// Returns the lens of the point `z` (in b's frame), with a moved by `t`. `None` if `z` does
-    /// not lie in both bodies.
+    /// Returns the lens of the point `z` (in b's frame), with body a moved by `t`. `None` if `z`
+    /// does not lie in both bodies.
     fn lens_at(&self, z: DVec3, t: DVec3) -> Option<Lens> {
         let point_a = self.placement.inverse_point(z - t);
         if !self.b.tree().inside(z) || !self.a.tree().inside(point_a) {

@@ -146,7 +146,7 @@ impl<'a> Scene<'a> {
         self.cells[k].slabs.get_or_init(|| Slabs::around(self.corners(k).iter().copied()))
     }
 
-    /// Calls `visit` with each pair of cells whose boxes overlap when a is moved by some
+    /// Calls `visit` with each pair of cells whose boxes overlap when body a is moved by some
     /// translation between `low` and `high`.
     fn visit_pairs(&self, low: DVec3, high: DVec3, mut visit: impl FnMut(Pair)) {
         for (moving, _) in self.cells.iter().enumerate().filter(|(_, cell)| cell.near) {
@@ -376,8 +376,8 @@ impl<'a> Scene<'a> {
         Place::Unclear
     }
 
-    /// Returns true if `t` is free according to the surfaces alone. If `outside` is set, a must
-    /// also be able to move out of b from this position.
+    /// Returns true if `t` is free according to the surfaces alone. If `outside` is set, body a
+    /// must also be able to move out of b from this position.
     pub(super) fn verified(&self, t: DVec3) -> bool {
         self.free(t) && (!self.outside || self.surfaces.escapes(t))
     }

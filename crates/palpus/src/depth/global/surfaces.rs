@@ -114,8 +114,8 @@ impl<'a> Surfaces<'a> {
         boxes
     }
 
-    /// Returns true if the surfaces have no common point with a moved by `t`, and neither body lies
-    /// in the other.
+    /// Returns true if the surfaces have no common point with body a moved by `t`, and neither body
+    /// lies in the other.
     pub(super) fn is_free(&self, t: DVec3) -> bool {
         let mut touching = false;
         self.visit_pairs(t, &mut |p, q, _| {
@@ -125,7 +125,7 @@ impl<'a> Surfaces<'a> {
         !touching && !self.nested(t)
     }
 
-    /// Returns up to `most` pairs of triangles that cross or touch, with a moved by `t`.
+    /// Returns up to `most` pairs of triangles that cross or touch, with body a moved by `t`.
     pub(super) fn crossings(&self, t: DVec3, most: usize) -> Vec<Crossing> {
         let mut found = Vec::new();
         self.visit_pairs(t, &mut |p, q, (moving, fixed)| {
@@ -137,13 +137,13 @@ impl<'a> Surfaces<'a> {
         found
     }
 
-    /// Returns which body lies completely in the other, with a moved by `t`. The surfaces must not
-    /// cross.
+    /// Returns which body lies completely in the other, with body a moved by `t`. The surfaces must
+    /// not cross.
     pub(super) fn containment(&self, t: DVec3) -> Containment {
         containment(self.a, self.components_a, self.b, self.components_b, &self.pose_ba, t)
     }
 
-    /// Returns true if a component of one surface lies in the other body, with a moved by `t`.
+    /// Returns true if a component of one surface lies in the other body, with body a moved by `t`.
     pub(super) fn nested(&self, t: DVec3) -> bool {
         let back = self.pose_ba.inverse();
         let closed = |body: &Body| body.mesh().is_closed();
@@ -151,9 +151,9 @@ impl<'a> Surfaces<'a> {
             || closed(self.a) && self.components_b.iter().any(|&p| self.a.tree().inside(back.point(p - t)))
     }
 
-    /// Moves a by `t`, which must be free. Returns true if a can then move along a straight line
-    /// until the bounding boxes are separate. Each step is at most as long as the distance of the
-    /// surfaces, so no step can pass through a surface.
+    /// Moves body a by `t`, which must be free. Returns true if body a can then move along a
+    /// straight line until the bounding boxes are separate. Each step is at most as long as the
+    /// distance of the surfaces, so no step can pass through a surface.
     pub(super) fn escapes(&self, t: DVec3) -> bool {
         let axes = [t.normalize_or_zero(), DVec3::X, DVec3::Y, DVec3::Z, DVec3::NEG_X, DVec3::NEG_Y, DVec3::NEG_Z];
         axes.into_iter().filter(|along| *along != DVec3::ZERO).any(|along| self.escapes_along(t, along))
@@ -170,7 +170,8 @@ impl<'a> Surfaces<'a> {
         false
     }
 
-    /// Returns the distance of the two surfaces with a moved by `t`. The surfaces must not cross.
+    /// Returns the distance of the two surfaces with body a moved by `t`. The surfaces must not
+    /// cross.
     pub(super) fn distance(&self, t: DVec3) -> f64 {
         let (moving, fixed) = (self.a.tree(), self.b.tree());
         let mut best = f64::INFINITY;

@@ -97,7 +97,7 @@ fn tilted_block_has_a_gap_per_corner() {
 }
 
 #[test]
-fn edge_on_face_gives_two_corners_vertex_one() {
+fn edge_gives_two_corners_vertex_gives_one() {
     // The block stands on an edge along y.
     let turn = DQuat::from_rotation_y(FRAC_PI_4);
     let low = (HALF.x + HALF.z) * FRAC_PI_4.sin();

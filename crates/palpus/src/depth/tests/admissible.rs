@@ -39,8 +39,8 @@ fn bumpy_ball(rng: &mut Random, bumps: f64) -> Body {
     Body::from_soup(&soup, &BodySettings::default(), &mut |_| ()).unwrap()
 }
 
-/// Returns true if a cold walk ended at the global depth. If not, the admissible depth is also only
-/// a local minimum.
+/// Returns true if `walked` is the global depth. If it is not, the admissible depth is also only a
+/// local minimum.
 fn is_global([a, b]: [&OwnNormals<'_>; 2], placement: &Placement, walked: &Depth) -> bool {
     walked.depth - exhaustive_depth(a.polytope(), b.polytope(), placement).0 < 1e-9
 }

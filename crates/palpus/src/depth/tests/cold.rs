@@ -7,7 +7,7 @@ use crate::depth::oracle::exhaustive_depth;
 
 #[test]
 #[allow(clippy::print_stderr, reason = "the share of local answers is a measurement to be seen")]
-fn cold_answers_are_valid_and_nearly_always_global() {
+fn answers_without_seed_are_nearly_always_global() {
     let shapes = shapes();
     let mut rng = Random::new(SEED);
     let mut scratch = DepthScratch::new();

@@ -15,7 +15,7 @@ fn assert_near(p: DVec3, q: DVec3) {
 }
 
 #[test]
-fn box_on_table_has_witness_at_middle_of_overlap() {
+fn box_on_table_has_witness_at_overlap_middle() {
     let (cup, table) = (cuboid(DVec3::splat(0.5)), cuboid(DVec3::new(2.0, 2.0, 0.1)));
     let answer = cold(&cup, &table, &Pose::from_translation(DVec3::new(0.3, -0.4, 0.59)));
     assert_near(answer.normal, DVec3::Z);
@@ -39,7 +39,7 @@ fn turning_box_keeps_its_witness() {
 }
 
 #[test]
-fn edge_on_face_has_witness_at_middle_of_overlap() {
+fn edge_on_face_has_witness_at_overlap_middle() {
     // The box stands on an edge along y. This edge extends beyond the table's rim.
     let (tool, table) = (cuboid(DVec3::new(0.3, 1.0, 0.3)), cuboid(DVec3::new(2.0, 2.0, 0.5)));
     let low = 0.3 * std::f64::consts::SQRT_2;
@@ -63,7 +63,7 @@ fn identical_boxes_separate_along_thinnest_side() {
 }
 
 #[test]
-fn disk_on_disk_has_witness_at_middle_of_overlap() {
+fn disk_on_disk_has_witness_at_overlap_middle() {
     let (lid, pot) = (prism(60, 0.5, 0.1), prism(64, 1.0, 0.2));
     let answer = cold(&lid, &pot, &Pose::new(DQuat::from_rotation_z(0.2), DVec3::new(0.1, 0.2, 0.29)));
     assert_near(answer.point_b, DVec3::new(0.1, 0.2, 0.2));

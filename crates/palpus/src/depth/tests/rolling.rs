@@ -23,7 +23,7 @@ fn pose_at_depth(a: &Polytope, b: &Polytope, rotation: DQuat, normal: DVec3, dep
 
 #[test]
 #[allow(clippy::print_stderr, reason = "the share of local answers is a measurement to be seen")]
-fn warm_start_keeps_global_depth_while_rolling() {
+fn previous_answer_keeps_global_depth_while_rolling() {
     let shapes = shapes();
     let mut rng = Random::new(SEED);
     let mut scratch = DepthScratch::new();

@@ -78,14 +78,14 @@ impl HubTest {
         let along = head - tail;
         // The offset at the tail, and the offset at the tail minus the offset at the head. If the
         // difference is negative, the head lies lower along the normal than the tail.
-        let sight = |face: u32| {
+        let offset_and_drop = |face: u32| {
             let plane = &planes[face as usize];
             (plane.offset - plane.normal.dot(tail), plane.normal.dot(along))
         };
         let mut last_face = ring.last().left;
-        let (mut last_offset, mut last_drop) = sight(last_face);
+        let (mut last_offset, mut last_drop) = offset_and_drop(last_face);
         for spoke in ring {
-            let (offset, drop) = sight(spoke.left);
+            let (offset, drop) = offset_and_drop(spoke.left);
             if offset - drop.min(0.0) < bar {
                 return false;
             }

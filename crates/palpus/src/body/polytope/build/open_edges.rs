@@ -1,4 +1,4 @@
-//! The edges of an unfinished polytope that have only one face so far.
+//! The edges with only one face, while a polytope is being assembled.
 
 use super::super::Edge;
 

@@ -30,8 +30,8 @@ pub(super) struct Added {
 }
 
 impl Scene<'_> {
-    /// Returns the obstacle of two cells that overlap where the bodies overlap, with a moved by
-    /// `t`.
+    /// Returns the obstacle of two cells that overlap where the bodies overlap, with body a moved
+    /// by `t`.
     pub(super) fn obstacle_at(&self, crossings: &[Crossing], t: DVec3) -> Option<Added> {
         let closed = |body: &Body| body.mesh().is_closed();
         let (p, q) = if closed(self.a) && closed(self.b) {
