@@ -151,7 +151,7 @@ impl Patch {
         &self.corners
     }
 
-    /// Step 2 of the module's list.
+    /// Does step 2 of the module's list.
     fn overlap(&mut self, a: &Outline, b: &Outline, rounding: f64) {
         if a.is_segment() && b.is_segment() {
             if let Some(place) = crossing(a.side(0).ends(), b.side(0).ends()) {
@@ -175,7 +175,7 @@ impl Patch {
         }
     }
 
-    /// Step 3 of the module's list.
+    /// Does step 3 of the module's list.
     fn beside(&mut self, a: &Outline, b: &Outline, slope: f64, rounding: f64) {
         for i in 0..a.side_count() {
             let side_a = a.side(i);
@@ -218,8 +218,8 @@ impl Patch {
         }
     }
 
-    /// Step 4: adds a corner at `place`. If a corner already exists at `place`, keeps the deeper of
-    /// the two corners.
+    /// Does step 4: adds a corner at `place`. If a corner already exists at `place`, keeps the
+    /// deeper of the two corners.
     fn add(&mut self, a: &Outline, b: &Outline, place: DVec2, lateral: f64, rounding: f64) {
         let (above, below) = (a.height(place), b.height(place));
         let gap = above - below + lateral;
@@ -236,8 +236,8 @@ impl Patch {
         }
     }
 
-    /// Writes the corners nearer than `within`. The first is the deepest corner if it is as deep as
-    /// the witness, else the witness.
+    /// Writes the corners whose separation is less than `within`. The first is the deepest corner
+    /// if it is as deep as the witness, else the witness.
     fn write(&mut self, frame: &Frame, separation: f64, within: f64, rounding: f64) {
         let found = &self.found[..self.count];
         let corner = |found: &Found| {

@@ -15,7 +15,7 @@
 //! opening of an open surface. Where parts of the surface overlap, the normals of each patch define
 //! its inside.
 //!
-//! 1. Get the triangles near the volume that the hull gained from the triangle tree.
+//! 1. Search the triangle tree for the triangles near the volume that the hull gained.
 //! 2. Clip each triangle by the planes of all faces of H. The planes are moved inward by a small
 //!    distance (see [`ENTERED`](crate::algebra::tolerance::ENTERED)), so that shared corners and
 //!    sides do not count. The triangle enters H if a part of it remains.

@@ -45,8 +45,8 @@ impl Hierarchy {
     }
 }
 
-/// Fractions of the work for the progress report: the splits of the top, and the subtrees. The
-/// remaining work is for the hulls of the top.
+/// Fractions of the work for the progress report: splitting the top, and building the subtrees. The
+/// remaining work is the hulls of the top.
 const CUT_SHARE: f64 = 0.1;
 const SUBTREE_SHARE: f64 = 0.65;
 

@@ -72,8 +72,8 @@ pub struct OwnFace {
     pub whole: bool,
 }
 
-/// A borrowed normal of a piece: the normal of the mesh beyond one of its edges, at the end of the
-/// edge's arc.
+/// A borrowed normal of a piece. It is the normal of the mesh beyond an edge of the piece, at the
+/// end of the edge's arc.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Borrowed {
     /// The supporting plane of the piece with that normal. The plane contains the edge. Offset in
