@@ -111,7 +111,7 @@ fn stretch(shape: &ShapePair, motion: Motion, random: &mut Random) -> Vec<Pose> 
     }
 }
 
-/// Returns the pose of a in b for which the centroid of a is at `away` from the centroid of b.
+/// Returns the pose of body a in b for which the centroid of a is at `away` from the centroid of b.
 fn placed(shape: &ShapePair, rotation: DQuat, away: DVec3) -> Pose {
     Pose::new(rotation, shape.b.centroid() + away - rotation * shape.a.centroid())
 }

@@ -34,9 +34,9 @@ impl BodySettings {
     /// Flatness for measurements. The error of distances is at most this value times the bounding
     /// diagonal.
     pub const EXACT: f64 = 3e-8;
-    /// Flatness for haptic rendering: 3 µm on an object of 10 cm, which a person cannot feel. If a
-    /// plane is written with six digits, this flatness merges it into one face. A round peg then
-    /// has 1 piece instead of 4870.
+    /// Flatness for haptic rendering: 3 µm on an object of 10 cm. A person cannot feel this
+    /// deviation. If a plane is written with six digits, this flatness merges it into one face. A
+    /// round peg then has 1 piece instead of 4870.
     pub const HAPTIC: f64 = 3e-5;
 }
 
@@ -279,7 +279,7 @@ impl Ground {
     }
 }
 
-/// The parts of a body that take long to compute; callers may cache them.
+/// The parts of a body whose computation takes long. Callers may cache them.
 #[derive(Clone, Debug)]
 pub struct BodyParts {
     /// See [`Body::polytopes`].

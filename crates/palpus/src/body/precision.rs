@@ -8,10 +8,10 @@
 //! 1. If every coordinate is a 32-bit float, the step is the spacing of 32-bit floats at the
 //!    largest coordinate.
 //! 2. Otherwise the coordinates are decimal numbers. A file writes them with a fixed number of
-//!    decimal places or a fixed number of significant digits. Find the largest number of both
-//!    kinds of digits over all coordinates. Each number gives a step at the largest coordinate, and
-//!    the result is the larger step. If a coordinate has fifteen or more digits, the coordinates
-//!    were computed, and the step is zero.
+//!    decimal places or a fixed number of significant digits. Find the largest number of decimal
+//!    places and the largest number of significant digits over all coordinates. Each of these
+//!    numbers gives a step at the largest coordinate. The result is the larger step. If a
+//!    coordinate has fifteen or more digits, the coordinates were computed, and the step is zero.
 //!
 //! If a person wrote the model with few digits, this step is too large. Therefore each
 //! tolerance that depends on the step needs an upper limit.

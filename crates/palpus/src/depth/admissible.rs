@@ -6,8 +6,8 @@
 //! CSO has a normal that is admissible for both pieces. The depth of a contact is the least h over
 //! the admissible facets:
 //!
-//! * A face of b, or the end of an arc of b, against the vertex of a that supports its normal. The
-//!   opposite normal must be admissible at this vertex. The same holds with a and b exchanged.
+//! * A face of b, or the end of an arc of b, against the vertex of body a that supports its normal.
+//!   The opposite normal must be admissible at this vertex. The same holds with a and b exchanged.
 //! * Two edges whose arcs of admissible normals cross.
 //!
 //! If the bodies touch, the normal of contact is admissible for both pieces. The admissible depth
@@ -24,8 +24,8 @@
 //!    rejects most facets. The test of a normal needs one product. The test of an arc needs the
 //!    products at its two ends, because n·c is concave along the part of an arc on which it is not
 //!    negative.
-//! 3. Cross the remaining arcs of a with the remaining arcs of b. Compute the true supports of the
-//!    facet with the smallest offset.
+//! 3. Cross the remaining arcs of body a with the remaining arcs of b. Compute the true supports of
+//!    the facet with the smallest offset.
 //!
 //! Deviation from \[K02\]: the paper moves a depth from virtual features to a neighbouring original
 //! feature, and then walks one step further. The paper's depth jumps if the neighbourhood changes,
@@ -53,15 +53,15 @@ pub struct AdmissibleDepth {
     pub point_a: DVec3,
     /// Point in b's supporting plane.
     pub point_b: DVec3,
-    /// The nearest points (on a, on b) of the two features: the feature with the admissible normal
-    /// and the other feature.
+    /// The nearest points (on a, on b) of the feature with the admissible normal and the other
+    /// feature.
     pub facing: (DVec3, DVec3),
-    /// Unit vector from b into a.
+    /// Unit vector from body b into body a.
     pub normal: DVec3,
     /// `max_b n·b − min_a n·a` along `normal` (length unit of the polytopes).
     pub depth: f64,
     /// The features that face each other along the normal: a vertex and a face, a vertex and an
-    /// edge (with the normal at the end of its arc), or two edges.
+    /// edge, or two edges. For a vertex and an edge, the normal is the end of the edge's arc.
     pub features: FeaturePair,
     /// True if the walk had ended on a different facet.
     pub moved: bool,
@@ -111,9 +111,9 @@ pub fn admissible_depth(
     search.answer(&mut depths.clip)
 }
 
-/// Returns the least depth along the face normals that are admissible for both pieces; `None` if no
-/// face normal is. The result is an upper bound of [`admissible_depth`], which also searches edge
-/// pairs. Climbs start at the vertices `hub`.
+/// Returns the least depth along the face normals that are admissible for both pieces; `None` if
+/// there is no such normal. The result is an upper bound of [`admissible_depth`], which also
+/// searches edge pairs. Climbs start at the vertices `hub`.
 pub(crate) fn admissible_bound(
     a: &OwnNormals<'_>,
     b: &OwnNormals<'_>,
@@ -129,20 +129,20 @@ pub(crate) fn admissible_bound(
 /// An upper bound of the depth of two pieces.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AdmissibleBound {
-    /// Unit normal from b into a, in b's frame. The normal is admissible for both pieces.
+    /// Unit normal from body b into body a, in b's frame. The normal is admissible for both pieces.
     pub(crate) normal: DVec3,
-    /// Vertices of a and b that support the normal.
+    /// Vertices of bodies a and b that support the normal.
     pub(crate) hub: [u32; 2],
     /// Depth along the normal, in model units.
     pub(crate) depth: f64,
 }
 
-/// Returns an angle (rad): until the pieces have turned by it relative to each other, no normal can
-/// be admissible for both, at any translation. Returns 0 if the angle is unknown.
+/// Returns the angle (rad) by which the pieces must at least turn before a normal can be admissible
+/// for both. The angle is valid for every translation. Returns 0 if the angle is unknown.
 ///
-/// A common facet needs a normal of one piece among the admissible directions of the other, or an
-/// end of an arc on an arc of the other. The ends of arcs are normals too, so testing normals is
-/// sufficient.
+/// A common facet exists only in two cases. A normal of one piece is an admissible direction of the
+/// other, or an end of an arc lies on an arc of the other. The ends of arcs are normals too, so a
+/// test of all normals is sufficient.
 pub(crate) fn barren_angle(a: &OwnNormals<'_>, b: &OwnNormals<'_>, pose_ba: &Placement) -> f64 {
     let mut least = f64::INFINITY;
     for normal in normals(b) {
@@ -195,10 +195,10 @@ struct Search<'s> {
     b: &'s OwnNormals<'s>,
     /// The hub pair of the last support found.
     hub: HubPair,
-    /// The support on a in b's frame, and the support on b in a's frame.
+    /// The support on body a in b's frame, and the support on b in a's frame.
     point_a: DVec3,
     point_b: DVec3,
-    /// Cap that contains the reflected normals of a, in b's frame.
+    /// Cap that contains the reflected normals of body a, in b's frame.
     cap_a: Cap,
     /// Cap that contains the reflected normals of b, in a's frame.
     cap_b: Cap,
@@ -227,7 +227,7 @@ impl<'s> Search<'s> {
         }
     }
 
-    /// Limits the search to facets that are not deeper than the previous tick's facet, but does not
+    /// Limits the search to facets that are not deeper than the previous tick's facet. Does not
     /// take that facet as the result. Of facets with equal depth, the first one found is the
     /// result. So the result does not depend on earlier ticks.
     fn no_deeper_than(&mut self, last: FeaturePair) {

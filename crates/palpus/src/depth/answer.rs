@@ -9,33 +9,33 @@ use crate::collision::StopReason;
 /// pair \[K02 §3.3.1\].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct HubPair {
-    /// Vertex of a.
+    /// Vertex of body a.
     pub a: u32,
     /// Vertex of b.
     pub b: u32,
 }
 
-/// The features of a and b that span one facet of the CSO \[K02 §3.3.1\]. The first word of a
-/// variant's name is the feature of a.
+/// The features of bodies a and b that span one facet of the CSO \[K02 §3.3.1\]. The first word of
+/// a variant's name is the feature of body a.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Antipodal {
-    /// A vertex of a against a face of b.
+    /// A vertex of body a against a face of b.
     VertexFace {
-        /// Vertex of a.
+        /// Vertex of body a.
         a: u32,
         /// Face of b.
         b: u32,
     },
-    /// A face of a against a vertex of b.
+    /// A face of body a against a vertex of b.
     FaceVertex {
-        /// Face of a.
+        /// Face of body a.
         a: u32,
         /// Vertex of b.
         b: u32,
     },
-    /// An edge of a against an edge of b.
+    /// An edge of body a against an edge of b.
     EdgeEdge {
-        /// Edge of a.
+        /// Edge of body a.
         a: u32,
         /// Edge of b.
         b: u32,
@@ -80,11 +80,11 @@ pub enum Certainty {
 /// Moving body a by `depth · normal` separates the pair; `point_a − point_b = −depth · normal`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Depth {
-    /// Witness point on the boundary of a.
+    /// Witness point on the boundary of body a.
     pub point_a: DVec3,
     /// Witness point on the boundary of b.
     pub point_b: DVec3,
-    /// Unit vector from b into a.
+    /// Unit vector from body b into body a.
     pub normal: DVec3,
     /// `max_b n·b − min_a n·a` along `normal`, in the length unit of the polytopes. The depth is
     /// not negative if the pair overlaps. If the value is negative, the distance of the pair is at

@@ -8,7 +8,7 @@
 //! projection lies beyond a side, h decreases in that side's direction, and the facet across that
 //! side is lower. If the projection lies within the facet, the facet is a local minimum of h.
 //!
-//! 1. Find the features of a and b that are flush with the supporting plane.
+//! 1. Find the features of bodies a and b that are flush with the supporting plane.
 //! 2. Merge the sides of the two polygons by direction. In this order, the sides run around the
 //!    sum of the polygons. Report how far the origin lies beyond each side.
 
@@ -22,7 +22,7 @@ use crate::body::{Feature, Loop, Polytope};
 /// maps, the facet is a corner.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Corner {
-    /// Unit, from b into a.
+    /// Unit, from body b into body a.
     pub(super) normal: DVec3,
     /// h along the normal, up to rounding.
     pub(super) offset: f64,
@@ -39,7 +39,7 @@ impl Antipodal {
         Self::among(hubs[0], spanned(a, hubs.map(|hub| hub.a))?, spanned(b, hubs.map(|hub| hub.b))?)
     }
 
-    /// Returns a pair that spans a facet, out of two flush features at a hub pair.
+    /// Returns a pair that spans a facet, from two flush features at a hub pair.
     fn among(hub: HubPair, feature_a: Feature, feature_b: Feature) -> Option<Self> {
         match (feature_a, feature_b) {
             (_, Feature::Face(b)) => Some(Self::VertexFace { a: hub.a, b }),
@@ -144,7 +144,7 @@ impl<'p> Facet<'p> {
 
     /// Returns the facet in the plane that a hub pair supports along `normal`, with the
     /// features that lie in the plane within the angle `within` (radians). Also returns a pair of
-    /// features that spans the facet; `None` if no facet has this normal.
+    /// features that spans the facet. The pair is `None` if no facet has this normal.
     pub(super) fn supported(cso: &Cso<'p>, hub: HubPair, normal: DVec3, within: f64) -> (Self, Option<Antipodal>) {
         let feature_a = flush_at_vertex(cso.a, hub.a, cso.toward_b(normal), within);
         let feature_b = flush_at_vertex(cso.b, hub.b, normal, within);
@@ -172,8 +172,8 @@ impl<'p> Facet<'p> {
     /// the inner side.
     fn for_each_side(&self, cso: &Cso<'_>, mut visit: impl FnMut(f64)) {
         // The sides run counter-clockwise about the normal. The loop of b already has this
-        // direction. The loop of a is read backwards: a's outward normal is opposite, so the loop
-        // runs clockwise about the normal.
+        // direction. The loop of body a is read backwards: a's outward normal is opposite, so the
+        // loop runs clockwise about the normal.
         let (mut start_a, mut start_b) = (0, 0);
         if self.a.count > 1 && self.b.count > 1 {
             let along = self.normal.any_orthonormal_vector();

@@ -9,9 +9,9 @@
 //! * If h(n') is less than u, n' is a better direction, and u becomes h(n').
 //! * Otherwise the support lies above the triangle, and the surface grows to the support.
 //!
-//! Repeat this for the nearest triangle until no triangle is nearer than u. The surface grows only
-//! at triangles that are nearer than the depth, so no growth is wasted. This also holds at the
-//! start, when u is only the h of the seeds.
+//! Repeat these steps for the nearest triangle until no triangle is nearer than u. The surface
+//! grows only at triangles that are nearer than the depth, so no growth is wasted. This is true
+//! even at the start, when u is only the least h of the seeds.
 //!
 //! If the surface starts as a tetrahedron, the method is the expanding polytope algorithm (van den
 //! Bergen 2001), which finds depth and proof together. The nearest triangle lies in a facet of the
@@ -22,8 +22,8 @@
 //!
 //! 1. Touching pairs: a depth within rounding of zero needs no proof.
 //! 2. A triangle of the kept surface needs no test if its measured distance exceeds u by more than
-//!    any point has moved since. Measure the other triangles at the new pose. If none is too near,
-//!    the proof is complete.
+//!    any point has moved since. Measure the other triangles at the new pose. If no triangle is too
+//!    near, the proof is complete.
 //! 3. Otherwise measure the whole kept surface at the new pose, and grow it at triangles that are
 //!    too near. If the repair takes too many growth steps, grow a new surface from a tetrahedron.
 //! 4. Keep the surface. Drop it if it has many more triangles than when it was new, because only

@@ -11,7 +11,7 @@ use crate::algebra::Placement;
 use crate::body::Polytope;
 use crate::collision::support_gap;
 
-/// The two polytopes, and the pose of a in b's frame.
+/// The two polytopes, and the pose of body a in b's frame.
 #[derive(Clone, Copy)]
 pub(super) struct Cso<'p> {
     pub(super) a: &'p Polytope,
@@ -27,7 +27,7 @@ impl Cso<'_> {
         self.a.radius() + self.b.radius()
     }
 
-    /// Returns vertex `v` of a in b's frame.
+    /// Returns vertex `v` of body a in b's frame.
     #[inline]
     pub(super) fn point_a(&self, v: u32) -> DVec3 {
         self.pose_ba.point(self.a.vertex(v))
@@ -39,14 +39,14 @@ impl Cso<'_> {
         self.b.vertex(hub.b) - self.point_a(hub.a)
     }
 
-    /// Returns h along the normal of face `f` of b. Vertex `v` of a must support this normal.
+    /// Returns h along the normal of face `f` of b. Vertex `v` of body a must support this normal.
     #[inline]
     pub(super) fn offset_at_face_of_b(&self, f: u32, v: u32) -> f64 {
         -self.b.plane(f).height(self.point_a(v))
     }
 
-    /// Returns h along `normal`, the reversed normal of face `f` of a in b's frame. Vertex `v` of b
-    /// must support this normal.
+    /// Returns h along `normal`, the reversed normal of face `f` of body a in b's frame. Vertex
+    /// `v` of b must support this normal.
     #[inline]
     pub(super) fn offset_at_face_of_a(&self, f: u32, v: u32, normal: DVec3) -> f64 {
         normal.dot(self.b.vertex(v) - self.pose_ba.translation) + self.a.plane(f).offset

@@ -1,10 +1,10 @@
 //! The normal cone of a vertex as a spherical polygon: the local Gauss map of \[K02 §3.3.1\].
 //!
-//! The normals of the faces around the vertex are the corners of the polygon, and the edges are its
-//! arcs. A vertex supports a unit vector n if and only if no edge rises from the vertex along n:
-//! `n · edge ≤ 0` for every edge. Deviation from \[K02\]: the paper projects the map centrally onto
-//! the plane z = 1. Without this projection, cones wider than a hemisphere and needle tips need no
-//! special case.
+//! The normals of the faces around the vertex are the corners of the polygon, and the edges at the
+//! vertex are the arcs of the polygon. A vertex supports a unit vector n if and only if no edge
+//! rises from the vertex along n: `n · edge ≤ 0` for every edge. Deviation from \[K02\]: the paper
+//! projects the map centrally onto the plane z = 1. Without this projection, cones wider than a
+//! hemisphere and needle tips need no special case.
 //!
 //! Body a is reflected (−a in b's frame). Both cones then contain outward directions, and the
 //! overlay needs one method for both. The maps are copied from the polytopes into flat pages, once
@@ -24,13 +24,13 @@ pub(super) const PAGE: usize = 32;
 /// vertices of a triangle need 3.
 const PAGES: usize = 4;
 
-/// One arc of a local Gauss map, in b's frame. An arc of a belongs to the reflected body −a.
+/// One arc of a local Gauss map, in b's frame. An arc of body a belongs to the reflected body −a.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Arc {
     /// Vector from the vertex to the neighbour; not a unit vector.
     pub(super) edge: DVec3,
-    /// Outward normal of the face on the left of the edge. For a, left refers to the body before
-    /// the reflection.
+    /// Outward normal of the face on the left of the edge. For body a, left refers to the body
+    /// before the reflection.
     pub(super) left: DVec3,
     /// Outward normal of the face on the right.
     pub(super) right: DVec3,

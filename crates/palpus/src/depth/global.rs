@@ -14,7 +14,7 @@
 //! 2. *Free translations*. A translation is free if the surfaces have no common point and no
 //!    part of one surface lies in the other body ([surfaces](surfaces)). The test uses exact
 //!    predicates on the triangles and does not depend on the cells.
-//! 3. *Search* ([cones](cones)). A surface around the origin encloses blocked translations only.
+//! 3. *Search* ([cones](cones)). A surface around the origin encloses only blocked translations.
 //!    The surface grows where it is nearest to the origin. If the surface cannot grow at this
 //!    place, the search either finds a free translation or subdivides the surface.
 //!

@@ -1,4 +1,4 @@
-//! A closed surface of triangles inside the CSO, grown around the origin, which proves a depth.
+//! A closed surface of triangles inside the CSO that grows around the origin and proves a depth.
 //!
 //! The corners of the surface are differences of vertices of the two bodies. So the CSO contains
 //! the corners and their hull, for every shape of the surface. Suppose that no triangle is nearer
@@ -108,7 +108,7 @@ pub(super) struct Surface {
     offsets: Vec<f64>,
     /// Lengths below this are rounding.
     slack: f64,
-    /// True if motion may have folded the surface. Then a support can be an existing tip. A
+    /// True if motion may have folded the surface. A new support can then be an existing tip. A
     /// surface that was grown from a tetrahedron at this pose is convex.
     folded: bool,
     /// Places of removed triangles.

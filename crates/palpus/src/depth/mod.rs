@@ -1,5 +1,5 @@
-//! Penetration depth: of convex pieces by a walk over the surface of their Minkowski difference
-//! \[K02 §3.3, §3.4\], and of whole bodies with proven bounds.
+//! Penetration depth of convex pieces, by a walk over the surface of their Minkowski difference
+//! \[K02 §3.3, §3.4\]. Also the penetration depth of whole bodies, with proven bounds.
 
 mod admissible;
 mod answer;

@@ -13,8 +13,8 @@ use super::cso::Cso;
 use crate::algebra::Placement;
 use crate::body::Polytope;
 
-/// Returns the global depth of the pair, and its normal from b into a in b's frame. If the bodies
-/// are apart, the depth is negative, and their distance is at least its absolute value.
+/// Returns the global depth of the pair, and its normal from body b into body a in b's frame. If
+/// the bodies are apart, the depth is negative, and their distance is at least its absolute value.
 pub(crate) fn exhaustive_depth(a: &Polytope, b: &Polytope, pose_ba: &Placement) -> (f64, DVec3) {
     let cso = Cso { a, b, pose_ba };
     let mut oracle = Oracle { cso, hub: HubPair { a: 0, b: 0 }, best: (f64::INFINITY, DVec3::ZERO) };

@@ -1,18 +1,19 @@
 //! Overlaps of two normal cones on the sphere \[K02 §3.3.3, steps 1–4\].
 //!
-//! The facets of the CSO around its vertex `c = b − a` are the corners of an overlap: b's normal
-//! cone overlaps the normal cone of the reflected a. Over the overlap, h(n) = n·c. This function is
-//! concave along every arc on which it is not negative. So its least value lies at a corner. If
-//! both ends of an arc are higher than the best known offset, no point of the arc is lower.
+//! The facets of the CSO around its vertex `c = b − a` are the corners of the overlap of two normal
+//! cones: the cone of b, and the cone of the reflected a. Over the overlap, h(n) = n·c. This
+//! function is concave along every arc on which it is not negative. So its least value lies at a
+//! corner. If both ends of an arc are higher than the best known offset, no point of the arc is
+//! lower.
 //!
 //! 1. Compute n·c for all face normals of both rings. If n·c is below the limit `bar`, test whether
-//!    the other cone contains the normal (VF, FV). If it does, compute the offset from the face's
-//!    plane. Merged faces are flat only within a tolerance, so each corner of a face would give
-//!    another offset.
+//!    the other cone contains the normal (VF, FV). If the other cone contains it, compute the
+//!    offset from the face's plane. Merged faces are flat only within a tolerance, so each
+//!    corner of a face would give another offset.
 //! 2. Keep the arcs with an end below `bar`.
-//! 3. Cross the kept arcs of a with the kept arcs of b (EE). Two arcs cross if the ends of each lie
-//!    on both sides of the other's great circle, in matching order. Four signs of dot products
-//!    decide this. Offsets are compared without square roots.
+//! 3. Cross the kept arcs of body a with the kept arcs of b (EE). Two arcs cross if the ends of
+//!    each arc lie on both sides of the other arc's great circle, in matching order. Four signs of
+//!    dot products decide whether they do. Offsets are compared without square roots.
 //!
 //! If two cones only touch (aligned boxes), they meet in face normals, and step 1 accepts these
 //! normals within a tolerance. So step 3 needs no tolerance, and skips nearly parallel edges.
@@ -154,8 +155,8 @@ impl Search<'_> {
 /// Returns the direction in which the arcs of two edges cross; not a unit vector. `None` if the
 /// arcs do not cross.
 ///
-/// Two arcs cross if the ends of each lie on both sides of the other's great circle. The ring of
-/// the reflected a runs clockwise, so both arcs need the same pattern of signs.
+/// Two arcs cross if the ends of each arc lie on both sides of the other arc's great circle. The
+/// ring of the reflected a runs clockwise, so both arcs need the same pattern of signs.
 #[inline]
 pub(super) fn crossing(
     [left_a, right_a]: [DVec3; 2],

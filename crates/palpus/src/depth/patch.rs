@@ -14,8 +14,8 @@
 //!    relative to the contact plane is less than `slope`. Each of these faces gives a polygon. If
 //!    no face is that flat, use the edges at the feature whose slope is less than `slope`. A steep
 //!    feature has no outline, and the witness is the only contact point.
-//! 2. *Overlap*: clip the projection of each outline of a by the projection of each outline of b.
-//!    The gap at a corner is the height of a's plane above b's plane.
+//! 2. *Overlap*: clip the projection of each outline of body a by the projection of each outline of
+//!    b. The gap at a corner is the height of a's plane above b's plane.
 //! 3. *Sides beside each other*: two nearly parallel sides may pass each other without an overlap.
 //!    The ends of their common stretch become corners. The gap at these corners is the height plus
 //!    the lateral distance. Two parallel edges have no overlap; their patch is the common stretch.
@@ -30,8 +30,8 @@
 //! faces than a patch can contain, the slope is reduced to the slope of the first omitted face. The
 //! reduced slope also changes continuously.
 //!
-//! If an outline has many sides, it keeps only every n-th corner. These are the same corners at
-//! every pose.
+//! If an outline has many sides, it keeps only every n-th corner, and the same corners at every
+//! pose.
 
 mod outline;
 
@@ -49,11 +49,11 @@ use crate::body::{Feature, FeaturePair, Polytope};
 pub struct Touch {
     /// The features on which the exact witness points lie.
     pub features: FeaturePair,
-    /// Exact witness point on a.
+    /// Exact witness point on body a.
     pub point_a: DVec3,
     /// Exact witness point on b.
     pub point_b: DVec3,
-    /// Unit vector from b into a.
+    /// Unit vector from body b into body a.
     pub normal: DVec3,
 }
 

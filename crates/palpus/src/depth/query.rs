@@ -11,8 +11,8 @@
 //! normal separates the pair. A result of the walk alone may miss a direction with a smaller h.
 //!
 //! Deviation from \[K02\]: without a previous answer, the paper walks from one start. At some
-//! percent of random poses, this walk ends in a local minimum that is not the global minimum. More
-//! starts make local minima rare, but the walks then cost two to three times as much as the
+//! percent of random poses, this walk ends in a local minimum that is not the global minimum. With
+//! more starts, local minima are rare, but the walks then cost two to three times as much as the
 //! surface. The surface nearly always finds the smallest depth.
 
 use super::certificate::{CertificateMemory, Search};

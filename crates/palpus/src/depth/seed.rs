@@ -21,15 +21,15 @@ pub enum Seed {
         antipodal: Option<Antipodal>,
         /// Vertices from which the search for the supports climbs.
         hub: HubPair,
-        /// From b into a, in b's frame; need not have unit length.
+        /// From body b into body a, in b's frame; need not have unit length.
         normal: DVec3,
     },
     /// The direction in which a distance search detected the overlap.
     Witness {
-        /// From b into a, in b's frame; need not have unit length.
+        /// From body b into body a, in b's frame; need not have unit length.
         direction: DVec3,
     },
-    /// The line from the centroid of b to the centroid of a.
+    /// The line from the centroid of b to the centroid of body a.
     CentroidLine,
 }
 

@@ -89,7 +89,7 @@ pub(super) fn shapes() -> Vec<(&'static str, Polytope)> {
     ]
 }
 
-/// Returns a random pose of a near b. In most cases the bodies overlap.
+/// Returns a random pose of body a near b. In most cases the bodies overlap.
 fn random_pose(rng: &mut Random, a: &Polytope, b: &Polytope) -> Pose {
     let rotation = match rng.below(4) {
         0 => DQuat::IDENTITY,

@@ -17,7 +17,7 @@
 //!    higher. Then the walk ends.
 //! 3. Otherwise test the facet across each side. For a face of many sides, test only the side
 //!    beyond which the origin lies. Move to the lowest of these facets if it is lower than the
-//!    current one, and repeat.
+//!    current facet, and repeat.
 //! 4. If no facet is lower, repeat the quick test, and compute the overlay at the hubs at which the
 //!    test is undecided. If an overlay has a lower facet, continue from this facet.
 //! 5. Measure the offset with true supports.
@@ -309,9 +309,8 @@ impl Downhill<'_, '_> {
     fn around_edges(&self, view: &View<'_>, g: u32, e: u32, normal: DVec3, lowest: &mut Lowest) -> Result<(), Odd> {
         let (edge_p, edge_q) = (view.p.edge(g), view.q.edge(e));
         let along = view.q.vertex(edge_q.head) - view.q.vertex(edge_q.tail);
-        // True if the tail of `e` supports the plane toward the left face of `g`, and the head
-        // supports it toward the right face. Otherwise the head is the supporting end toward the
-        // left face.
+        // True if the tail of `e` supports the plane toward the left face of `g`; then the head
+        // supports it toward the right face. If false, the two ends are exchanged.
         let tail_first = view.facing(view.p.plane(edge_p.left).normal).dot(along) < 0.0;
         let ends = if tail_first { [edge_q.tail, edge_q.head] } else { [edge_q.head, edge_q.tail] };
         for (end, face) in ends.into_iter().zip([edge_p.left, edge_p.right]) {

@@ -4,13 +4,13 @@
 //! After moving body a by `depth · normal`, the features of both bodies lie in one plane and share
 //! a point, the witness. For a vertex against a face, the witness is the vertex; for crossing
 //! edges, it is the crossing. Flush features (edge on face, face on face, edges along one line)
-//! share a segment or a polygon. The witness is then the centroid of this segment or polygon, so
-//! the contact of a box on a table is under its middle and not at a corner.
+//! share a segment or a polygon. The witness is then the centroid of this segment or polygon, so a
+//! box on a table has its contact under the middle of the box, not at a corner.
 //!
 //! If the features share no point, the facet is not a local minimum of h. This happens if the walk
-//! ran out of steps, or if the facet was chosen for its normal and not for its depth. Then the
+//! ran out of steps, or if the facet was chosen for its normal instead of its depth. Then the
 //! witness on b is the nearest point of b's supporting feature. The witness on a lies in a's
-//! supporting plane, but not necessarily on a.
+//! supporting plane, but not necessarily on body a.
 
 mod validate;
 
@@ -169,7 +169,7 @@ fn overlap(contact: &Contact<'_, '_>, buffers: &mut Clip) -> DVec3 {
     let side_of = |k: usize| if cut_a { contact.b(k) } else { contact.a(sides - k) };
     let mut from = side_of(0);
     for k in 0..sides {
-        // The loop of a runs clockwise about the normal, so it is read backwards.
+        // The loop of body a runs clockwise about the normal, so it is read backwards.
         let to = side_of(k + 1);
         let inward = normal.cross(to - from);
         let height = inward.dot(middle - from);

@@ -3,7 +3,7 @@
 //! The hull H of a patch lies in the solid if and only if **no point of the surface lies in the
 //! interior of H**. The interior of H is connected. If the surface never enters the interior, the
 //! interior is wholly inside or wholly outside the solid. Just below an original face, the interior
-//! is inside the solid, so all of it is inside.
+//! is inside the solid, so the whole interior is inside.
 //!
 //! This single test detects three kinds of faults: a virtual face that crosses the surface, a
 //! virtual face that covers a notch, and a hull that contains a whole cavity. A notch is detected

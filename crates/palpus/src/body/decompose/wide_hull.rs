@@ -16,8 +16,8 @@
 //!    middle lies below all planes, the triangle enters.
 //!
 //! The search for the plane with the largest excess climbs from face to face. The faces correspond
-//! to the vertices of the polar body, on which the excess is a linear function. Among faces that
-//! are coplanar up to rounding, the search visits all of them.
+//! to the vertices of the polar body, on which the excess is a linear function. If faces are
+//! coplanar up to rounding, the search visits all of them.
 
 use glam::DVec3;
 

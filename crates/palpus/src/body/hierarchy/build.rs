@@ -50,8 +50,8 @@ impl Hierarchy {
 const CUT_SHARE: f64 = 0.1;
 const SUBTREE_SHARE: f64 = 0.65;
 
-/// The top of the tree. Each part of the top has too many pieces for one worker, or is a
-/// subtree that one worker builds.
+/// The top of the tree. A part with too many pieces for one worker is split into two parts. One
+/// worker builds each of the other parts as a subtree.
 struct Crown {
     /// All parts, level by level from the root.
     parts: Vec<Part>,

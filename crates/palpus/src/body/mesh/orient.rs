@@ -3,8 +3,8 @@
 //!
 //! 1. Triangles are connected across edges that exactly two triangles use. Starting from one
 //!    triangle, each connected triangle is flipped if it disagrees with its neighbour. If most
-//!    triangles of a component disagree with the first triangle, the other triangles are flipped
-//!    instead.
+//!    triangles of a component disagree with the first triangle, the triangles that agree are
+//!    flipped instead.
 //! 2. A component is closed if each of its edges is used equally often in both directions. The
 //!    sign of its volume then gives its orientation. Open components keep the orientation of the
 //!    file.

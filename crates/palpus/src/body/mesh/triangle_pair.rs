@@ -9,12 +9,12 @@
 //!    and test in two dimensions.
 //! 2. If each triangle has corners strictly on both sides of the other's plane, each triangle meets
 //!    the common line of the planes in an interval. The triangles cross if the open intervals
-//!    overlap. Two more predicates decide this (Guigue and Devillers, *Fast and Robust
-//!    Triangle–Triangle Overlap Test*, 2003).
-//! 3. Triangles that do not cross touch if an edge of one meets the other. If the triangles share
-//!    one vertex, only the two edges opposite the vertex need a test. The intersection is convex
-//!    and contains the shared vertex. So if the intersection has other points, it reaches one of
-//!    these edges.
+//!    overlap. Two more predicates decide whether the intervals overlap (Guigue and Devillers,
+//!    *Fast and Robust Triangle–Triangle Overlap Test*, 2003).
+//! 3. If the triangles do not cross, they touch if an edge of one triangle meets the other
+//!    triangle. If the triangles share one vertex, only the two edges opposite the vertex need a
+//!    test. The intersection is convex and contains the shared vertex. So if the intersection has
+//!    other points, it reaches one of these edges.
 //!
 //! The triangles must have a positive area. Otherwise the result is meaningless, but the functions
 //! do not panic.

@@ -8,8 +8,8 @@
 //! * Overlap: finds the triangles whose boxes overlap a given box, and the pairs of triangles whose
 //!   boxes overlap each other.
 //! * Nearest point: branch and bound, with the nearer child first.
-//! * Rays: the test is watertight: a ray cannot pass between two triangles with a common edge (S.
-//!   Woop, C. Benthin, I. Wald, *Watertight Ray/Triangle Intersection*, 2013).
+//! * Rays: the test is watertight, so a ray cannot pass between two triangles with a common edge
+//!   (S. Woop, C. Benthin, I. Wald, *Watertight Ray/Triangle Intersection*, 2013).
 //! * Inside test and winding number: the module `winding` describes them.
 
 mod nearest;
@@ -114,8 +114,8 @@ impl TriangleTree {
         self.nodes.first().map_or(Aabb::EMPTY, |root| root.bounds)
     }
 
-    /// Descends into all nodes whose box `enter` accepts. Calls `visit` with the position in leaf
-    /// order of each triangle of the leaves reached, until `visit` breaks.
+    /// Descends into all nodes whose box `enter` accepts. Calls `visit` with the position (in leaf
+    /// order) of each triangle in the visited leaves, until `visit` breaks.
     pub(in crate::body) fn descend(
         &self,
         mut enter: impl FnMut(&Aabb) -> bool,

@@ -4,8 +4,8 @@
 //! part of the mesh, and no contact force may act along their normals. A normal is admissible if
 //! the source mesh has this normal at the patch. The admissible normals are:
 //!
-//! * The normal of each face of the piece in which triangles of the patch lie. Such a face is an
-//!   *own face*.
+//! * The normal of each face of the piece in which triangles of the patch lie. These faces are
+//!   called *own faces*.
 //! * At an edge of an own face where the mesh bends outward: the arc from the face's normal to the
 //!   normal of the mesh on the other side. The other side may belong to another piece. The normal
 //!   at the end of the arc is called *borrowed*.
@@ -76,8 +76,8 @@ pub struct OwnFace {
 /// end of the edge's arc.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Borrowed {
-    /// The supporting plane of the piece with that normal. The plane contains the edge. Offset in
-    /// metres.
+    /// The supporting plane of the piece with that normal. The plane contains the edge. Its offset
+    /// is in metres.
     pub plane: Plane,
     /// Index of the edge in the polytope.
     pub edge: u32,

@@ -89,8 +89,8 @@ impl Polytope {
         Ok(polytope)
     }
 
-    /// Builds a plate from a convex polygon. Its vertices are counter-clockwise as seen from the
-    /// side to which `normal` (unit) points.
+    /// Builds a plate from a convex polygon. The polygon's vertices are counter-clockwise as seen
+    /// from the side to which `normal` (unit) points.
     ///
     /// Face 0 is the front and has the provenance `front`. Face 1 is the back. Faces 2 … n + 1 are
     /// the rims; rim 2 + k lies along the side from vertex k to vertex k + 1. The back and the rims

@@ -15,7 +15,7 @@ const SCAN_BELOW: usize = 32;
 /// The data to start a support query without a hint.
 #[derive(Clone, Debug)]
 pub(in crate::body) enum Directory {
-    /// All vertices in groups of four. The last group is filled up with the first vertex.
+    /// All vertices in groups of four. Copies of the first vertex complete the last group.
     Scan(Box<[Four]>),
     /// The octahedral map of directions.
     Map {

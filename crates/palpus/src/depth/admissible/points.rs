@@ -12,7 +12,7 @@ use crate::algebra::tolerance::FLUSH_WITNESS;
 use crate::body::{Feature, Polytope};
 
 impl Search<'_> {
-    /// Returns the nearest points of the two features themselves (on a, on b), in b's frame.
+    /// Returns the nearest points of the two features (on a, on b), in b's frame.
     pub(super) fn facing(&self, found: &Found, depth: f64, clip: &mut Clip) -> (DVec3, DVec3) {
         let Found { normal, features, hub } = *found;
         let antipodal = match (features.a, features.b) {

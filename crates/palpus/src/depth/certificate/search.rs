@@ -175,9 +175,10 @@ impl<'s, 'p> Search<'s, 'p> {
         0.25 * if self.answer.is_some() { self.tolerance() } else { self.rounding }
     }
 
-    /// Replaces the best direction by the end of a walk from it. With the exact depth, fewer
-    /// triangles are near enough to grow. In particular, triangles of nearly flush features usually
-    /// do not grow. Rounding may tear the surface at these triangles.
+    /// Walks from the best direction, and replaces the best direction by the direction at the
+    /// end of the walk. With the exact depth, fewer triangles are near enough to grow. In
+    /// particular, triangles of nearly flush features usually do not grow. Rounding may tear the
+    /// surface at these triangles.
     fn adopt_walk_end(&mut self) {
         let Depth { hub, normal, depth, .. } = self.answer();
         self.best = Start { hub, normal, offset: depth };
@@ -219,7 +220,7 @@ impl<'s, 'p> Search<'s, 'p> {
     }
 
     /// Returns the support along `direction` or its opposite, on the origin's side of `from`. If
-    /// this support is nearly level with `from`, returns the farther one of both supports. Returns
+    /// this support is nearly level with `from`, returns the farther of the two supports. Returns
     /// `known` if `direction` is zero.
     fn support_off(&mut self, known: HubPair, from: DVec3, direction: DVec3) -> HubPair {
         let Some(normal) = direction.try_normalize() else { return known };
@@ -233,8 +234,8 @@ impl<'s, 'p> Search<'s, 'p> {
         if one >= other { toward } else { away }
     }
 
-    /// Returns the support along `normal`. Stores the direction as the best one if its h is the
-    /// least so far.
+    /// Returns the support along `normal`. Stores the direction as the best direction if its h is
+    /// the least so far.
     #[inline]
     fn support(&mut self, normal: DVec3) -> HubPair {
         let (hub, offset) = self.cso.support_anew(normal);
@@ -251,8 +252,8 @@ impl<'s, 'p> Search<'s, 'p> {
     /// returns the answer at the end of the walk.
     ///
     /// If features are parallel within rounding, the walk may end slightly above its start, because
-    /// it distinguishes corners less finely than the proof. In this case the answer has the best
-    /// direction.
+    /// its tolerance for corners is larger than the tolerance of the proof. In this case the answer
+    /// has the best direction.
     fn answer(&mut self) -> Depth {
         if let Some(answer) = self.answer {
             return answer;

@@ -10,9 +10,9 @@
 //! 4. The cell is the set of points below all planes. No point of the surface lies in its interior,
 //!    and the seed lies in the solid. So the whole cell lies in the solid.
 //!
-//! The common polytope of the planes is computed as the hull of their dual points. All its corners
-//! are scaled toward the seed until each lies below every plane. So rounding never puts a part of a
-//! cell outside its solid.
+//! The common polytope of the planes is computed as the hull of their dual points. Its corners are
+//! scaled toward the seed until each corner lies below every plane. So rounding never puts a
+//! part of a cell outside its solid.
 //!
 //! The method follows R. Deits and R. Tedrake, *Computing Large Convex Regions of Obstacle-Free
 //! Space through Semidefinite Programming*, 2014. This implementation makes only one round of
@@ -122,7 +122,7 @@ impl Ord for Visit {
     }
 }
 
-/// Returns the planes of a cell. `None` if there are too many.
+/// Returns the planes of a cell. `None` if the cell needs too many planes.
 fn planes_about(tree: &TriangleTree, seed: DVec3, keep: DVec3, size: f64) -> Option<Vec<Plane>> {
     let slack = CELL_BEYOND * size;
     let mut planes: Vec<Plane> = Vec::new();

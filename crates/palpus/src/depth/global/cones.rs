@@ -9,7 +9,7 @@
 //!    lower bound.
 //! 3. Search for an obstacle that contains the triangle's three corners. Replace the corners by the
 //!    points where the corner directions leave the obstacle. An obstacle is convex, so all
-//!    translations between the old triangle and the new one are blocked.
+//!    translations between the old and the new triangle are blocked.
 //! 4. If no obstacle contains all three corners, test the point of the triangle nearest to the
 //!    origin. If this translation is free, the upper bound equals the lower bound and the search
 //!    ends.
@@ -291,7 +291,7 @@ impl<'s, 'a> Search<'s, 'a> {
         self.scene.promising(Candidates::Some(&candidates), &cone.corners(), CONE_TRIES).into()
     }
 
-    /// Moves the cone's triangle to the exit of the best of these obstacles. Returns the
+    /// Moves the cone's triangle to the exit of the best of the `obstacles`. Returns the
     /// increase of the bound.
     fn advance_within(&mut self, cone: &mut Cone, obstacles: &[Key]) -> f64 {
         let corners = cone.corners();

@@ -10,7 +10,7 @@ use crate::body::{Body, Mesh};
 pub enum Containment {
     /// Neither body lies in the other.
     Neither,
-    /// All of a lies in b's solid.
+    /// All of body a lies in b's solid.
     AInB,
     /// All of b lies in a's solid.
     BInA,

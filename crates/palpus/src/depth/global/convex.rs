@@ -1,5 +1,5 @@
-//! The query for two convex solids. It returns the certified depth of their convex pieces, or the
-//! distance of these pieces.
+//! The query for two convex solids. The query returns the certified depth of their convex pieces,
+//! or the distance of these pieces.
 //!
 //! The query verifies every free translation: a plane must lie between the vertices of the two
 //! meshes. A piece may be slightly larger than its solid, because the coordinates in the file are

@@ -45,7 +45,8 @@ pub(super) enum Place {
     Blocked(Key),
     /// Free, verified on the surfaces.
     Free,
-    /// The search could show neither: the surfaces cross by less than its resolution.
+    /// The search could show neither, because the surfaces cross by less than the search can
+    /// resolve.
     Unclear,
 }
 
@@ -78,7 +79,7 @@ pub(super) struct Scene<'a> {
     interior_b: &'a Interior,
     pub(super) placement: Placement,
     pub(super) surfaces: Surfaces<'a>,
-    /// The cells of a in b's frame.
+    /// The cells of body a in b's frame.
     cells: Vec<PlacedCell>,
     added: Vec<Added>,
     /// Clearance of a free translation from the obstacles. A translation nearer to contact than
@@ -125,7 +126,7 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// Places the cells of a that may block translations no longer than `reach`.
+    /// Places the cells of body a that may block translations no longer than `reach`.
     pub(super) fn place_cells(&mut self, reach: f64) {
         let bounds = self.b.tree().bounds();
         let place = |cell: &Cell| {
@@ -136,7 +137,7 @@ impl<'a> Scene<'a> {
         self.cells = self.interior_a.cells.iter().map(place).collect();
     }
 
-    /// Returns the corners of a cell of a in b's frame.
+    /// Returns the corners of a cell of body a in b's frame.
     fn corners(&self, k: usize) -> &[DVec3] {
         let place = || self.interior_a.cells[k].corners.iter().map(|&p| self.placement.point(p)).collect();
         self.cells[k].corners.get_or_init(place)

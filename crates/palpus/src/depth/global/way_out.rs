@@ -17,7 +17,7 @@ use super::scene::{Candidates, Place, Scene};
 use crate::algebra::tolerance::{DEPTH_PROJECT_STEPS, DEPTH_SLIDE_STEPS};
 
 /// Returns a free translation near `x` that is shorter than `limit`. `None` if the search finds no
-/// such translation.
+/// translation.
 pub(super) fn project(scene: &mut Scene<'_>, x: DVec3, limit: f64) -> Option<DVec3> {
     let mut spaces: Vec<HalfSpace> = Vec::new();
     let mut t = x;

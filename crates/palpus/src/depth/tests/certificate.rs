@@ -7,7 +7,7 @@ use crate::depth::oracle::exhaustive_depth;
 
 const SWEEP_SEED: u64 = 0x5eed_ce27;
 
-/// The method that chooses a pose of a sweep.
+/// How a sweep chooses a pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Random,

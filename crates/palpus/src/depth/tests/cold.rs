@@ -87,8 +87,8 @@ fn nearly_degenerate(seed: u64, rounds: usize) {
             assert!(answer.depth >= exact - 1e-12 * size, "{what}: {} below {exact}", answer.depth);
             assert_eq!(answer.stop, crate::collision::StopReason::Converged, "{what}");
             // If the end of a walk is a local minimum of h, the bodies have common points after the
-            // separation. Flush features may be tilted by `tilt`. Then an error x of a point
-            // changes h only by x · `tilt`, and the walk cannot detect a change below rounding.
+            // separation. Flush features may be tilted by `tilt`. If a point then has an error x, h
+            // changes only by x · `tilt`. The walk cannot detect changes below rounding.
             let stray = 2e-9 + 3.0 * tilt.min(FLUSH_WITNESS) + 3e-14 / tilt.max(FLUSH_WITNESS);
             assert_points_on_bodies(a, b, &placement, &answer, stray, &what);
             total.add(answer.depth, exact, size);
@@ -158,7 +158,7 @@ fn rough_faces(seed: u64, poses: u32) {
     for k in 0..poses {
         let (i, j) = (rng.below(bodies.len()), rng.below(bodies.len()));
         let (a, b) = (&bodies[i], &bodies[j]);
-        // In half of the poses, a face of a is flush with a face of b.
+        // In half of the poses, a face of body a is flush with a face of b.
         let mut pose = random_pose(&mut rng, a, b);
         if rng.below(2) == 0 {
             let (n, m) =

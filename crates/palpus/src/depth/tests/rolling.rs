@@ -11,8 +11,8 @@ fn soft_support(polytope: &Polytope, direction: DVec3) -> DVec3 {
     polytope.vertices().iter().map(|v| *v * weight(v)).sum::<DVec3>() / total
 }
 
-/// Returns a pose at which the soft supports of a and b coincide and the offset along `normal` is
-/// `depth`. So the penetration depth is at most `depth`.
+/// Returns a pose at which the soft supports of bodies a and b coincide and the offset along
+/// `normal` is `depth`. So the penetration depth is at most `depth`.
 fn pose_at_depth(a: &Polytope, b: &Polytope, rotation: DQuat, normal: DVec3, depth: f64) -> Pose {
     let rest = soft_support(b, normal) - rotation * soft_support(a, rotation.conjugate() * -normal);
     let rested = Pose { rotation, translation: rest };

@@ -76,8 +76,9 @@ impl HubTest {
             return false;
         }
         let along = head - tail;
-        // The offset at the tail, and the offset at the tail minus the offset at the head. If the
-        // difference is negative, the head lies lower along the normal than the tail.
+        // Returns the offset at the tail, and the difference between the offsets at the tail and at
+        // the head. If the difference is negative, the head lies lower along the normal than the
+        // tail.
         let offset_and_drop = |face: u32| {
             let plane = &planes[face as usize];
             (plane.offset - plane.normal.dot(tail), plane.normal.dot(along))

@@ -15,8 +15,8 @@ use crate::body::Polytope;
 pub(super) struct Met {
     pub(super) antipodal: Antipodal,
     pub(super) hub: HubPair,
-    /// Normal of the plane, from b into a, in b's frame; not a unit vector. For an edge pair, the
-    /// normal is exact only within rounding.
+    /// Normal of the plane, from body b into body a, in b's frame; not a unit vector. For an edge
+    /// pair, the normal is exact only within rounding.
     pub(super) normal: DVec3,
 }
 
@@ -61,8 +61,8 @@ impl Spokes {
     pub(super) fn turn(&self, view: &View<'_>, edge: u32, face: u32, corner: u32, lowest: &mut Lowest) {
         let end = view.p.plane(face).normal;
         let (from, to, at) = (view.facing(self.normal), view.facing(end), view.q.vertex(self.vertex));
-        // For each spoke, there is a fraction of the turn at which its height above the plane is
-        // zero. The plane meets the spoke with the smallest fraction first.
+        // The plane meets each spoke after a fraction of the turn, when the spoke's height above
+        // the plane is zero. The first spoke is the one with the smallest fraction.
         let mut first: Option<u32> = None;
         let (mut below_by, mut rises_by) = (1.0, 0.0);
         for spoke in view.q.ring(self.vertex) {

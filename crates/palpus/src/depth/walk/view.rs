@@ -8,7 +8,8 @@ use crate::body::Polytope;
 
 /// The two polytopes of a walk. The supporting plane turns about an edge of p until it meets an
 /// edge at a vertex of q. With this view, each kind of facet needs only one implementation for both
-/// orders of a and b. Normals point out of p and are in p's frame. Their opposites point out of q.
+/// orders of bodies a and b. Normals point out of p and are in p's frame. Their opposites point
+/// out of q.
 pub(super) struct View<'v> {
     pub(super) p: &'v Polytope,
     pub(super) q: &'v Polytope,

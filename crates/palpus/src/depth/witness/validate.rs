@@ -30,8 +30,8 @@ pub(in crate::depth) enum DepthFault {
 
 impl Depth {
     /// Returns true for one answer in [`VALIDATED_ANSWERS`]. The last bits of the depth decide, so
-    /// the choice is the same in every run. Returns false for an answer that is not finite, because
-    /// a query with a pose that is not finite guarantees only that it does not panic.
+    /// the choice is the same in every run. Returns false for an answer that is not finite. If the
+    /// pose is not finite, a query guarantees only that it does not panic.
     pub(in crate::depth) fn is_sampled(&self) -> bool {
         let is_finite = self.point_a.is_finite() && self.point_b.is_finite() && self.depth.is_finite();
         is_finite && self.depth.to_bits().is_multiple_of(VALIDATED_ANSWERS)

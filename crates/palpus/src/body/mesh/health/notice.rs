@@ -9,7 +9,7 @@ pub enum Notice {
     Open(usize),
     /// Number of triangles that cross or overlap others.
     SelfIntersecting(usize),
-    /// Lower bound of the number of [`Self::SelfIntersecting`]: not all pairs were tested.
+    /// Like [`Self::SelfIntersecting`], but only a lower bound, because not all pairs were tested.
     SelfIntersectingAtLeast(usize),
     /// Number of edges of three or more triangles.
     NonManifoldEdges(usize),

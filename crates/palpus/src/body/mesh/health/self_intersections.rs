@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use crate::algebra::tolerance;
 use crate::body::{Mesh, TrianglePair, TriangleTree};
 
-/// Counts of triangle pairs with common points beyond a shared vertex or edge.
+/// Counts of triangle pairs with common points outside a shared vertex or edge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SelfIntersections {
     /// Pairs of triangles whose interiors cross.

@@ -61,7 +61,7 @@ impl Cap {
 }
 
 impl Admissible {
-    /// Computes the caps of all pieces. The rings must be computed before.
+    /// Computes the caps of all pieces. The caller must compute the rings first.
     pub(super) fn find_caps(&mut self, mesh: &Mesh, half_edges: &HalfEdges, polytopes: &[Polytope]) {
         let around = Around::new(mesh, half_edges);
         let caps =

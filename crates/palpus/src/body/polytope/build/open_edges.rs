@@ -1,4 +1,4 @@
-//! The edges with only one face, while a polytope is being assembled.
+//! Tracks the edges with only one face during the assembly of a polytope.
 
 use super::super::Edge;
 
