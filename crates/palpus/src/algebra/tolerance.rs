@@ -208,8 +208,8 @@ pub const ORIENTATION_ROUNDING: f64 = 4e-15;
 /// Multiples of the surface's noise: a patch thinner than this is flat.
 ///
 /// Each of two facets may deviate from the common plane by the noise, to either side. The value is
-/// well above [`ENTERED`], so that every patch that is not flat has an interior in which
-/// containment can be tested. A larger value turns thin curved patches into plates.
+/// well above [`ENTERED`]. So every patch that is not flat has an interior, and containment can be
+/// tested there. A larger value turns thin curved patches into plates.
 pub const FLAT_PATCH: f64 = 8.0;
 
 /// Multiples of the surface's noise: the surface enters a hull if it comes deeper into the hull
@@ -259,8 +259,8 @@ pub const WIDE_CUTS: usize = 100;
 /// tried.
 pub const HANDED_OUT: usize = 8;
 
-/// Corners of facets: a patch with more corners is not tried as the receiver of facets of a
-/// dissolved patch.
+/// Corners of facets: if a patch has more corners, it is not tried as the receiver of a dissolved
+/// patch's facets.
 ///
 /// Each trial rebuilds a hull. A larger value only costs time: large patches grew early and have
 /// already refused these facets.
@@ -684,9 +684,9 @@ pub const REST_GROWTH: f64 = 4.0;
 /// Up to this number of touching pairs, each pair is measured. If more pairs touch, a sample of
 /// about this size represents all pairs.
 ///
-/// The wrench of N contacts that push in the same direction differs from the wrench of an even
-/// sample of n by about 1/√n of the spread of their engagements. A larger value costs time on
-/// close-fitting bodies.
+/// If all contacts push in the same direction, the wrench of an even sample of n contacts has a
+/// relative error of about 1/√n times the relative spread of the engagements. A larger value costs
+/// time on close-fitting bodies.
 pub const SAMPLE_PAIRS: f64 = 160.0;
 
 /// The contacts in the last part of the sample have smaller weights. This value is the size of that
@@ -770,8 +770,8 @@ pub const VALIDATED_PLACES: u32 = 64;
 /// ulps of the size.
 pub const WALK_DECREASE: f64 = 1e-15;
 
-/// Radians: how far a normal may lie outside a normal cone and still count as a corner of the
-/// overlap.
+/// Radians: a normal counts as a corner of the overlap even if it lies outside a normal cone by up
+/// to this.
 ///
 /// The normal cones of aligned boxes, plates and prisms only touch, so rounding (1e-15) decides the
 /// signs of dot products. With a smaller slack, a walk stalls on aligned bodies. A larger slack
@@ -1286,10 +1286,9 @@ pub const TILT_SAME: f64 = 1e-9;
 /// Largest number of contacts for smooth clustering, which compares all pairs of contacts
 /// ([`crate::force::LinkageSettings::most`]).
 ///
-/// This limit bounds the time of the step after the query: 256 contacts take some 0.4 ms in all.
-/// When one of many contacts replaces another, the point of application of the resulting force
-/// jumps by at most 2/[`CROWD_MOST`] of the extent of the contacts. So a smaller value allows
-/// larger jumps.
+/// This limit bounds the time of the step after the query: 256 contacts take some 0.4 ms in all. If
+/// one contact replaces another, the force's point of application jumps by at most
+/// 2/[`CROWD_MOST`] of the contacts' extent. So a smaller value allows larger jumps.
 pub const CROWD_MOST: usize = 256;
 
 // force: friction (friction)

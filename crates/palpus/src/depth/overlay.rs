@@ -1,10 +1,10 @@
 //! Overlaps of two normal cones on the sphere \[K02 §3.3.3, steps 1–4\].
 //!
-//! The facets of the CSO around its vertex `c = b − a` are the corners of the overlap of two normal
-//! cones: the cone of b, and the cone of the reflected a. Over the overlap, h(n) = n·c. This
-//! function is concave along every arc on which it is not negative. So its least value lies at a
-//! corner. If both ends of an arc are higher than the best known offset, no point of the arc is
-//! lower.
+//! The normal cone of a vertex of b and the normal cone of a vertex of the reflected a overlap. The
+//! corners of the overlap are the facets of the CSO around its vertex `c = b − a`. Over the
+//! overlap, h(n) = n·c. This function is concave along every arc on which it is not negative. So
+//! its least value lies at a corner. If both ends of an arc are higher than the best known offset,
+//! no point of the arc is lower.
 //!
 //! 1. Compute n·c for all face normals of both rings. If n·c is below the limit `bar`, test whether
 //!    the other cone contains the normal (VF, FV). If the other cone contains it, compute the

@@ -25,10 +25,10 @@
 //! [`crate::force::TiltShares`] computes the weight of each corner, for all contacts of a pair of
 //! bodies at once. The weight is the range of tilts (up to the slope) at which the bodies would
 //! stand on that corner. A corner may appear or disappear while the bodies slide, turn or tilt.
-//! At that moment the corner's weight is zero. The corner coincides with another corner, lies on
-//! the line between two corners, or its face is as steep as the slope. If a piece has more flat
-//! faces than a patch can contain, the slope is reduced to the slope of the first omitted face. The
-//! reduced slope also changes continuously.
+//! At that moment the corner's weight is zero. The corner then coincides with another corner, lies
+//! on the line between two corners, or belongs to a face that is as steep as the slope. If a piece
+//! has more flat faces than a patch can contain, the slope is reduced to the slope of the first
+//! omitted face. The reduced slope also changes continuously.
 //!
 //! If an outline has many sides, it keeps only every n-th corner, and the same corners at every
 //! pose.

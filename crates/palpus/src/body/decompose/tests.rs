@@ -243,10 +243,10 @@ fn a_dented_egg_has_few_large_pieces() {
     assert!(largest > 2000, "{largest} triangles");
 }
 
-/// Returns a lower bound of the number of patches: the size of a set of facets of which a patch can
-/// contain only one. This holds even for patches that are not connected. Tabu search enlarges this
-/// independent set. Each step adds the best facet that is not tabu, and removes the facets that
-/// could share a patch with the added one.
+/// Returns a lower bound of the number of patches. The bound is the size of a set of facets,
+/// because each patch can contain only one facet of this set. Patches need not be connected for
+/// this bound. Tabu search enlarges this independent set. Each step adds the best facet that is not
+/// tabu, and removes the facets that could share a patch with the added one.
 fn fewest_patches(soup: &PolygonSoup, steps: usize) -> usize {
     let (mesh, _) = Mesh::from_soup(soup).unwrap();
     let (edges, tree) = (HalfEdges::new(&mesh), mesh.tree());

@@ -56,7 +56,7 @@ impl Scene<'_> {
         Some(self.added_of(p, q))
     }
 
-    /// Returns the obstacle of a cell `p` of a (in a's frame) and a cell `q` of b.
+    /// Returns the obstacle of a cell `p` of body a (in a's frame) and a cell `q` of b.
     fn added_of(&self, p: Cell, q: Cell) -> Added {
         let moving: Vec<DVec3> = p.corners.iter().map(|&corner| self.placement.point(corner)).collect();
         Added {
