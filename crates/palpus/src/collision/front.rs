@@ -83,6 +83,8 @@ pub struct Front {
     thickness: [Thickness; 2],
     /// Thickness of the thinnest piece of the pair at each place, model units.
     thinnest_at: Vec<f32>,
+    /// The least of these in each block of places.
+    thinnest_in: Vec<f32>,
     /// Places of leaf pairs within tolerance.
     awake: Vec<u32>,
     /// First places of pairs of halves that were merged.
@@ -137,7 +139,8 @@ impl Front {
             wakes: WakeBoard::new(places),
             motion_bound: MotionBound::new(root_a, root_b),
             thickness: [Thickness::of(a), Thickness::of(b)],
-            thinnest_at: vec![0.0; places],
+            thinnest_at: vec![f32::INFINITY; places],
+            thinnest_in: vec![f32::INFINITY; places / BLOCK],
             awake: Vec::with_capacity(places),
             free: Vec::with_capacity(places / 2),
             fresh: 2,
@@ -329,13 +332,15 @@ impl Front {
     /// Returns false for a pair whose pieces are all thicker than the query's limit.
     #[inline]
     fn is_wanted(&self, query: &PlacedPair<'_>, place: u32) -> bool {
-        query.thinner_than == f64::INFINITY || f64::from(self.thinnest_at[place as usize]) < query.thinner_than
+        query.wants(self.thinnest_at[place as usize])
     }
 
     /// Occupies a place with the pair of these nodes, which is a half of the pair at `parent`.
     fn occupy(&mut self, place: u32, [a, b]: [u32; 2], parent: u32) {
         self.pairs[place as usize] = Pair::of(a, b, parent);
         self.thinnest_at[place as usize] = self.thickness[0].of_node(a).min(self.thickness[1].of_node(b));
+        let (block, begin) = (place as usize / BLOCK, place as usize & !(BLOCK - 1));
+        self.thinnest_in[block] = self.thinnest_at[begin..begin + BLOCK].iter().copied().fold(f32::INFINITY, f32::min);
     }
 
     /// Blocks of the board that are in use.

@@ -59,26 +59,34 @@ impl WakeBoard {
     }
 
     /// Collects places whose values are less than `sum`, from block `from` up to block `to`, in
-    /// order, while `due` has room for a whole block. Returns how many places were written to
-    /// `due`, and the block at which the search goes on. Corrects the least value of each block in
-    /// which it finds none.
-    pub(super) fn collect(&mut self, from: usize, to: usize, sum: u64, due: &mut [u32]) -> (usize, usize) {
+    /// order, while `due` has room for a whole block. Leaves out blocks for which `is_wanted` is
+    /// false. Returns how many places were written to `due`, and the block at which the search goes
+    /// on. Corrects the least value of each block in which it finds none.
+    pub(super) fn collect(
+        &mut self,
+        from: usize,
+        to: usize,
+        sum: u64,
+        is_wanted: impl Fn(usize) -> bool,
+        due: &mut [u32],
+    ) -> (usize, usize) {
         let (mut count, mut block) = (0, from);
-        while count + BLOCK <= due.len()
-            && let Some(next) = self.least[block..to].iter().position(|&least| least < sum)
-        {
-            let (before, begin) = (count, (block + next) * BLOCK);
+        while count + BLOCK <= due.len() {
+            let Some(next) = self.least[block..to].iter().position(|&least| least < sum) else { return (count, to) };
+            block += next + 1;
+            if !is_wanted(block - 1) {
+                continue;
+            }
+            let (before, begin) = (count, (block - 1) * BLOCK);
             for (k, &value) in self.values[begin..begin + BLOCK].iter().enumerate() {
                 due[count] = (begin + k) as u32;
                 count += usize::from(value < sum);
             }
             if count == before {
-                self.settle(block + next);
+                self.settle(block - 1);
             }
-            block += next + 1;
         }
-        let is_full = count + BLOCK > due.len();
-        (count, if is_full { block } else { to })
+        (count, block)
     }
 
     /// Corrects a block's least value after its places were set.
@@ -121,7 +129,7 @@ mod tests {
             let (mut found, mut block, blocks) = (Vec::new(), 0, places.div_ceil(BLOCK));
             while block < blocks {
                 let mut due = [0; 2 * BLOCK];
-                let (count, next) = board.collect(block, blocks, round, &mut due);
+                let (count, next) = board.collect(block, blocks, round, |_| true, &mut due);
                 found.extend_from_slice(&due[..count]);
                 for &place in &due[..count] {
                     assert_eq!(board.get(place), model[place as usize]);

@@ -41,7 +41,8 @@ impl Front {
             let mut block = begin;
             while block < end {
                 let mut due = [0; DUE];
-                let (count, next) = self.wakes.collect(block, end, self.motion_bound.sum(), &mut due);
+                let is_wanted = |block: usize| query.wants(self.thinnest_in[block]);
+                let (count, next) = self.wakes.collect(block, end, self.motion_bound.sum(), is_wanted, &mut due);
                 if let Some(late) = self.wake_some(query, &due[..count], quota, found, counters) {
                     self.first_block = late;
                     return false;
