@@ -59,7 +59,7 @@ use super::wakes::{BLOCK, WakeBoard};
 use super::{
     Closest, LeafPair, LeafPairs, March, PlacedPair, Proximity, Side, StopReason, TraversalCounters, WarmStart,
 };
-use crate::algebra::tolerance::{JUMP, PACE_FADE};
+use crate::algebra::tolerance::{JUMP, MERGE_CLEARANCE, PACE_FADE};
 use crate::algebra::{Placement, Quota, Work};
 use crate::body::{FeaturePair, NodeKind};
 use below::NodePair;
@@ -105,6 +105,8 @@ pub struct Front {
     late: usize,
     /// Places on the way into `awake`.
     sorted: [Vec<u32>; 2],
+    /// Halves may be merged if their wake values are at least this.
+    merged_from: u64,
     rest_share: f64,
     /// Rests from before this sum of the motion bound are over.
     rests_from: u64,
@@ -152,6 +154,7 @@ impl Front {
             unvisited: 0,
             late: 0,
             sorted: [(); 2].map(|()| Vec::with_capacity(places)),
+            merged_from: 0,
             rest_share: 0.0,
             rests_from: 0,
             represented: 0,
@@ -190,6 +193,7 @@ impl Front {
         found.clear();
         self.move_on(query, &mut counters);
         self.part_represented();
+        self.merged_from = self.motion_bound.due(MERGE_CLEARANCE * query.tolerance);
         let before = self.awake.len();
         // If no pair is awake, the due pairs get all of the quota.
         let done = match before {

@@ -9,11 +9,10 @@ impl Front {
     /// Step 4: merges the pair with its other half, and repeats this for the merged pair, while
     /// both halves sleep long and the merged pair is far enough apart.
     pub(super) fn merge(&mut self, query: &PlacedPair<'_>, mut place: u32, counters: &mut TraversalCounters) {
-        let long = MERGE_CLEARANCE * query.tolerance;
-        loop {
+        let (long, until) = (MERGE_CLEARANCE * query.tolerance, self.merged_from);
+        while self.wakes.get(place) >= until && self.sleeps_until(place ^ 1, until) {
             let parent = self.pairs[place as usize].parent;
-            let until = self.motion_bound.due(long);
-            if parent == NONE || self.wakes.get(place) < until || !self.sleeps_until(place ^ 1, until) {
+            if parent == NONE {
                 return;
             }
             let first = place & !1;
