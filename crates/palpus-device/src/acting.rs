@@ -5,7 +5,7 @@ use palpus::algebra::Wrench;
 
 /// Largest delay, in ticks. It is more than the delay of any real servo loop.
 pub(crate) const DELAY_MAX: usize = 8;
-/// A smaller fraction of a tick than this is rounding.
+/// Time, relative to the elapsed time, below which a remainder counts as a rounding error.
 const SLIVER: f64 = 1e-9;
 
 /// The last written wrenches, and their delay.
@@ -85,7 +85,7 @@ mod tests {
         assert_eq!(acting.over(1e-3), Wrench::ZERO);
         acting.write(&pull(2.0));
         assert_eq!(acting.over(1e-3), pull(1.0), "exactly the wrench of one tick earlier");
-        // This tick is ten periods long: the last wrench acts in nine of them.
+        // This tick lasts ten periods: the last wrench acts in nine of them.
         acting.write(&pull(12.0));
         assert!((acting.over(1e-2).force.x - (0.1 * 2.0 + 0.9 * 12.0)).abs() < 1e-12);
         acting.write(&pull(5.0));

@@ -33,7 +33,7 @@ pub enum Fault {
     Speed(f64),
     /// The reported velocity is increased by this vector for this number of ticks, m/s.
     Velocity(DVec3, u32),
-    /// The device withholds its force for this number of ticks, and reports it.
+    /// The device withholds its force for this number of ticks, and its states say so.
     Withheld(u32),
     /// The device returns the same state with the same time for this number of ticks.
     Frozen(u32),
@@ -68,7 +68,7 @@ pub enum Fault {
 
 impl Fault {
     /// Returns the cut with which the chain must report this fault, if the fault occurs alone and
-    /// the grip hardly moves; `None` if this depends on the run.
+    /// the grip hardly moves; `None` if the cut depends on the run.
     pub fn shown_as(&self) -> Option<Cut> {
         Some(match self {
             Self::NonFinitePose | Self::NonFiniteTwist | Self::NoRotation => Cut::NonFiniteState,

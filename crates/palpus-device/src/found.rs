@@ -1,4 +1,4 @@
-//! The devices found on this machine, and the requirements of the others.
+//! The devices found on this machine, and what is missing to use other devices.
 //!
 //! Each back end has a function `look() -> Vec<Finding>` that returns one finding per device. If it
 //! finds no device, it returns one finding that names the missing part, the places searched, the

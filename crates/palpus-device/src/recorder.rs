@@ -116,8 +116,8 @@ fn drain<R>(
     written: &mut u64,
 ) -> io::Result<()> {
     loop {
-        // Read before the loop below empties the queue, so that rows pushed before the end was
-        // announced are still written.
+        // This flag is read before the loop below empties the queue. So rows that were pushed
+        // before the end are still written.
         let last_round = ending.load(Ordering::Acquire) || queue.is_abandoned();
         while let Ok(row) = queue.pop() {
             sink.write(&row)?;

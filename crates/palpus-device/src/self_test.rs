@@ -196,7 +196,7 @@ impl<D: HapticDevice + ?Sized> Bench<'_, D> {
         Ok(())
     }
 
-    /// Step 4: a loop that has beaten once, as if it had written a force, and then stalls.
+    /// Step 4: simulates a loop that writes a force once and then stalls.
     fn see_watchdog(&mut self, brake: &Arc<dyn Brake>) -> Result<Duration, SelfTestError> {
         let stall = SafetyLimits::of(self.device.spec(), RATE_HZ).stall;
         let stall = Duration::try_from_secs_f64(stall).unwrap_or(PATIENCE);

@@ -28,8 +28,8 @@ const RATE_HZ: f64 = 1000.0;
 /// The results of a step for the devices.
 type Answers<'a> = &'a mut [Option<StepOutcome>];
 
-/// A simulated operator that moves into a wall below z = 0 and out again, half a turn after the
-/// previous one.
+/// A simulated operator that moves into a wall below z = 0 and out again, half a period after the
+/// previous operator.
 fn simulated(which: usize) -> SimulatedDevice<impl Intent + Send> {
     let path = move |time: f64| Pose::from_translation(DVec3::Z * 0.02 * (4.0 * time + 3.1 * which as f64).cos());
     SimulatedDevice::new(SimulationSettings { rate_hz: RATE_HZ, ..Default::default() }, path)

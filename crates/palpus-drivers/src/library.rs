@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use crate::error::DriverError;
 use crate::ffi::{self, Loaded};
 
-/// Where to search for a library.
+/// Location of a library.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Place {
     /// Search in the usual folders.
@@ -28,7 +28,7 @@ pub(crate) struct Known {
     /// An environment variable with the path of the unpacked kit, and the kit's subfolders with
     /// libraries.
     pub(crate) kit: (&'static str, &'static [&'static str]),
-    /// What to do if the library is not found.
+    /// Advice if the library is not found.
     pub(crate) mend: &'static str,
 }
 

@@ -197,8 +197,7 @@ fn applies(peer: &mut Peer) -> Result<String, String> {
 fn expires(peer: &mut Peer) -> Result<String, String> {
     let Some(wrench) = push(peer) else { return Ok(NO_FORCE.to_owned()) };
     let (knows, sent) = hold(peer, wrench)?;
-    // The driver may need one of its steps after the expiry, and its next state is one period
-    // later.
+    // After the expiry, the driver may take one period to react and one more to send a state.
     let periods = Duration::from_secs_f64(2.0 / peer.welcome.rate_hz).as_nanos() as u64;
     let end = knows.state.time_ns + u64::from(VALID_FOR_US) * 1000 + periods;
     loop {

@@ -10,11 +10,11 @@
 //! 2. The driver sends states at its own rate. A thread receives them (`listener`) and keeps the
 //!    newest one for the loop's next read. Frames with another nonce, an old sequence number, a
 //!    wrong CRC or a number out of range are counted and ignored.
-//! 3. The loop's write sends the wrench directly, without waiting. This is the only system call on
-//!    its path. Each command names the state on which it is based, and the time after that state,
-//!    by the device's clock, for which its wrench is valid. After this time the driver goes to zero
-//!    by itself, whatever has happened to palpus. It stays at zero until a command is based on a
-//!    later state.
+//! 3. The loop's write sends the wrench directly, without waiting. This send is the only system
+//!    call on the loop's path. Each command names the state on which it is based. It also says how
+//!    long after that state, by the device's clock, its wrench stays valid. After this time the
+//!    driver goes to zero by itself, whatever has happened to palpus. It stays at zero until a
+//!    command is based on a later state.
 //! 4. A state is `withheld` in these cases: the driver says so, no newer state has arrived for 5
 //!    ms, or the thread has ended a wrench because the loop did not write.
 //! 5. The device is lost if no state arrives for a quarter of a second, if the connection or the
@@ -23,8 +23,7 @@
 //!
 //! **Why a thread?** A session must stay open before the loop starts and while it stalls. Without
 //! the thread, states would also pile up in the socket in that time, and the loop would read an old
-//! state first. Writes do not go through the thread, since it would have to be woken for each of
-//! them.
+//! state first. Writes do not go through the thread, since each write would have to wake it.
 
 mod address;
 mod conformance;

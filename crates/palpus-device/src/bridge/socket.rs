@@ -64,7 +64,7 @@ impl Socket {
         }
     }
 
-    /// Sends a frame. Returns false if there is no room, since the driver has not read earlier
+    /// Sends a frame. Returns false if the queue is full, since the driver has not read earlier
     /// frames.
     pub(super) fn send(&self, frame: &[u8]) -> io::Result<bool> {
         let sent = match self {

@@ -150,7 +150,7 @@ impl Exchange {
                 "palpus does not reconnect by itself, since the force would return unexpectedly: start the run again";
             let _ = self.shared.lost.set(Cow::Owned(format!("{why}; {again}")));
         }
-        // If the service still reads, this stops the force.
+        // If the service still reads, this message stops the force.
         let _ = self.wire.send(self.talk.force(DVec3::ZERO));
         self.wire.close();
     }

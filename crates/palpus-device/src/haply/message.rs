@@ -98,7 +98,7 @@ pub struct Sample {
     pub trouble: Option<&'static str>,
     /// The reason why the grip reports no orientation.
     pub grip_trouble: Option<&'static str>,
-    /// The force that the service reports to give, N.
+    /// The force that the arm gives according to the service, N.
     pub given: Option<DVec3>,
 }
 

@@ -8,14 +8,14 @@
 //! 1. [`HaplyDevice::open`] connects (to loopback addresses only, by default), requests the
 //!    service's version, selects arm and grip, and exchanges one message with zero force.
 //! 2. Then a separate thread exchanges messages with the service (`exchange`). The loop's write
-//!    wakes the thread. It sends the force, waits for the state and publishes it for the loop's
+//!    wakes the thread, which sends the force, waits for the state and publishes it for the loop's
 //!    next read. Neither side waits for the other, and the loop does not allocate.
 //! 3. Each force is sent once. If there is no new force for 5 ms, zero is sent.
 //! 4. After a late, lost or invalid answer, forces based on earlier states are not sent. Zero is
 //!    sent until a force is based on a newer state.
 //! 5. The state is [withheld](DeviceState::withheld) while the arm is not ready or has no power,
 //!    while the grip is asleep or silent, and whenever zero is sent in place of a force. So the
-//!    loop is informed, and its force returns from zero (`exchange`).
+//!    loop learns of each gap, and its force starts again from zero (`exchange`).
 //! 6. The force that the service reports is compared with the commanded force (`echo`).
 //! 7. The device is lost if no state arrives for a quarter of a second, if the connection closes,
 //!    or if the arm or grip is missing. The error says why. palpus does not reconnect by itself,
@@ -79,7 +79,8 @@ pub struct HaplyOptions {
 }
 
 impl Default for HaplyOptions {
-    /// Returns the first arm of the service on this machine, with a thread of ordinary priority.
+    /// Selects the first arm of the service on this machine. The exchange thread has ordinary
+    /// priority.
     fn default() -> Self {
         Self { address: HAPLY_ADDRESS.to_owned(), beyond_loopback: false, arm: None, priority: None }
     }

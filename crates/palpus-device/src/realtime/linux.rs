@@ -49,7 +49,7 @@ fn set_priority(priority: u8) -> Result<(), String> {
 }
 
 pub(super) fn lock_memory() -> Claimed {
-    // Under a memory limit, `FUTURE` would make later allocations fail.
+    // Under a memory limit, the `FUTURE` flag would make later allocations fail.
     let limit = getrlimit(Resource::Memlock).current.filter(|_| !is_privileged());
     let flags = match limit {
         Some(_) => MlockAllFlags::CURRENT,
@@ -84,7 +84,7 @@ fn cores_of_process() -> Result<CpuSet, Errno> {
 }
 
 pub(super) fn leave(core: usize) {
-    // If this is refused, only the loop's core is less quiet.
+    // If the system refuses this, the loop only shares its core with other threads.
     if let Ok(mut rest) = sched_getaffinity(None) {
         rest.unset(core);
         let _ = sched_setaffinity(None, &rest);

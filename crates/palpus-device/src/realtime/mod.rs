@@ -46,7 +46,7 @@ pub enum Claimed {
     Refused {
         /// Reason for the refusal.
         why: String,
-        /// What the user can do about it, in one line.
+        /// Remedy for the user, in one line.
         mend: String,
     },
     /// The claim was not requested, or has no meaning on this system.

@@ -39,8 +39,8 @@ pub enum Cut {
     Device,
     /// The run is paused, but the device moves on.
     Paused,
-    /// The wrench oscillates without motion of the hand, and is attenuated. It stands here because
-    /// recordings store each cut by its position.
+    /// The wrench oscillates without motion of the hand, and is attenuated. This variant is out of
+    /// order because recordings store each cut by its position.
     LimitCycle,
     /// The device withholds its force ([`DeviceState::withheld`](crate::DeviceState)).
     Withheld,
@@ -48,7 +48,7 @@ pub enum Cut {
     Overrun,
     /// The machine was suspended since the last tick.
     Suspended,
-    /// The settings of the engine changed, and the wrench is blended into the new one.
+    /// The settings of the engine changed, and the wrench fades from its old value to the new one.
     Settings,
     /// The run ends, or another scene follows: the wrench fades out.
     Ending,

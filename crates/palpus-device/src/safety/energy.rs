@@ -7,14 +7,14 @@
 //! 1. *Observe* the work of the wrenches that acted, over the sensed motion (`sensed_work.rs`). It
 //!    is positive if the hand has received energy. The wrench that acts now was written earlier;
 //!    the device states the delay ([`SafetyLimits::delay`]).
-//! 2. *Update the account* with this work. A credit is at most the energy that a spring can return
-//!    at peak force. Otherwise a long slide, which puts energy in all the time, would hide a later
-//!    oscillation.
+//! 2. *Update the account* with this work. The account's credit is at most the energy that a spring
+//!    can return at peak force. Otherwise a long slide, which puts energy in all the time, would
+//!    hide a later oscillation.
 //! 3. *Control*: take back the energy beyond the allowance, as far as the motion allows in the
 //!    coming tick. A force and a torque act against the velocities, each in proportion to what it
-//!    can take back. Each is at most the part of the wrench along the motion plus a damper that the
-//!    device can render stably. Near rest, where the direction of a velocity is noise, both fade
-//!    out.
+//!    can take back. Each is at most the component of the wrench along the motion, plus the
+//!    force of a damper that the device can render stably. Near rest, where the direction of a
+//!    velocity is noise, both fade out.
 //!
 //! Energy that the controller takes back acts later and is observed then, so nothing is counted
 //! twice.
@@ -71,7 +71,7 @@ pub struct EnergyAccount {
 pub struct ContactAccount {
     /// Energy given to all tools together and not yet taken back, J; negative if more was taken.
     given: f64,
-    /// Energy that may be given without having been taken, J.
+    /// Energy that the contacts may give before they have taken any, J.
     allowance: f64,
     /// Largest amount by which `given` can be below zero, J; at least 0.
     credit: f64,
@@ -138,8 +138,8 @@ impl EnergyAccount {
         }
     }
 
-    /// Step 3: returns the share to take back of `payable`, the largest power (W) that both
-    /// kinds of motion can pay. `dt`: duration of the coming tick, s.
+    /// Step 3: returns the fraction of `payable` to take back. `payable` is the largest power
+    /// (W) that both kinds of motion together can return. `dt`: duration of the coming tick, s.
     fn share_taken(&self, payable: f64, dt: f64) -> f64 {
         let excess = self.given - self.allowance;
         // This form also covers NaN.
@@ -151,8 +151,8 @@ impl EnergyAccount {
 }
 
 impl Port {
-    /// Returns the largest part of `load` plus damping that may be taken off, along the motion
-    /// `rate`.
+    /// Returns the largest force (or torque) that may be taken off `load`: its component along the
+    /// motion `rate`, plus damping.
     fn most(&self, load: DVec3, rate: DVec3) -> DVec3 {
         let speed = rate.length();
         if !(speed > 0.0 && speed.is_finite()) {
@@ -268,8 +268,8 @@ mod tests {
 
     #[test]
     fn energy_of_pushing_may_return_by_turning() {
-        // The hand puts in 40 mJ by pushing and gets back 30 mJ by turning. Without the push the 30
-        // mJ would be generated.
+        // The hand puts in 40 mJ by pushing and gets back 30 mJ by turning. Without the push, the
+        // device would have generated these 30 mJ.
         assert_eq!(turned_by_a_corner(4.0), 0);
         assert!(turned_by_a_corner(0.0) > 400);
     }

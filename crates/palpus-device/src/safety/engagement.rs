@@ -12,10 +12,10 @@
 //!               Latched ─── a button or key is pressed ──► Faulted
 //! ```
 //!
-//! A wrench is given only in `Ramping` (a growing share) and in `Engaged` (all of it). In any
-//! phase, a fault removes it in the tick in which the fault is detected. After the hold time,
-//! automatic engagement goes from `Faulted` directly to `Waiting`. With [`AfterFault::Stop`] a
-//! fault leads to `Stopped`, which is final.
+//! A wrench is given only in `Ramping` (a growing part) and in `Engaged` (the full wrench). In any
+//! phase, a fault removes the wrench in the tick in which the fault is detected. After the hold
+//! time, automatic engagement goes from `Faulted` directly to `Waiting`. With [`AfterFault::Stop`]
+//! a fault leads to `Stopped`, which is final.
 //!
 //! A pause leads to `Idle`, as if the user had released the button. Buttons must then be pressed
 //! again. Without buttons the device waits for a small wrench after the pause.
@@ -185,7 +185,7 @@ impl Machine {
             Phase::Idle | Phase::Faulted if self.requested => self.go(Phase::Waiting),
             _ => {}
         }
-        // One tick may go through several phases: from Waiting on, and through a ramp of length 0.
+        // One tick may go through several phases, for example if the ramp has length 0.
         if self.phase == Phase::Waiting && event.small {
             self.go(Phase::Ramping);
         }

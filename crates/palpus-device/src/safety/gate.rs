@@ -1,4 +1,4 @@
-//! The gate: checks the states of a device.
+//! The gate: checks the states of a device for these faults.
 //!
 //! 1. A non-finite number or an invalid rotation. The last valid state replaces it, at rest.
 //! 2. A jump: a pose that a hand cannot have reached since the last read. The next read is compared
@@ -59,7 +59,7 @@ impl Gate {
         let limits = self.limits;
         cuts.note(Cut::Speed, read.twist.linear.length() > limits.speed || read.twist.angular.length() > limits.turn);
         if let Some(last) = self.last {
-            // The time of reads that gave no valid state also counts.
+            // Also counts the time of earlier reads that gave no valid state.
             let since = elapsed + self.age;
             cuts.note(Cut::PoseJump, self.is_jump(&last.pose, &read.pose, since));
             self.watch_motion(&last, read, elapsed);

@@ -8,7 +8,7 @@
 //!
 //! Up to ¾ of that value the peak is allowed. Above it the cap falls to F_continuous, so that the
 //! limit is approached smoothly and h cannot exceed it. Force and torque have separate limits,
-//! since it is not known which motors carry which.
+//! since it is not known which motors produce the force and which the torque.
 
 /// Share of the allowed heat up to which the full peak is allowed.
 const FREE_SHARE: f64 = 0.75;

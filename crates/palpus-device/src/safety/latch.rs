@@ -6,9 +6,9 @@
 
 use super::Rearm;
 
-/// The device latches at this number of faults
+/// Number of faults within [`TIME`] at which the device latches.
 const FAULTS: usize = 3;
-/// within this time, s.
+/// Time within which these faults are counted, s.
 const TIME: f64 = 10.0;
 
 /// Times of the last faults.

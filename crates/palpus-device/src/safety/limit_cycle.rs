@@ -1,5 +1,5 @@
-//! Detects and attenuates limit cycles: oscillations of the computed wrench that the hand does not
-//! make.
+//! Detects and attenuates limit cycles: oscillations of the computed wrench that the hand's motion
+//! does not cause.
 //!
 //! In a passive contact the wrench oscillates only because the hand moves the grip: over a texture,
 //! in stick-slip, or against a wall. In a limit cycle the wrench oscillates while the hand holds
@@ -20,8 +20,9 @@
 //!    energy. The gain rises again only when the cycle is over and the wrench is small, as after a
 //!    fault: a loaded spring that stiffens generates energy.
 //!
-//! A limit cycle is no fault, however strong. A fault drops the force, and with it the tool, in one
-//! tick; the reduced gain leaves as little force as the damping after a fault.
+//! A limit cycle is no fault, however strong it is. A fault would remove the force in one tick,
+//! so that a held tool would fall. The reduced gain leaves as little force as the damping after a
+//! fault.
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Wrench, rotation_between};
@@ -34,8 +35,9 @@ const LEAST_SWING: f64 = 0.025;
 /// Longest half cycle that is examined, s: half of the longest period (0.1 s), plus a fifth for
 /// asymmetric cycles.
 const LONGEST_HALF: f64 = 0.06;
-/// Displacement of the grip that explains a swing of the whole peak, m. Couplings need eight times
-/// as much; direct contacts at the limit of stability need twice as much.
+/// Displacement of the grip that explains a swing of the whole peak, m. For this swing a coupling
+/// needs eight times this travel; a direct contact at the limit of stability needs twice this
+/// travel.
 const OWN_TRAVEL: f64 = 1e-3;
 /// Rotation of the grip that explains a swing of the whole peak, rad.
 const OWN_TURN: f64 = 0.04;
@@ -43,8 +45,8 @@ const OWN_TURN: f64 = 0.04;
 /// encoder that alternates between two steps (0.03 mm) has no path.
 const PLAY: f64 = 0.05;
 /// Work in a cycle, relative to swing times path, above which the wrench drives the grip. A passive
-/// wall with a delay of 1.5 ms has 0.04 at 10 Hz. A limit cycle must supply the losses of the
-/// hand's damping, which are 0.07 and more.
+/// wall with a delay of 1.5 ms has a ratio of 0.04 at 10 Hz. A limit cycle must supply the
+/// losses of the hand's damping, which are 0.07 and more.
 const DRIVEN: f64 = 0.05;
 /// Number of unexplained half cycles of a limit cycle. Each explained half cycle subtracts two. An
 /// impact rings for two or three half cycles.

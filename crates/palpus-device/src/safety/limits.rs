@@ -6,8 +6,8 @@
 use crate::acting::DELAY_MAX;
 use crate::device::{DeviceSpec, known_devices};
 
-/// Largest accepted peak force, N. No desktop device gives more, and the largest hand-held arms are
-/// near it. A larger stated value is reduced to this.
+/// Largest accepted peak force, N. No desktop device gives more force, and the largest hand-held
+/// arms give almost this force. A larger stated value is reduced to this limit.
 const FORCE_CEILING: f64 = 40.0;
 /// Largest accepted peak torque, N·m.
 const TORQUE_CEILING: f64 = 5.0;
@@ -52,7 +52,8 @@ const LIGHT_MASS: f64 = 0.2;
 const STALL_TRAVEL: f64 = 10e-3;
 /// Longest time for which a wrench may be held, s, for any force.
 const STALL_LONGEST: f64 = 50e-3;
-/// Lower bounds of this time, s and periods: a single late tick must not trip the watchdog.
+/// Lower bounds of the time for which a wrench may be held, s and periods: a single late tick must
+/// not trip the watchdog.
 const STALL_SHORTEST: f64 = 10e-3;
 const STALL_PERIODS: f64 = 5.0;
 /// Largest wrench at which the device engages, as a share of the peak.
@@ -213,7 +214,7 @@ impl SafetyLimits {
             line("torque_peak", self.torque_peak, "N·m", "at most its known peak, or 5 N·m; 0 without driven rotation"),
             line("force_continuous", self.force_continuous, "N", "as stated, else 0.2 of the peak"),
             line("torque_continuous", self.torque_continuous, "N·m", "as stated, else 0.2 of the peak"),
-            line("heating_time", self.heating_time, "s", "of small motors; the RMS force over it stays continuous"),
+            line("heating_time", self.heating_time, "s", "of small motors; RMS force over this time is at most continuous"),
             line("force_slew", self.force_slew, "N/s", "peak in 2 ms: transients up to 175 Hz pass"),
             line("torque_slew", self.torque_slew, "N·m/s", "peak in 2 ms"),
             line("speed", self.speed, "m/s", "fastest reach, 3 m/s; at most the workspace in 0.1 s"),
@@ -222,7 +223,7 @@ impl SafetyLimits {
             line("jump_angle", self.jump_angle, "rad", "extra rotation; plus 20 ms of rotation for slow sensors"),
             line("stale", self.stale, "s", "age of a state: 5 mm at 0.5 m/s; at least 5 periods"),
             line("frozen_travel", self.frozen_travel, "m", "travel by the stated velocity while the pose is unchanged"),
-            line("frozen_turn", self.frozen_turn, "rad", "rotation by it while the pose is unchanged"),
+            line("frozen_turn", self.frozen_turn, "rad", "rotation by the stated velocity while the pose is unchanged"),
             line("stall", self.stall, "s", "√(2·0.2 kg·10 mm/peak): a held force moves a hand 10 mm"),
             line("engage_force", self.engage_force, "N", "0.1 of the peak: the largest force at which it engages"),
             line("engage_torque", self.engage_torque, "N·m", "0.1 of the peak: the largest torque at which it engages"),

@@ -24,7 +24,7 @@
 //! The commanded wrench never changes by more than the slew limit from one message to the next. So
 //! the peak falls to zero within 2 ms after a fault.
 //!
-//! If the settings of the engine change, the wrench is blended from the old to the new one within a
+//! If the settings of the engine change, the wrench fades from the old to the new one within a
 //! quarter of a second.
 //!
 //! While a device withholds its force ([`DeviceState::withheld`]), the commanded wrench falls to
@@ -90,8 +90,8 @@ pub struct Shaped {
     pub cuts: Cuts,
     /// Phase of the engagement.
     pub phase: Phase,
-    /// Thermal limits of the motors in the next tick; infinite where heat does not limit. The
-    /// coupling uses them for the next wrench.
+    /// Thermal limits of the motors in the next tick; infinite if heat does not limit the wrench.
+    /// The coupling uses them for the next wrench.
     pub available: Limits,
 }
 
@@ -114,7 +114,7 @@ pub struct SafetyChain {
     heat_torque: Heat,
     limit_cycle: LimitCycle,
     passivity: Option<Box<dyn Passivity>>,
-    /// The last wrench after stages 3 to 7, where the slew limit starts.
+    /// The last wrench after stages 3 to 7, from which the next slew is measured.
     shaped: Wrench,
     commanded: Wrench,
 }
@@ -258,8 +258,8 @@ impl SafetyChain {
             && (!torque_felt || wrench.torque.length() <= self.limits.engage_torque)
     }
 
-    /// Before stage 3: blends after a change of settings. Otherwise returns the wrench unchanged,
-    /// bit for bit.
+    /// Before stage 3: removes the step at a change of settings. Otherwise returns the wrench
+    /// unchanged, bit for bit.
     fn blended(&mut self, wrench: &Wrench, cuts: Cuts) -> Wrench {
         let changed = cuts.has(Cut::Settings);
         let within = self.within_peak(wrench);
@@ -285,8 +285,8 @@ impl SafetyChain {
         if limited.is_finite() { limited } else { Wrench::ZERO }
     }
 
-    /// Stage 5. A wrench beyond the peak is not reported as cut once the next two stages would give
-    /// the same result without the slew limit.
+    /// Stage 5. The slew is not reported as a cut if the next two stages give the same result with
+    /// and without it.
     fn slewed(&self, wrench: &Wrench, cuts: &mut Cuts) -> Wrench {
         let (within, cut) = self.towards(&self.shaped, wrench, self.step());
         if !cut {
@@ -339,8 +339,8 @@ impl SafetyChain {
         Wrench { torque: wrench.torque * gain, force: wrench.force * gain }
     }
 
-    /// Follows the computed wrench while the device is not engaged, so that the stages start from
-    /// it.
+    /// While the device is not engaged, passes the computed wrench to the stages as their start
+    /// value.
     fn rest(&mut self, wrench: &Wrench) {
         self.shaped = self.within_peak(wrench);
         self.blend.reset(&self.shaped);
@@ -394,7 +394,7 @@ impl SafetyChain {
 /// in the second case.
 fn step_towards(from: DVec3, to: DVec3, most: f64) -> (DVec3, bool) {
     let way = to - from;
-    // Scales first: the square of a finite number, and the difference of two, need not be finite.
+    // Scales first, since squares and differences of finite numbers may overflow.
     let largest = way.abs().max_element();
     if largest <= 0.0 {
         return (to, false);

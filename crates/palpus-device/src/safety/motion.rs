@@ -3,8 +3,9 @@
 //! The velocity that a device reports may be wrong, because of a driver's filter after a jump, a
 //! stuck sensor, or a number that the gate has just refused. Damping against a wrong velocity would
 //! push the hand. So damping uses only the part of the reported velocity that the poses of the last
-//! ticks confirm: along their mean velocity, and at most as fast as either. After a tick with an
-//! implausible velocity it is zero until new poses have confirmed it.
+//! ticks confirm: its component along the mean velocity of these poses, limited to that mean speed.
+//! After a tick with an implausible velocity, the confirmed part is zero until new poses show
+//! motion.
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist, rotation_between};

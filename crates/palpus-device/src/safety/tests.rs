@@ -395,7 +395,7 @@ fn damping_uses_only_confirmed_velocity() {
 }
 
 #[test]
-fn changed_settings_are_blended_in() {
+fn changed_settings_fade_in() {
     let limits = limits();
     let mut chain = engaged(&limits);
     for _ in 0..10 {
@@ -409,7 +409,7 @@ fn changed_settings_are_blended_in() {
         assert!((0.0..=4.25 * DT / 0.25 * 1.001).contains(&step) && shaped.phase == Phase::Engaged, "{step} N at {k}");
         last = shaped.wrench.force.x;
     }
-    assert_eq!(last, 6.3, "the blending must end exactly at the new wrench");
+    assert_eq!(last, 6.3, "the fade must end exactly at the new wrench");
     // The settings change back, and the hand leaves the contact: the difference must fall with the
     // contact.
     chain.shape(&at_rest(), &force(DVec3::X * 2.05), reported(Cut::Settings), DT);

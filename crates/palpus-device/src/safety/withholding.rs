@@ -13,8 +13,9 @@
 //!
 //! [`SafetyLimits::hold`]: super::SafetyLimits::hold
 
-/// Time in which the force returns from zero to the peak, s. A tenth of it would be felt as a blow.
-/// Ten times as long, a single late answer would be felt as a hole in a wall.
+/// Time in which the force returns from zero to the peak, s. A return in a tenth of this time would
+/// be felt as a blow. With ten times this time, a single late answer would be felt as a hole in a
+/// wall.
 const RETURN_TIME: f64 = 0.05;
 
 /// Time for which the device has withheld its force, or time since it gives force again.

@@ -28,7 +28,7 @@ pub(super) struct Line<'a, D: HapticDevice + ?Sized> {
     stall: Duration,
     /// Time at which the wrench that the device holds was written; `None` if this wrench is zero.
     held: Option<Duration>,
-    /// True if the brake was seen applied and has not been released.
+    /// True if the loop has seen the brake applied and has not released it.
     braked: bool,
     /// Total time for which the machine was suspended, up to the last tick.
     suspended: Duration,
@@ -113,8 +113,8 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         Ok(shaped)
     }
 
-    /// Drops the held wrench and stops the watchdog. The loop calls this when it pauses and the
-    /// device's time stops too, so that the held wrench has no effect.
+    /// Drops the held wrench and stops the watchdog. The loop calls this in a pause that also stops
+    /// the device's time. The held wrench then has no effect.
     pub(super) fn stand(&mut self) {
         self.held = None;
         if let Some(guard) = &self.end.guard {

@@ -26,19 +26,19 @@
 //!
 //! **The end.** However the loop ends (duration, stop flag, device, or a panic in the step, the
 //! observer or the device), the last wrench written is zero. After a panic in the step, or a
-//! fault that must stop the run, the loop first damps the grip for a moment. Otherwise the wrench
-//! goes to zero within the slew limit. The message of a panic in the step is printed after the
-//! wrench is zero.
+//! fault that must stop the run, the loop first damps the grip for a moment. After any other end
+//! the wrench goes to zero within the slew limit. The message of a panic in the step is printed
+//! after the wrench is zero.
 //!
 //! The loop does not allocate after the first tick has begun.
 //!
 //! It is a fault if more than a tenth of the ticks are late, or if the machine was suspended.
 //!
-//! **Pauses.** The holder of the run's [`RunControl`] can pause the run. If the device's time
-//! advances only when it is read, the loop stops as well. It can then run single ticks, and later
-//! continues as if there had been no pause. Any other device is held by a person: the loop keeps
-//! running, and the chain removes the force until the user engages again. The run control also
-//! provides the program's keys, which count as buttons of the device.
+//! **Pauses.** A program can pause a run through its [`RunControl`]. If the device's time advances
+//! only when it is read, the loop stops as well. It can then run single ticks, and later continues
+//! as if there had been no pause. Any other device is held by a person: the loop keeps running, and
+//! the chain removes the force until the user engages again. The run control also provides the
+//! program's keys, which count as buttons of the device.
 //!
 //! **Replay.** The step always gets the nominal period, so the result of a run depends on its
 //! inputs and not on the scheduler, and can be replayed bit for bit. The result of the safety chain
@@ -80,7 +80,8 @@ pub struct StepOutcome<T = ()> {
     pub wrench: Wrench,
     /// True if the wrench was reduced to the device's limits.
     pub saturated: bool,
-    /// True if the wrench is the first one with changed settings; it is then blended in.
+    /// True if the wrench is the first one with changed settings; the wrench then fades from its
+    /// old value to this one.
     pub changed: bool,
     /// Work that moving bodies, such as a conveyor or a falling part, did on the tool in this tick,
     /// J, by translation and by rotation. The hand may receive this energy without having put it in

@@ -39,8 +39,8 @@ impl RunControl {
     }
 
     /// Holds the program's own key for force for `ticks` ticks. The key counts as a button of the
-    /// device ([`HOLD_KEY`]). Call this again in time to keep holding, so that a window that hangs
-    /// releases the key. 0 releases it at once.
+    /// device ([`HOLD_KEY`]). Call this again before the ticks are over to keep holding; so a
+    /// window that hangs releases the key. `ticks` = 0 releases the key at once.
     pub fn hold(&self, ticks: u64) {
         self.held.store(ticks, Ordering::Relaxed);
     }

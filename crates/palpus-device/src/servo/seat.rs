@@ -30,9 +30,9 @@ pub(super) struct Seat<'a, D: HapticDevice + ?Sized> {
     tally: &'a mut Tally,
     /// Place to which the caller's passivity stage is returned after the run.
     passivity: Option<&'a mut Option<Box<dyn Passivity>>>,
-    /// True if a loss of the device ends the run, as any fault does.
+    /// True if any fault of the device ends the run.
     fragile: bool,
-    /// True if the loop has several devices, whose tools feel each other.
+    /// True if the loop has several devices, whose tools can touch each other.
     shared: bool,
     /// The last state that the device returned.
     read: DeviceState,
@@ -174,9 +174,10 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
                 if !self.shared {
                     return;
                 }
-                // The other tools felt this state in the step, so the tick is recorded.
+                // The step used this state for the contacts of the other tools, so the tick is
+                // recorded.
                 found.note(Cut::Device, true);
-                // A replay does not know the limits in this tick either.
+                // A replay cannot know the limits in this tick, so no limits are recorded.
                 let available = Limits::UNLIMITED;
                 Shaped { wrench: Wrench::ZERO, cuts: found, phase: Phase::Faulted, available }
             }

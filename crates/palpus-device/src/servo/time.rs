@@ -17,7 +17,8 @@ pub trait LoopTime {
     fn wait_until(&self, deadline: Duration, spin: Duration);
 
     /// Returns how long the machine was suspended since a fixed origin; [`Self::now`] does not
-    /// count this time. The result is never too long; it is zero if the system does not report it.
+    /// count this time. The result is never too long; it is zero if the system does not report
+    /// suspensions.
     fn suspended(&self) -> Duration {
         Duration::ZERO
     }
@@ -88,7 +89,7 @@ pub struct VirtualTime(Arc<Virtual>);
 #[derive(Default)]
 struct Virtual {
     now: AtomicU64,
-    /// ns.
+    /// Total time for which the machine was suspended, ns.
     suspended: AtomicU64,
     /// The watchdog of each device of a loop.
     watches: Mutex<Vec<Arc<Watch>>>,

@@ -34,7 +34,7 @@ pub enum Guide {
     Released,
 }
 
-/// ω, 1/s: a tenth of the way is left after 0.16 s.
+/// Angular frequency ω, 1/s: a tenth of the initial distance is left after 0.16 s.
 const FOLLOW: f64 = 25.0;
 /// Largest speeds, m/s and rad/s. They are brisk for a hand with a tool, and about a tenth of the
 /// speeds that the safety chain accepts.

@@ -97,7 +97,8 @@ impl Periods {
     }
 }
 
-/// A tick is caught up if it is longer than the nominal period by this fraction.
+/// A period longer than the nominal one by this fraction counts as late, and the next periods make
+/// up for it.
 const LATE: f64 = 0.2;
 
 #[cfg(test)]

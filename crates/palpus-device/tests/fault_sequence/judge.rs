@@ -54,7 +54,7 @@ impl Fall {
             self.since = tick.index + 1;
             return false;
         }
-        // The tick in which the fall begins takes the first step.
+        // The wrench already falls by one step in the tick in which the fall begins.
         tick.index + 1 >= self.since + self.ticks
     }
 }

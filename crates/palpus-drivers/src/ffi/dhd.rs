@@ -1,7 +1,8 @@
 //! The functions of Force Dimension's DHD library that palpus calls.
 //!
 //! C has no default arguments, so every call passes the device number. In C++ the maker's header
-//! fills in −1, the device that was opened last. Here it is the number that `open` returned.
+//! fills in −1, the device that was opened last. Here, every call passes the number that `open`
+//! returned.
 
 use std::ffi::{c_char, c_int, c_uchar, c_uint};
 
@@ -161,7 +162,8 @@ impl Dhd {
         /// window.
         const SLIDING: c_int = 0;
         for configure in [self.configure_linear, self.configure_angular].into_iter().flatten() {
-            // SAFETY: all arguments are passed by value. If it fails, the default window stays.
+            // SAFETY: all arguments are passed by value. If the call fails, the default window
+            // stays.
             let _ = unsafe { configure(ms, SLIDING, id as c_char) };
         }
     }

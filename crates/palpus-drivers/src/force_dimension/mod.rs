@@ -43,16 +43,18 @@ use switch::{Shared, State, Switched, cause, status};
 const WATCHDOG: Duration = Duration::from_millis(20);
 /// The same timeout in the device's intervals of 125 µs.
 const WATCHDOG_STEPS: u8 = 160;
-/// The velocity lags by half of this window. Shorter windows show the steps of the encoders.
+/// Time window of the velocity estimate, ms. The velocity lags by half of this window. Shorter
+/// windows show the steps of the encoders.
 const VELOCITY_WINDOW_MS: i32 = 4;
 /// Cutoff frequency of the velocities that are estimated here, Hz.
 const VELOCITY_CUTOFF_HZ: f64 = 50.0;
 /// Number of reads between two checks of the force switch. A check may need communication with the
 /// device.
 const READS_PER_STATUS: u32 = 32;
-/// Force limit of a device that is not in the list, N. No device of this maker has less.
+/// Force limit of a device that is not in the list, N. No device of this maker has a lower limit.
 const UNKNOWN_FORCE: f64 = 8.0;
-/// Torque limit of such a device with a motorised wrist, N·m. No device of this maker has less.
+/// Torque limit of such a device with a motorised wrist, N·m. No device of this maker has a lower
+/// limit.
 const UNKNOWN_TORQUE: f64 = 0.2;
 /// Rate if the library does not state one, Hz.
 const USUAL_RATE_HZ: f64 = 1000.0;
@@ -79,7 +81,7 @@ const MEND: &str = "install the Force Dimension SDK (forcedimension.com/software
 /// Selects the device to open.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ForceDimensionOptions {
-    /// Where to find the library.
+    /// Location of the library.
     pub library: Place,
     /// If true, a device that the library simulates is used if there is no other.
     pub simulator: bool,
@@ -100,8 +102,8 @@ pub struct ForceDimension {
     last: Option<DeviceState>,
     /// Number of reads until the next check of the force switch.
     reads_left: u32,
-    /// True if the library once reported that the force is on. Then it can also report that it is
-    /// off.
+    /// True if the library has reported that the force is on. Such a library also reports when the
+    /// force is off.
     knows_switch: bool,
     /// True if the next write must switch the force on again.
     switch_on: bool,
@@ -228,7 +230,7 @@ impl ForceDimension {
             let why = format!("its force could not be switched on ({})", said(&shared.api));
             return Err(DeviceError::Refused(Cow::Owned(why)));
         }
-        // If the force was on before and then off, the loop must know it before the force is on
+        // If the force was on before and then off, the loop must know this before the force is on
         // again.
         self.interrupted = *state == State::Driven && switched != Switched::WasOn;
         shared.withheld.store(switched == Switched::Forbidden, Ordering::Release);

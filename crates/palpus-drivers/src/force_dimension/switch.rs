@@ -1,4 +1,4 @@
-//! The force of the device: whether it is on or off, and who switched it off.
+//! The state of the device's force: on or off, and the cause that switched it off.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
@@ -35,7 +35,7 @@ pub(super) struct Shared {
     /// Locked during every call for the device.
     pub(super) line: Mutex<State>,
     pub(super) brake: BrakeFlag,
-    /// True if the brake was applied during a call, when it could only set this flag.
+    /// True if the brake was applied while a call was running; it could then only set this flag.
     pub(super) late_brake: AtomicBool,
     /// True if the force was switched off by something other than this program.
     pub(super) withheld: AtomicBool,

@@ -5,8 +5,9 @@
 //! effect up to a millisecond after it was written, and states arrive at the rate of HDAPI's
 //! thread.
 //!
-//! 1. A device is opened by name. Without a name, the driver is tried without one first, which some
-//!    drivers refuse, and then with the two default names of the installers.
+//! 1. A device is opened by name. If the user gives no name, the driver is first asked for its
+//!    default device, which some drivers refuse. Then the two default names of the installers are
+//!    tried.
 //! 2. Each limit is the smaller of the device's value and the known value of its model. HDAPI
 //!    states forces in N, torques in mN·m, lengths in mm.
 //! 3. A wrench that is older than a few milliseconds is not applied. The thread then applies zero,
@@ -69,8 +70,8 @@ mod number {
     ];
     pub(super) const CALIBRATED: u32 = 0x5000;
     pub(super) const NEEDS_CALIBRATION: u32 = 0x5001;
-    /// Styles of calibration that do not need a person to hold the arm in a certain pose, in order
-    /// of preference: automatic, and in the inkwell.
+    /// Styles of calibration that do not need a person to hold the arm in a certain pose, in
+    /// order of preference: automatic, and in the inkwell.
     pub(super) const CALIBRATES_ITSELF: [u32; 2] = [2, 4];
 }
 
@@ -127,7 +128,7 @@ struct Called {
 /// Selects the device to open: by its name in the maker's setup tool, or the default device.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct OpenHapticsOptions {
-    /// Where to find the library.
+    /// Location of the library.
     pub library: Place,
     /// Name of the device. `None` means the driver's default.
     pub device: Option<String>,
@@ -154,7 +155,7 @@ pub struct OpenHaptics {
     scheduled: Option<Scheduled<Touch>>,
     /// Number of the last interruption of the wrench that was reported.
     gap: u64,
-    /// Number of turns with an outdated wrench, as of the last write.
+    /// Number of turns with an outdated wrench, up to the last write.
     stale: u64,
 }
 
@@ -183,7 +184,7 @@ impl OpenHaptics {
         for protection in number::PROTECTIONS {
             api.enable(protection);
         }
-        // Older drivers do not know all of them.
+        // Older drivers do not know all of these protections.
         forget_errors(&api);
         let shared = Arc::new(Shared::new(Instant::now()));
         let (commands, newest_command) = latest(Command::NONE);

@@ -24,10 +24,10 @@ pub const NO_VELOCITY: usize = 16;
 pub const OUT_OF_RESET: usize = 17;
 pub const ENABLE_CODE: usize = 18;
 pub const MOVING: usize = 19;
-/// Who has switched off the force, as in word 14 of the status: 1 the button, 2 the speed limit, 6
-/// the dead-man's switch.
+/// Cause that has switched off the force, as in word 14 of the status: 1 the button, 2 the speed
+/// limit, 6 the dead-man's switch.
 pub const SWITCHED_OFF: usize = 20;
-/// The same if the program or the watchdog has switched it off.
+/// Cause if the program or the watchdog has switched off the force.
 pub const OFF_CAUSE: usize = 21;
 pub const CALIBRATION: usize = 22;
 pub const CALIBRATION_STYLES: usize = 23;

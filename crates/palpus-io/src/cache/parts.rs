@@ -187,8 +187,8 @@ impl Table {
     }
 }
 
-/// Writes the vertices and then, for a plate, the normal of its front and a number that says
-/// whether the front or the back is original; for a solid, its faces.
+/// Writes the vertices. For a plate, the normal of its front follows, and a number that
+/// says whether the front or the back is original. For a solid, its faces follow.
 fn write_polytope(out: &mut Writer, polytope: &Polytope, table: &Table) {
     out.count(polytope.vertices().len());
     for &vertex in polytope.vertices() {

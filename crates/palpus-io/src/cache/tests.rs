@@ -1,4 +1,4 @@
-//! Stored bodies are restored bit for bit, and no other bytes than the written ones give a body.
+//! Tests that stored bodies are restored bit for bit, and that damaged files give no body.
 
 use glam::DVec3;
 use palpus::algebra::{Alone, Random};

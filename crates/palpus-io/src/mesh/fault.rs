@@ -91,7 +91,7 @@ pub enum MeshProblem {
     /// The file is truncated.
     #[error("the file ends {within}; it is truncated: copy or export it again")]
     Truncated {
-        /// Where the file ends, such as "inside a facet".
+        /// The place at which the file ends, such as "inside a facet".
         within: String,
     },
     /// The file declares more elements than it can contain.

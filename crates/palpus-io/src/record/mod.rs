@@ -36,8 +36,8 @@
 //! version.
 //!
 //! A program that is killed loses the rows that [`RecordingWriter`] has not yet written: less than
-//! a second. In every format, the file of an interrupted run is complete up to that point. A piece
-//! that was being written at that moment is omitted, and the reader adds a notice.
+//! a second. In every format, the file of an interrupted run is complete up to that point. A
+//! piece that was being written at that moment is omitted, and the reader adds a notice.
 //!
 //! Recordings may be malicious. No reader panics, and the memory stays within a small multiple of
 //! the file size. Compressed files are rejected, a length in a file is only trusted when its bytes

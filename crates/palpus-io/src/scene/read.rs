@@ -55,7 +55,7 @@ pub fn parse_scene(text: &str, path: &Path, policy: FilePolicy) -> Result<SceneF
 /// Checks a file that the scene refers to; fails with a description of the problem.
 type Check<'a> = &'a dyn Fn(&Path) -> Result<(), String>;
 
-/// Where the files of a scene are, and how to check them.
+/// Location of a scene's files, and the check for each of them.
 #[derive(Clone, Copy)]
 pub(super) struct Files<'a> {
     folder: &'a Path,

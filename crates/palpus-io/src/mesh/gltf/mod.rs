@@ -45,8 +45,8 @@ use nodes::visit_nodes;
 /// has more bytes than this: about 100 MB, or a thousand copies of a mesh of a thousand triangles.
 const MAX_INSTANCED: u64 = 1 << 22;
 
-/// Reads the first bytes of a file beside the glTF file. The arguments are its URI and the number
-/// of bytes; a shorter file gives fewer bytes.
+/// Reads the first bytes of a file beside the glTF file. The arguments are its URI and the
+/// number of bytes; a shorter file gives fewer bytes.
 pub type Fetch<'f> = dyn FnMut(&str, u64) -> io::Result<Vec<u8>> + 'f;
 
 /// Reads a glTF or GLB file that needs no other file. `name` is the name of the file in error

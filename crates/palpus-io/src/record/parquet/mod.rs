@@ -9,8 +9,8 @@
 //! 3. At the end, the groups in use are copied to a new file, which replaces the old one.
 //!
 //! Each column of a group is one plain, uncompressed page; `depth_us` and `change` are optional.
-//! The metadata `palpus` of the file contains the header. `change` contains text in the first row
-//! that was computed with other settings: a line of TOML for each change.
+//! The metadata `palpus` of the file contains the header. `change` contains text in the first
+//! row that was computed with other settings: a line of TOML for each change.
 //!
 //! The layout follows <https://parquet.apache.org/docs/file-format/>. [`read`] supports only the
 //! output of [`Writer`]. The tests read this output with other programs.
