@@ -88,15 +88,15 @@ typedef struct {
      */
     double flatness;
     /**
-     * 1: pieces reach into the solid, so that deep penetration is detected. 0: they are only as
-     * thick as their part of the surface.
+     * 1: pieces reach into the solid, so that deep penetration is detected. 0: each piece is only
+     * as thick as its part of the surface.
      */
     uint32_t thick;
 } palpus_body_settings;
 
 /**
- * A body. Any number of threads, queries and worlds may use it at the same time. Queries and
- * worlds that use it keep it alive after it is destroyed.
+ * A body. Any number of threads, queries and worlds may use it at the same time. A body that a
+ * query or a world uses stays in memory after its handle is destroyed.
  */
 typedef struct {
     /**
@@ -845,7 +845,7 @@ palpus_result palpus_world_contacts(palpus_world world,
                                     size_t *count);
 
 /**
- * Writes the contacts of two objects in the last step, in the world's frame. As
+ * Writes the contacts of two objects in the last step, in the world's frame. Otherwise works like
  * palpus_world_contacts.
  */
 palpus_result palpus_world_contacts_between(palpus_world world,

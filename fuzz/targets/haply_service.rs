@@ -18,7 +18,7 @@ use palpus_device::{HaplyDevice, HaplyOptions, HapticDevice};
 use palpus_fuzz::{Allowance, Bytes, Seed, target};
 use tungstenite::handshake::derive_accept_key;
 
-/// What the service sends.
+/// Data that the service sends.
 #[derive(Default)]
 struct Part {
     /// Sends the bytes without frames after the handshake.

@@ -1,4 +1,4 @@
-//! How deep two bodies of any shape overlap, with proven bounds.
+//! Penetration depth of two bodies of any shape, with proven bounds.
 
 use std::sync::Arc;
 

@@ -194,7 +194,7 @@ pub unsafe extern "C" fn palpus_world_contacts(
     })
 }
 
-/// Writes the contacts of two objects in the last step, in the world's frame. As
+/// Writes the contacts of two objects in the last step, in the world's frame. Otherwise works like
 /// palpus_world_contacts.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_contacts_between(

@@ -178,7 +178,8 @@ impl World {
         Ok(row(py, of_pair(linear, angular)))
     }
 
-    /// Clears contacts and friction, as before the first step. Objects stay where they are.
+    /// Discards contacts and friction, so that the next step is like a first step. Objects keep
+    /// their poses.
     fn clear(&mut self) -> PyResult<()> {
         self.inner_mut()?.clear();
         Ok(())
