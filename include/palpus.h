@@ -16,8 +16,8 @@
 #include <stdint.h>
 
 /**
- * ABI version of this header. It increases whenever a structure or an existing function changes.
- * New functions do not increase it.
+ * ABI version of this header. The version increases whenever a structure or an existing function
+ * changes. New functions do not increase the version.
  */
 #define PALPUS_ABI_VERSION 2
 
@@ -192,7 +192,7 @@ typedef struct {
      */
     double position[3];
     /**
-     * Unit quaternion x, y, z, w. Its length may differ from 1 by up to 0.001.
+     * Unit quaternion x, y, z, w. The length may differ from 1 by up to 0.001.
      */
     double rotation[4];
 } palpus_pose;
@@ -519,7 +519,7 @@ typedef struct {
  */
 typedef struct {
     /**
-     * Pose of the grip in the world. Its axes are the tool's axes.
+     * Pose of the grip in the world. The axes of the grip are the tool's axes.
      */
     palpus_pose pose;
     /**
@@ -616,9 +616,9 @@ uint32_t palpus_abi_version(void);
 palpus_result palpus_check_abi(uint32_t header_version);
 
 /**
- * Returns the text of this thread's last error: UTF-8, empty if there was no error. It is valid
- * until the thread's next error or the end of the thread; copy it to keep it. A function that
- * succeeds leaves it unchanged.
+ * Returns the text of this thread's last error: UTF-8, empty if there was no error. The text is
+ * valid until the thread's next error or the end of the thread; copy the text to keep it. A
+ * function that succeeds leaves the text unchanged.
  */
 const char *palpus_last_error(void);
 
@@ -773,8 +773,8 @@ palpus_result palpus_world_create(const palpus_settings *settings, palpus_world 
 palpus_result palpus_world_destroy(palpus_world world);
 
 /**
- * Sets the gravity that acts on free objects: x, y, z in m/s^2, in the world's axes. It is 0 in a
- * new world.
+ * Sets the gravity that acts on free objects: x, y, z in m/s^2, in the world's axes. A new world
+ * has no gravity.
  */
 palpus_result palpus_world_set_gravity(palpus_world world, const double *gravity);
 
@@ -787,7 +787,8 @@ palpus_result palpus_world_add_fixed(palpus_world world,
                                      palpus_object *object);
 
 /**
- * Adds an object that your program moves with palpus_world_drive. It stays at `pose` until then.
+ * Adds an object that your program moves with palpus_world_drive. The object stays at `pose` until
+ * then.
  */
 palpus_result palpus_world_add_driven(palpus_world world,
                                       palpus_body body,
@@ -795,8 +796,8 @@ palpus_result palpus_world_add_driven(palpus_world world,
                                       palpus_object *object);
 
 /**
- * Adds an object of mass `mass` (kg) that moves under contact, friction and gravity. It starts at
- * rest at `pose`.
+ * Adds an object of mass `mass` (kg) that moves under contact, friction and gravity. The object
+ * starts at rest at `pose`.
  */
 palpus_result palpus_world_add_free(palpus_world world,
                                     palpus_body body,
@@ -805,8 +806,8 @@ palpus_result palpus_world_add_free(palpus_world world,
                                     palpus_object *object);
 
 /**
- * Adds a tool that is held through a device. Its probe is the next element of `probes` in
- * palpus_world_step.
+ * Adds a tool that is held through a device. The state of the device is the next element of
+ * `probes` in palpus_world_step.
  */
 palpus_result palpus_world_add_tool(palpus_world world,
                                     palpus_body body,

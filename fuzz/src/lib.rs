@@ -1,8 +1,8 @@
 //! Shared parts of the fuzz targets.
 //!
 //! * [`target!`] defines a target: the code that runs on an input, its memory limit, and its seeds.
-//! * `memory` is an allocator that counts bytes. It checks for every input that the memory is
-//!   bounded by the size of the input.
+//! * `memory` is an allocator that counts bytes. The memory of every input is compared with a
+//!   limit that depends on the size of the input.
 //! * [`Bytes`] converts the bytes of an input to numbers, points, poses, bodies and settings.
 //! * [`check`] checks the guarantees of the readers and the engine.
 //! * [`drive`] generates the inputs of a renderer.

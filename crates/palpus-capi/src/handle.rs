@@ -3,7 +3,8 @@
 //! * A handle encodes its kind, its place in the table of that kind, and how often the place was
 //!   used before. So a handle that is old, of another kind or otherwise wrong is detected.
 //! * Each place has a lock, and no function waits for it. If two threads use one world at the same
-//!   time, the second one gets an error at once. This needs an atomic exchange, not a system call.
+//!   time, the second one gets an error at once. The check needs an atomic exchange, not a system
+//!   call.
 //! * A panic poisons the lock of the value that it left half changed. That value can then only be
 //!   destroyed.
 //! * Values never move. Tables only grow, by chunks of twice the size.

@@ -8,7 +8,7 @@ use crate::pointer::{In, Out, OutArray};
 use crate::result::{Fault, entry, palpus_result};
 use crate::value::{palpus_contact, palpus_pose};
 
-/// Largest capacity of a query. Its memory is allocated when the query is created.
+/// Largest capacity of a query. The memory of a query is allocated when the query is created.
 const MOST_CONTACTS: u64 = 1 << 20;
 
 /// The contacts of a body a with a body b. Only one thread may use a query at a time; different

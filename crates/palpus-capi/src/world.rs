@@ -40,7 +40,7 @@ pub struct palpus_tool {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct palpus_probe {
-    /// Pose of the grip in the world. Its axes are the tool's axes.
+    /// Pose of the grip in the world. The axes of the grip are the tool's axes.
     pub pose: palpus_pose,
     /// Velocity of the grip, in the world's axes. Only dampers use it.
     pub twist: palpus_twist,

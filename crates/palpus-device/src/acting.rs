@@ -3,7 +3,7 @@
 use glam::DVec3;
 use palpus::algebra::Wrench;
 
-/// Largest delay, in ticks. It is more than the delay of any real servo loop.
+/// Largest delay, in ticks. No real servo loop has so long a delay.
 pub(crate) const DELAY_MAX: usize = 8;
 /// Time, relative to the elapsed time, below which a remainder counts as a rounding error.
 const SLIVER: f64 = 1e-9;

@@ -1,8 +1,8 @@
 //! Fault injection: a device, a step and clocks that fail as a script says.
 //!
-//! A [`Script`] is a list of faults by tick, written by hand or drawn from a seed. It is applied to
-//! a device ([`FaultyDevice`]) and to a step ([`Script::step`]), to test that the safety chain
-//! handles the faults.
+//! A [`Script`] is a list of faults by tick, written by hand or drawn from a seed. The script is
+//! applied to a device ([`FaultyDevice`]) and to a step ([`Script::step`]), to test that the safety
+//! chain handles the faults.
 
 use std::borrow::Cow;
 use std::sync::Arc;

@@ -39,7 +39,7 @@ pub enum FindingState {
         looked_for: String,
         /// The missing item: a library, a service, a permission, a device.
         why: String,
-        /// One line that says how to fix it: a command, or what to install and from where.
+        /// One line that says how to fix the problem: a command, or what to install and from where.
         mend: String,
     },
 }

@@ -28,7 +28,7 @@ const TICK: Duration = Duration::from_millis(1);
 const RATE_HZ: f64 = 1000.0;
 /// Number of new states that must arrive.
 const FRESH_STATES: u32 = 20;
-/// Time limit for the new states. It is long enough for a busy machine.
+/// Time limit for the new states. The limit is long enough for a busy machine.
 const FRESH_TIME: Duration = Duration::from_millis(500);
 /// Extra time that a watchdog is given to trip. A thread without real-time priority wakes late on a
 /// busy machine.

@@ -162,7 +162,7 @@ fn nothing_is_felt_in_free_air() {
 }
 
 /// The motors can hold 1.4 N continuously. A hand that presses a wall with 4 N for a minute sinks
-/// in. It must not feel a force on the whole way back.
+/// in. On the way back, the hand must feel a force only for the first millimetres.
 #[test]
 fn hot_device_stays_near_its_tool() {
     let scene = scene("box-table").expect("the scene is built in");

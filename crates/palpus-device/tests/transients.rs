@@ -19,7 +19,7 @@ use palpus_device::{
 };
 use palpus_scenes::shape::cuboid;
 
-/// Amplitude of the hand's motion, m. It reaches as far above the plate as below.
+/// Amplitude of the hand's motion, m. The motion reaches as far above the plate's surface as below.
 const SWING: f64 = 0.01;
 /// Time until the chain is engaged, s.
 const QUIET: f64 = 1.5;
@@ -45,8 +45,8 @@ impl Plate {
     }
 }
 
-/// Returns a device whose simulated operator rests above the plate for [`QUIET`] s, then taps it with
-/// about `speed` (m/s).
+/// Returns a device whose simulated operator rests above the plate for [`QUIET`] s, then taps it
+/// with about `speed` (m/s).
 fn tapping(hand: HandImpedance, speed: f64) -> SimulatedDevice<impl Fn(f64) -> Pose> {
     let settings = SimulationSettings { hand, ..SimulationSettings::default() };
     let intent = move |time: f64| {

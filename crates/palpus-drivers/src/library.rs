@@ -17,7 +17,7 @@ pub enum Place {
     /// Search in the usual folders.
     #[default]
     Usual,
-    /// Use this file. It can also be a simulator of the maker, or a stand-in.
+    /// Use this file. The file can also be the maker's simulator, or a stand-in.
     File(PathBuf),
 }
 

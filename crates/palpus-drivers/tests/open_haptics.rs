@@ -124,7 +124,7 @@ fn outdated_wrench_ends_and_is_reported() {
     let turns = stand_in.get(TURNS);
     assert!(stand_in.comes_to(|s| s.get(TURNS) > turns + 10.0));
     assert_eq!(stand_in.three(FORCE), [0.0; 3]);
-    // The loop continues without a read. It does not know of the gap, so no force is applied.
+    // The loop continues without a read. The loop does not know of the gap, so no force is applied.
     let turns = stand_in.get(TURNS);
     while stand_in.get(TURNS) < turns + 10.0 {
         device.write(&wrench).unwrap();

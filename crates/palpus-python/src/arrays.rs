@@ -42,7 +42,7 @@ pub(crate) fn rows<const N: usize>(name: &str, columns: &str, given: &Bound<'_, 
     Ok(rows)
 }
 
-/// Returns poses. Their columns have the same order as in the files of the program.
+/// Returns poses. The columns have the same order as in the files of the program.
 pub(crate) fn poses(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<Pose>> {
     let rows = rows::<POSE>(name, "tx, ty, tz, qx, qy, qz, qw", given)?;
     let checked = |(k, row)| pose_of(row).map_err(|problem| refused(format!("{name}[{k}]: {problem}")));

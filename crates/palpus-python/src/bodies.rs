@@ -19,8 +19,8 @@ use crate::arrays::rows;
 use crate::refused::{failed, refused};
 use crate::workers::{detached, threads};
 
-/// A solid that is prepared for queries. It never changes, and several threads can use it at the
-/// same time.
+/// A solid that is prepared for queries. A body never changes, and several threads can use it at
+/// the same time.
 #[pyclass(frozen, module = "palpus")]
 pub(crate) struct Body {
     body: Arc<palpus::Body>,

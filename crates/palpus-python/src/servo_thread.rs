@@ -1,6 +1,6 @@
-//! The servo thread of a loop. It owns the world and the device until it ends. Python exchanges the
-//! newest values with it through triple buffers and a bounded queue. Once the loop runs, nothing
-//! here waits, locks or allocates.
+//! The servo thread of a loop. The thread owns the world and the device until it ends. Python
+//! exchanges the newest values with it through triple buffers and a bounded queue. Once the loop
+//! runs, nothing here waits, locks or allocates.
 
 use std::cell::Cell;
 use std::sync::Arc;

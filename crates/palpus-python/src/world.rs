@@ -72,7 +72,8 @@ impl World {
         }
     }
 
-    /// Adds a tool, and returns its number. Its pose is the next row of the poses of `step`.
+    /// Adds a tool, and returns its number. The pose of the tool is the next row of the poses of
+    /// `step`.
     fn add_tool(&mut self, body: &Bound<'_, Body>, settings: &Bound<'_, Settings>) -> PyResult<usize> {
         let added = self.inner_mut()?.add_tool(body.get().shared().clone(), settings.get().settings);
         let tool = added.map_err(|error| failed(&error))?;

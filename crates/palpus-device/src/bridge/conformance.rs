@@ -30,7 +30,7 @@ pub struct Check {
 
 /// Largest commanded force, N.
 const PUSH: f64 = 0.5;
-/// Largest commanded force, as a share of the peak force.
+/// Largest commanded force, as a fraction of the peak force.
 const PUSH_SHARE: f64 = 0.1;
 /// Allowed difference between the commanded and the applied force, N: a driver may report a rounded
 /// or measured force.
@@ -45,8 +45,8 @@ const RATE_STATES: u64 = 500;
 const RATE_SLACK: f64 = 0.2;
 /// Time for which the wrenches of the tester are valid, µs.
 const VALID_FOR_US: u32 = 20_000;
-/// Number of states within which a driver must have accepted a command. It covers the states in
-/// transit and a tenth of a second at 1 kHz, since the tester itself may be late.
+/// Number of states within which a driver must have accepted a command. The number covers the
+/// states in transit and a tenth of a second at 1 kHz, since the tester itself may be late.
 const PATIENCE_STATES: u64 = 100;
 /// Number of hostile frames, on which no driver may act.
 const HOSTILE_FRAMES: usize = 20_000;

@@ -11,10 +11,10 @@
 //!    newest one for the loop's next read. Frames with another nonce, an old sequence number, a
 //!    wrong CRC or a number out of range are counted and ignored.
 //! 3. The loop's write sends the wrench directly, without waiting. This send is the only system
-//!    call on the loop's path. Each command names the state on which it is based. It also says how
-//!    long after that state, by the device's clock, its wrench stays valid. After this time the
-//!    driver goes to zero by itself, whatever has happened to palpus. It stays at zero until a
-//!    command is based on a later state.
+//!    call on the loop's path. Each command names the state on which it is based. The command also
+//!    says how long after that state, by the device's clock, its wrench stays valid. After this
+//!    time the driver goes to zero by itself, whatever has happened to palpus. The driver stays at
+//!    zero until a command is based on a later state.
 //! 4. A state is `withheld` in these cases: the driver says so, no newer state has arrived for 5
 //!    ms, or the thread has ended a wrench because the loop did not write.
 //! 5. The device is lost if no state arrives for a quarter of a second, if the connection or the
@@ -69,8 +69,8 @@ const PAUSE: Duration = Duration::from_millis(100);
 pub struct BridgeOptions {
     /// Address at which the driver listens.
     pub address: BridgeAddress,
-    /// `SCHED_FIFO` priority of the listener thread, if it may have one. It should be one above the
-    /// loop's priority. `None` requests no priority.
+    /// `SCHED_FIFO` priority of the listener thread, if the thread may have a priority. It should
+    /// be the loop's priority plus one. `None` requests no priority.
     pub priority: Option<u8>,
 }
 
@@ -313,10 +313,10 @@ impl Drop for BridgeDevice {
 
 /// Brake of a bridge device: sends zero, and makes every later command zero.
 ///
-/// The loop may be between the check of the flag and the send. It takes the number of its command
-/// before it checks the flag, and the brake takes a number after it has set the flag. So a
-/// wrench that passed the check has a lower number than this zero command, and the driver ignores
-/// it if it arrives later.
+/// The loop may be between the check of the flag and the send. The loop takes the number of its
+/// command before it checks the flag, and the brake takes a number after it has set the flag. So a
+/// wrench that passed the check has a lower number than this zero command, and the driver
+/// ignores it if it arrives later.
 struct BridgeBrake {
     flag: BrakeFlag,
     shared: Arc<Shared>,

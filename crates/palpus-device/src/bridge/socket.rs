@@ -1,9 +1,10 @@
-//! A connection to a driver. It delivers complete frames or nothing.
+//! A connection to a driver. The connection delivers complete frames or nothing.
 //!
 //! The Unix socket has type `SOCK_SEQPACKET` and not `SOCK_DGRAM`, for these reasons. The
 //! connection ends when either process ends, so each side notices at once. No other process can
-//! send into it. The client needs no socket file. Its queue is bounded by bytes (about 250 states),
-//! while Linux queues only 10 datagrams, which are 2.5 ms of states at 4 kHz.
+//! send into the connection. The client needs no socket file. The queue of a packet socket is
+//! bounded by bytes (about 250 states), while Linux queues only 10 datagrams, which are 2.5 ms of
+//! states at 4 kHz.
 
 use std::io;
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};

@@ -23,8 +23,8 @@ pub(super) struct Address {
 }
 
 impl Address {
-    /// Parses the address in `options`: a `ws://` URL without user or query. It must be on this
-    /// machine unless other hosts are allowed.
+    /// Parses the address in `options`: a `ws://` URL without user or query. The address must be on
+    /// this machine unless other hosts are allowed.
     pub(super) fn of(options: &HaplyOptions) -> Result<Self, HaplyError> {
         let written = options.address.clone();
         let none = || HaplyError::Address(options.address.clone());

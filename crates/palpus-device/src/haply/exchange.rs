@@ -1,8 +1,8 @@
 //! The thread that exchanges messages with the service.
 //!
-//! In each turn the thread waits for a command of the loop, at most 5 ms. It discards unrequested
-//! messages and sends the commanded force, or zero. Then it waits for the state, at most 5 ms, and
-//! publishes it for the loop.
+//! In each turn the thread waits for a command of the loop, at most 5 ms. The thread discards
+//! unrequested messages and sends the commanded force, or zero. Then the thread waits for the
+//! state, at most 5 ms, and publishes it for the loop.
 //!
 //! States are numbered, and a command names the newest state on which its force is based. A force
 //! is sent only if it is new, if no answer was lost after that state, and if that state is one of
@@ -133,7 +133,7 @@ impl Exchange {
             // says how to fix it.
             claim(&RealTimeOptions { priority, lock_memory: false, pin: false });
         }
-        // This also reports a panic of this thread.
+        // `Ended` also reports a panic of this thread.
         let shared = Arc::clone(&self.shared);
         let _ended = Ended(shared);
         let lost = loop {

@@ -4,8 +4,8 @@
 //! last one in between. Differences at the loop's rate would show rest, interrupted by single
 //! ticks of some 50 rad/s. So:
 //!
-//! 1. Only an orientation that differs from the last one is a sample. Its time is the time of its
-//!    arrival.
+//! 1. Only an orientation that differs from the last one is a sample. The time of a sample is the
+//!    time of its arrival.
 //! 2. The angular velocity is measured between samples at least 15 ms apart. So neither repeated
 //!    samples nor the noise of a fast sensor are differentiated.
 //! 3. Between samples the orientation is predicted with this velocity, for at most 25 ms.

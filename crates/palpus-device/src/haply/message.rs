@@ -178,9 +178,9 @@ pub(super) fn write_force(into: &mut String, id_in_json: &str, spelling: Spellin
     write_device(into, id_in_json, spelling, force);
 }
 
-/// Overwrites `into` with the first message of a session. It commands zero and names the profile
-/// under which the service keeps this program's settings. The service's answer contains these
-/// settings, while the inventory contained the previous ones.
+/// Overwrites `into` with the first message of a session. The message commands zero and names the
+/// profile under which the service keeps this program's settings. The service's answer contains
+/// these settings, while the inventory contained the previous ones.
 pub(super) fn write_first(into: &mut String, id_in_json: &str, spelling: Spelling) {
     into.clear();
     into.push_str(r#"{"session":{"configure":{"profile":{"name":"palpus"}},"force_render_full_state":{}},"#);
@@ -215,7 +215,8 @@ fn entries<'a>(root: &'a Value, list: &str) -> impl Iterator<Item = &'a Value> {
     root.get(list).and_then(Value::as_array).into_iter().flatten()
 }
 
-/// Returns the id of an entry. It must be short and printable, since it is shown in lines of text.
+/// Returns the id of an entry. The id must be short and printable, since messages show it in
+/// lines of text.
 fn id(entry: &Value) -> Option<&str> {
     entry.get("device_id")?.as_str().filter(|id| (1..=64).contains(&id.len()) && !id.contains(char::is_control))
 }

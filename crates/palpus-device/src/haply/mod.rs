@@ -1,9 +1,9 @@
 //! Haply Inverse3, Inverse3x and Minverse with a VerseGrip, through the Inverse Service.
 //!
-//! The Inverse Service is the maker's program on the user's machine. It exchanges JSON messages
-//! over a WebSocket. After a connection it lists its devices; then it answers every message with
-//! exactly one state, so the client sets the pace. palpus sends only forces that are based on the
-//! newest states:
+//! The Inverse Service is the maker's program on the user's machine. The service exchanges JSON
+//! messages over a WebSocket. After a connection it lists its devices; then it answers every
+//! message with exactly one state, so the client sets the pace. palpus sends only forces that are
+//! based on the newest states:
 //!
 //! 1. [`HaplyDevice::open`] connects (to loopback addresses only, by default), requests the
 //!    service's version, selects arm and grip, and exchanges one message with zero force.
@@ -73,8 +73,8 @@ pub struct HaplyOptions {
     pub beyond_loopback: bool,
     /// Id of the arm, such as `049D`; `None` for the first arm.
     pub arm: Option<String>,
-    /// `SCHED_FIFO` priority of the exchange thread, if it may have one. It should be one above the
-    /// loop's priority. `None` requests no priority.
+    /// `SCHED_FIFO` priority of the exchange thread, if the thread may have a priority. It should
+    /// be the loop's priority plus one. `None` requests no priority.
     pub priority: Option<u8>,
 }
 

@@ -134,7 +134,7 @@ impl Wire {
         Err("it sends too many pings".to_owned())
     }
 
-    /// Closes the connection. It does not matter whether the service receives the close.
+    /// Closes the connection. An error is ignored, since the service need not receive the close.
     pub(super) fn close(mut self) {
         let _ = self.socket.close(None);
         let _ = self.socket.flush();

@@ -76,8 +76,8 @@ fn is_privileged() -> bool {
     rustix::process::geteuid().is_root()
 }
 
-/// Returns the cores that the process may use. They are the cores that the first thread could use
-/// before it left a core.
+/// Returns the cores that the process may use. The first thread could use these cores before it
+/// left the loop's core.
 fn cores_of_process() -> Result<CpuSet, Errno> {
     static CORES: OnceLock<Result<CpuSet, Errno>> = OnceLock::new();
     *CORES.get_or_init(|| sched_getaffinity(Some(getpid())))
@@ -140,8 +140,8 @@ fn isolated() -> Vec<usize> {
     super::cores(&list)
 }
 
-/// Returns the highest frequency of the core, kHz; 0 if the kernel does not report it. It tells
-/// performance cores from efficiency cores.
+/// Returns the highest frequency of the core, kHz; 0 if the kernel does not report it. The
+/// frequency distinguishes performance cores from efficiency cores.
 fn top_frequency(core: usize) -> u64 {
     let path = format!("/sys/devices/system/cpu/cpu{core}/cpufreq/cpuinfo_max_freq");
     std::fs::read_to_string(path).ok().and_then(|text| text.trim().parse().ok()).unwrap_or(0)

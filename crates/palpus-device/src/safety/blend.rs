@@ -1,7 +1,7 @@
 //! Removes the step of the wrench at a change of settings: the wrench fades from the old value to
 //! the new one.
 //!
-//! In the tick of the change, the wrench stays as in the previous tick. Its difference from the new
+//! In the tick of the change, the wrench stays as in the previous tick. The difference from the new
 //! wrench then fades out within [`TIME`]. If the new wrench falls because the hand leaves the
 //! surface, the difference falls in proportion, so that it does not pull the hand back. Force and
 //! torque are treated separately.

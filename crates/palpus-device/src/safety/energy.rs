@@ -4,9 +4,9 @@
 //! Translation and rotation share one account: a tool that is pushed into a corner turns in the
 //! hand, so work done by pushing comes back by turning. In every tick:
 //!
-//! 1. *Observe* the work of the wrenches that acted, over the sensed motion (`sensed_work.rs`). It
-//!    is positive if the hand has received energy. The wrench that acts now was written earlier;
-//!    the device states the delay ([`SafetyLimits::delay`]).
+//! 1. *Observe* the work of the wrenches that acted, over the sensed motion (`sensed_work.rs`). The
+//!    work is positive if the hand has received energy. The wrench that acts now was written
+//!    earlier; the device states the delay ([`SafetyLimits::delay`]).
 //! 2. *Update the account* with this work. The account's credit is at most the energy that a spring
 //!    can return at peak force. Otherwise a long slide, which puts energy in all the time, would
 //!    hide a later oscillation.
@@ -40,8 +40,8 @@ const SLOW: f64 = 3e-3;
 /// Rotation speed below which the direction is noise, rad/s: a tenth of a step of 2.5e-4 rad per
 /// millisecond.
 const SLOW_TURN: f64 = 0.025;
-/// Largest damping of the controller, relative to the damping after a fault. It is less than
-/// half of the damping at which the device would begin to oscillate.
+/// Largest damping of the controller, relative to the damping after a fault. This limit is less
+/// than half of the damping at which the device would begin to oscillate.
 const MOST_DAMPING: f64 = 3.0;
 /// Travel for the credit, m: a spring with the peak force over this travel can return half of force
 /// times travel.

@@ -47,7 +47,7 @@ pub enum Rearm {
     /// The user presses a button of the device or a key.
     #[default]
     ByPerson,
-    /// The device engages again as after any other fault. This is meant for tests.
+    /// The device engages again as after any other fault. This setting is meant for tests.
     Automatic,
 }
 
@@ -143,7 +143,7 @@ impl Machine {
         self.phase
     }
 
-    /// Returns the share of the wrench that is given, 0 to 1.
+    /// Returns the fraction of the wrench that is given, 0 to 1.
     pub(super) fn gain(&self) -> f64 {
         match self.phase {
             Phase::Engaged => 1.0,

@@ -8,8 +8,8 @@
 //!    change.
 //! 5. A sample time that runs backwards, or ahead of the loop.
 //!
-//! The gate only detects faults; the chain reacts to them. It is the only part of the chain that
-//! needs the device's clock.
+//! The gate only detects faults; the chain reacts to them. The gate is the only part of the
+//! chain that needs the device's clock.
 
 use palpus::algebra::Pose;
 

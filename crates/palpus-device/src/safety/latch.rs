@@ -1,8 +1,8 @@
 //! The latch: after repeated faults, the device gives no force until the user presses a button or
 //! key.
 //!
-//! A fault lasts from the loss of the force until the force may return. It counts once, however
-//! many ticks and causes it has.
+//! A fault lasts from the loss of the force until the force may return. A fault counts once,
+//! however many ticks and causes it has.
 
 use super::Rearm;
 

@@ -11,9 +11,9 @@
 //!    next and lasts at most [`LONGEST_HALF`].
 //! 2. *Explained by the hand*: motion is measured relative to the travel that explains a swing of
 //!    the whole peak ([`OWN_TRAVEL`], [`OWN_TURN`]). The hand explains a half cycle if the grip is
-//!    displaced far enough within the cycle (texture, stick-slip). It also explains it if the
-//!    grip's path is long enough and the wrench puts no energy into the grip (tremor against a
-//!    wall).
+//!    displaced far enough within the cycle (texture, stick-slip). The hand also explains a half
+//!    cycle if the grip's path is long enough and the wrench puts no energy into the grip (tremor
+//!    against a wall).
 //! 3. *Sustained*: a limit cycle needs [`HALF_CYCLES`] unexplained half cycles over [`LEAST_TIME`].
 //! 4. *Attenuation*: during a limit cycle the gain of the force, or of the torque, falls to
 //!    [`LEAST_GAIN`]. A gain has no phase; a filter would lag, and a lagging spring generates
@@ -30,7 +30,8 @@ use palpus::algebra::{Pose, Wrench, rotation_between};
 use super::SafetyLimits;
 use crate::acting::Acting;
 
-/// Share of the peak below which a swing is noise. Encoder steps in contact reach 0.01 of the peak.
+/// Fraction of the peak below which a swing is noise. Encoder steps in contact reach 0.01 of the
+/// peak.
 const LEAST_SWING: f64 = 0.025;
 /// Longest half cycle that is examined, s: half of the longest period (0.1 s), plus a fifth for
 /// asymmetric cycles.
@@ -41,7 +42,7 @@ const LONGEST_HALF: f64 = 0.06;
 const OWN_TRAVEL: f64 = 1e-3;
 /// Rotation of the grip that explains a swing of the whole peak, rad.
 const OWN_TURN: f64 = 0.04;
-/// Play, as a share of both thresholds above. Motion within it adds nothing to the path, so an
+/// Play, as a fraction of both thresholds above. Motion within it adds nothing to the path, so an
 /// encoder that alternates between two steps (0.03 mm) has no path.
 const PLAY: f64 = 0.05;
 /// Work in a cycle, relative to swing times path, above which the wrench drives the grip. A passive

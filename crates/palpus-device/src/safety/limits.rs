@@ -11,12 +11,12 @@ use crate::device::{DeviceSpec, known_devices};
 const FORCE_CEILING: f64 = 40.0;
 /// Largest accepted peak torque, N·m.
 const TORQUE_CEILING: f64 = 5.0;
-/// A smaller stated value counts as 0 (N, N·m, s, m or rad). It is far below what a hand can feel,
-/// and squares of much smaller numbers underflow.
+/// A smaller stated value counts as 0 (N, N·m, s, m or rad). This value is far below what a hand
+/// can feel, and squares of much smaller numbers underflow.
 const LEAST_STATED: f64 = 1e-9;
 /// Continuous force relative to the peak force if the maker does not state it. Stated pairs (N):
-/// Phantom Premium 1.5 1.4/8.5, Premium 3.0 3/22, Touch 0.88/3.3, Touch X 1.75/7.9. Their ratios
-/// are 0.14 to 0.27.
+/// Phantom Premium 1.5 1.4/8.5, Premium 3.0 3/22, Touch 0.88/3.3, Touch X 1.75/7.9. The ratios of
+/// these pairs are 0.14 to 0.27.
 const CONTINUOUS_SHARE: f64 = 0.2;
 /// Thermal time constant of the motor windings, s. Data sheets of motors of this size state tens of
 /// seconds.
@@ -56,26 +56,26 @@ const STALL_LONGEST: f64 = 50e-3;
 /// not trip the watchdog.
 const STALL_SHORTEST: f64 = 10e-3;
 const STALL_PERIODS: f64 = 5.0;
-/// Largest wrench at which the device engages, as a share of the peak.
+/// Largest wrench at which the device engages, as a fraction of the peak.
 const ENGAGE_SHARE: f64 = 0.1;
-/// Time from engagement to the full wrench, s. It is longer than a hand's reaction time (0.15 to
-/// 0.2 s).
+/// Time from engagement to the full wrench, s. The ramp is longer than a hand's reaction time (0.15
+/// to 0.2 s).
 const RAMP_TIME: f64 = 0.25;
 /// Time without a fault before the device may be engaged again, s.
 const HOLD_TIME: f64 = 0.25;
 /// Damping coefficient after a fault, divided by the peak force, s/m: the damping reaches
-/// [`REST_SHARE`] of the peak at 0.4 m/s. At 8.5 N it is 2.1 N·s/m. This is a tenth of the damping
-/// at which a light arm would begin to oscillate (0.1 kg, velocity filtered at 100 Hz, wrench two
-/// ticks late).
+/// [`REST_SHARE`] of the peak at 0.4 m/s. At 8.5 N the coefficient is 2.1 N·s/m, a tenth of the
+/// damping at which a light arm would begin to oscillate (0.1 kg, velocity filtered at 100 Hz,
+/// wrench two ticks late).
 const REST_DAMPING: f64 = 0.25;
 /// Angular damping coefficient after a fault, divided by the peak torque, s/rad: 9.4e-4 N·m·s/rad
 /// at 0.188 N·m.
 const REST_ANGULAR_DAMPING: f64 = 5e-3;
-/// Largest damping wrench after a fault, as a share of the peak.
+/// Largest damping wrench after a fault, as a fraction of the peak.
 const REST_SHARE: f64 = 0.1;
 /// Peak force times this travel, m, is the energy that the hand may receive before passivity acts.
-/// It is the energy of a slow oscillation of 1 mm at an eighth of the peak. Encoder steps (0.03 mm)
-/// stay far below.
+/// This energy equals the energy of a slow oscillation of 1 mm at an eighth of the peak. Encoder
+/// steps (0.03 mm) stay far below.
 const ALLOWED_TRAVEL: f64 = 0.5e-3;
 
 /// The thresholds of the safety chain. Callers can read them and set tighter ones.

@@ -1,7 +1,7 @@
 //! The safety chain limits each computed wrench before it reaches the hand, for every device and
 //! every source of the wrench.
 //!
-//! Its stages run in this order in every tick, and cannot be switched off:
+//! The stages run in this order in every tick, and cannot be switched off:
 //!
 //! | stage | condition | effect on the wrench |
 //! |---|---|---|
@@ -12,14 +12,14 @@
 //! | 5 slew | the wrench changes faster than the limit (N/s, N·m/s) | a part of the change |
 //! | 6 saturation | the wrench is beyond the device's peak | shorter, same direction |
 //! | 7 heat | the wrench was above the continuous rating for too long | shorter, same direction |
-//! | 8 engagement | the user has not enabled forces, or the ramp is not over | zero, or a share |
+//! | 8 engagement | the user has not enabled forces, or the ramp is not over | zero, or a part |
 //! | 9 watchdog | the loop is late or has stalled | zero; a fault |
 //!
 //! A fault removes the wrench in the tick in which it is detected. Then the chain only damps the
 //! grip, with at most a tenth of the peak, along the part of the reported velocity that the poses
-//! confirm. It does not damp while the motion itself is implausible. The force returns only through
-//! the engagement ([`Phase`]); after three faults in ten seconds the user must also press a button
-//! or key.
+//! confirm. The chain does not damp while the motion itself is implausible. The force returns only
+//! through the engagement ([`Phase`]); after three faults in ten seconds the user must also press a
+//! button or key.
 //!
 //! The commanded wrench never changes by more than the slew limit from one message to the next. So
 //! the peak falls to zero within 2 ms after a fault.
@@ -28,8 +28,8 @@
 //! quarter of a second.
 //!
 //! While a device withholds its force ([`DeviceState::withheld`]), the commanded wrench falls to
-//! zero. It then returns from zero within 50 ms; after a long time the device must be engaged
-//! again.
+//! zero. The wrench then returns from zero within 50 ms; after a long time the device must be
+//! engaged again.
 //!
 //! A wrench that no stage has to change is returned bit for bit.
 //!
@@ -107,7 +107,7 @@ pub struct SafetyChain {
     machine: Machine,
     motion: Motion,
     blend: Blend,
-    /// Share of the wrench that remains while it fades out at the end.
+    /// Fraction of the wrench that remains while it fades out at the end.
     fade: f64,
     withholding: Withholding,
     heat_force: Heat,
@@ -167,7 +167,8 @@ impl SafetyChain {
         self.machine.phase()
     }
 
-    /// Returns the share of the allowed heat that force or torque has used, the larger of the two.
+    /// Returns the fraction of the allowed heat that force or torque has used, the larger of the
+    /// two.
     pub fn heat(&self) -> f64 {
         self.heat_force.used().max(self.heat_torque.used())
     }
@@ -390,8 +391,8 @@ impl SafetyChain {
     }
 }
 
-/// Returns `to`, or the point at distance `most` from `from` on the way to `to`. The flag is true
-/// in the second case.
+/// Returns `to`, and false. If `to` is farther than `most` from `from`, returns the point at
+/// distance `most` on the way to `to`, and true.
 fn step_towards(from: DVec3, to: DVec3, most: f64) -> (DVec3, bool) {
     let way = to - from;
     // Scales first, since squares and differences of finite numbers may overflow.

@@ -1,9 +1,9 @@
 //! The watchdog: removes the device's force when the loop stops responding.
 //!
-//! The loop *beats* whenever it has written a wrench. It *rests* after a zero wrench, which may be
-//! held without limit. A separate thread calls [`Watch::check`]. If the last beat is older than the
-//! longest time for which a wrench may be held, the check applies the device's [`Brake`]. A
-//! loop that still runs then finds the brake applied, counts a fault, and releases the brake only
+//! The loop *beats* whenever it has written a wrench. The loop *rests* after a zero wrench, which
+//! may be held without limit. A separate thread calls [`Watch::check`]. If the last beat is older
+//! than the longest time for which a wrench may be held, the check applies the device's [`Brake`].
+//! A loop that still runs then finds the brake applied, counts a fault, and releases the brake only
 //! when the device is engaged again.
 
 use std::sync::Arc;

@@ -1,14 +1,14 @@
 //! The servo loop around one or several devices.
 //!
-//! In each tick, by default at 1 kHz, the loop does the following:
+//! In each tick, by default at 1 kHz, the loop takes these steps:
 //!
-//! 1. It waits for the tick's deadline in real time. In simulated time it does not wait.
-//! 2. It reads each device's state and passes it through the device's gate. An invalid state is
-//!    replaced by the last valid one, at rest.
-//! 3. It runs the step once, which returns a wrench for each device. A panic in the step is caught.
-//! 4. It passes each wrench through the safety chain of its device ([`crate::SafetyChain`]).
-//! 5. It writes the resulting wrenches to the devices and notifies their watchdogs.
-//! 6. It records times, energy, largest values and cuts, and passes the ticks to the observer.
+//! 1. Wait for the tick's deadline in real time. In simulated time the loop does not wait.
+//! 2. Read each device's state and pass it through the device's gate. An invalid state is replaced
+//!    by the last valid one, at rest.
+//! 3. Run the step once, which returns a wrench for each device. A panic in the step is caught.
+//! 4. Pass each wrench through the safety chain of its device ([`crate::SafetyChain`]).
+//! 5. Write the resulting wrenches to the devices and notify their watchdogs.
+//! 6. Record times, energy, largest values and cuts, and pass the ticks to the observer.
 //!
 //! **Several devices.** Each device has its own gate, safety chain, brake and watchdog. So a fault
 //! removes the force of one device only.
@@ -35,10 +35,10 @@
 //! It is a fault if more than a tenth of the ticks are late, or if the machine was suspended.
 //!
 //! **Pauses.** A program can pause a run through its [`RunControl`]. If the device's time advances
-//! only when it is read, the loop stops as well. It can then run single ticks, and later continues
-//! as if there had been no pause. Any other device is held by a person: the loop keeps running, and
-//! the chain removes the force until the user engages again. The run control also provides the
-//! program's keys, which count as buttons of the device.
+//! only when it is read, the loop stops as well. The loop can then run single ticks, and later
+//! continues as if there had been no pause. Any other device is held by a person: the loop keeps
+//! running, and the chain removes the force until the user engages again. The run control also
+//! provides the program's keys, which count as buttons of the device.
 //!
 //! **Replay.** The step always gets the nominal period, so the result of a run depends on its
 //! inputs and not on the scheduler, and can be replayed bit for bit. The result of the safety chain
@@ -138,8 +138,8 @@ pub struct ServoTick {
     pub overrun: bool,
 }
 
-/// Receives every tick of every device. It is called on the servo thread after all wrenches of a
-/// tick were written, so it must be fast and must not allocate.
+/// Receives every tick of every device. The loop calls it on the servo thread after all wrenches of
+/// a tick were written, so an observer must be fast and must not allocate.
 pub trait TickObserver<T = ()> {
     /// Receives a tick in which the step returned a result; `detail` is [`StepOutcome::detail`].
     fn observe(&mut self, tick: &ServoTick, detail: &T);

@@ -2,12 +2,12 @@
 //!
 //! The slew limit handles a single late tick, and the watchdog handles a stall. Neither covers a
 //! loop that is late in more than [`SHARE`] of its ticks: it renders from old states, so contacts
-//! oscillate. The share is taken over the last [`WINDOW`]; nothing is detected before that much
+//! oscillate. The fraction is taken over the last [`WINDOW`]; nothing is detected before that much
 //! time has passed.
 
 /// Length of the window, s.
 const WINDOW: f64 = 0.25;
-/// Largest share of late ticks in the window.
+/// Largest fraction of late ticks in the window.
 const SHARE: f64 = 0.1;
 /// Smallest number of late ticks that counts as persistent. One stall delays two ticks: its own and
 /// the next.

@@ -30,8 +30,8 @@ impl RunControl {
         self.paused.load(Ordering::Relaxed)
     }
 
-    /// Lets a paused run make `ticks` more ticks and pause again. This has no effect on a device
-    /// held by a person, since its loop keeps running.
+    /// Lets a paused run make `ticks` more ticks and pause again. The call has no effect on a
+    /// device that a person holds, since its loop keeps running.
     pub fn step(&self, ticks: u64) {
         if self.is_paused() {
             self.ticks.fetch_add(ticks, Ordering::Relaxed);
@@ -130,7 +130,8 @@ mod tests {
         SimulatedDevice::new(SimulationSettings { rate_hz: RATE_HZ, ..Default::default() }, path).unwrap()
     }
 
-    /// A device with the same simulated operator. It moves even when the loop does not read it.
+    /// A device with the same simulated operator. The device moves even when the loop does not
+    /// read it.
     struct Real<D>(D);
 
     impl<D: HapticDevice> HapticDevice for Real<D> {

@@ -229,7 +229,7 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
         self.line()?.damp(start, index, which)
     }
 
-    /// Marks the device as lost. Its tool stays at its last pose, at rest.
+    /// Marks the device as lost. The device's tool stays at its last pose, at rest.
     fn lose(&mut self, error: DeviceError, state: &mut DeviceState) {
         state.twist = Twist::default();
         self.end = Some(RunEnd::of(error));

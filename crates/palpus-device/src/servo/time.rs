@@ -9,8 +9,8 @@ use crate::safety::{Watch, watch_until_over};
 
 /// A clock by which the loop waits.
 pub trait LoopTime {
-    /// Returns the time since a fixed origin. It should never run backwards; the loop stays safe if
-    /// it does.
+    /// Returns the time since a fixed origin. The clock should never run backwards; if it does, the
+    /// loop stays safe.
     fn now(&self) -> Duration;
 
     /// Waits until `deadline`: sleeps until `spin` before it, then spins.
@@ -81,7 +81,7 @@ impl LoopTime for WallTime {
     }
 }
 
-/// A clock for fast tests of real time. It stands still until [`LoopTime::wait_until`] or
+/// A clock for fast tests of real time. The clock stands still until [`LoopTime::wait_until`] or
 /// [`VirtualTime::pass`] is called.
 #[derive(Clone, Debug, Default)]
 pub struct VirtualTime(Arc<Virtual>);

@@ -5,10 +5,10 @@
 //! order and is exact under a steady force.
 //!
 //! The order matters here: a first-order scheme shifts the phase of a held wrench by half a step.
-//! This changes the stiffness at which a sampled wall begins to oscillate. The scheme is stable for
-//! all dampers, and for all springs whose period is longer than π steps; [`Dynamics::new`] picks
-//! steps far shorter than that. Dry friction reduces the speed after each velocity step, at most to
-//! zero, so that the body stays at rest instead of chattering.
+//! The shift changes the stiffness at which a sampled wall begins to oscillate. The scheme is
+//! stable for all dampers, and for all springs whose period is longer than π steps;
+//! [`Dynamics::new`] picks steps far shorter than that. Dry friction reduces the speed after each
+//! velocity step, at most to zero, so that the body stays at rest instead of chattering.
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Twist, Wrench};

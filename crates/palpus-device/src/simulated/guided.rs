@@ -36,8 +36,8 @@ pub enum Guide {
 
 /// Angular frequency ω, 1/s: a tenth of the initial distance is left after 0.16 s.
 const FOLLOW: f64 = 25.0;
-/// Largest speeds, m/s and rad/s. They are brisk for a hand with a tool, and about a tenth of the
-/// speeds that the safety chain accepts.
+/// Largest speeds, m/s and rad/s. These speeds are brisk for a hand with a tool, and about a
+/// tenth of the speeds that the safety chain accepts.
 const FASTEST: f64 = 0.4;
 const FASTEST_TURN: f64 = 5.0;
 /// Distance from the script, m and rad, below which the script starts again.

@@ -17,7 +17,7 @@ pub struct Jitter {
     /// Smallest and largest standard deviation of the periods in a second, relative to the nominal
     /// period. Each second has its own value.
     pub scatter: [f64; 2],
-    /// Share of seconds with a late tick.
+    /// Fraction of seconds with a late tick.
     pub late_share: f64,
     /// Shortest and longest late period, in nominal periods.
     pub late: [f64; 2],

@@ -4,8 +4,8 @@
 //! velocity, as long as the cap is pushed.
 //!
 //! 1. Devices are found in the kernel's list of HID devices by vendor, product and kind (`hidraw`),
-//!    and read through `/dev/hidraw*`. This needs no driver and no library, only the permission to
-//!    read that file.
+//!    and read through `/dev/hidraw*`. Reading needs no driver and no library, only the permission
+//!    to read that file.
 //! 2. Each read of the loop takes the reports that have arrived (`report`), without waiting.
 //! 3. Small deflections count as zero. Beyond them the speed rises linearly to its maximum at full
 //!    deflection.
@@ -37,8 +37,8 @@ pub(crate) use look::look;
 const FASTEST: f64 = 0.12;
 /// Largest rotation speed, rad/s, at full deflection: about a quarter turn per second.
 const FASTEST_TURN: f64 = 1.6;
-/// Share of the full deflection that counts as zero. A cap at rest reports up to a twentieth, and a
-/// push along one axis also shows on others.
+/// Fraction of the full deflection that counts as zero. A cap at rest reports up to a twentieth,
+/// and a push along one axis also shows on others.
 const DEAD_ZONE: f64 = 0.08;
 /// Without a report for this time, the cap counts as released.
 const SILENCE: Duration = Duration::from_millis(250);
@@ -111,8 +111,8 @@ impl SpaceMouse {
         Err(SpaceMouseError::NotHere)
     }
 
-    /// Returns a device that reads its reports from `source`, one report per read. This is for
-    /// other systems and sources than Linux's hidraw.
+    /// Returns a device that reads its reports from `source`, one report per read. Use this
+    /// function for other systems and sources than Linux's hidraw.
     ///
     /// A read must not wait: without a report it must fail with [`ErrorKind::WouldBlock`]. Any
     /// other error, and an end of the source, means that the device is lost.

@@ -18,9 +18,9 @@ const FULL: f64 = 350.0;
 /// Deflection of the cap, and pressed buttons.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Cap {
-    /// Translation as shares of the full deflection, in the axes of palpus.
+    /// Translation as fractions of the full deflection, in the axes of palpus.
     pub(super) push: DVec3,
-    /// Rotation as shares of the full deflection, in the axes of palpus.
+    /// Rotation as fractions of the full deflection, in the axes of palpus.
     pub(super) turn: DVec3,
     /// Pressed buttons, one bit each.
     pub(super) buttons: u32,
@@ -56,7 +56,7 @@ impl Cap {
     }
 }
 
-/// Converts three numbers to shares of the full deflection, in the axes of palpus.
+/// Converts three numbers to fractions of the full deflection, in the axes of palpus.
 fn three(bytes: &[u8]) -> DVec3 {
     let share = |k: usize| (f64::from(i16::from_le_bytes([bytes[2 * k], bytes[2 * k + 1]])) / FULL).clamp(-1.0, 1.0);
     DVec3::new(share(0), -share(1), -share(2))

@@ -215,7 +215,7 @@ impl Dhd {
         self.rate.map(|function| unsafe { function(id as c_char) })
     }
 
-    /// Sets limits in the library, N and N·m. Returns true if it accepts the force limit.
+    /// Sets limits in the library, N and N·m. Returns true if the library accepts the force limit.
     pub(crate) fn set_most(&self, force: f64, torque: f64, id: i8) -> bool {
         let set = |most: Option<unsafe extern "C" fn(f64, c_char) -> c_int>, value: f64| {
             // SAFETY: all arguments are passed by value.

@@ -1,8 +1,8 @@
 //! The functions of 3D Systems' HDAPI that palpus calls, and the callback from its thread.
 //!
-//! The library runs a thread a thousand times per second. It calls [`Servant::serve`] in that
-//! thread, through a function that catches every panic. Unwinding into C code would end the process
-//! while the force is on.
+//! The library runs a thread a thousand times per second. This thread calls [`Servant::serve`],
+//! through a function that catches every panic. Unwinding into C code would end the process while
+//! the force is on.
 
 use std::ffi::{CString, c_char, c_int, c_uint, c_ulong, c_ushort, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -1,4 +1,4 @@
-//! Bindings to the makers' libraries. This is the only folder with `unsafe`.
+//! Bindings to the makers' libraries. No other folder of this crate has `unsafe`.
 //!
 //! A library is loaded, and every function that is needed is looked up once. Each function gets a
 //! safe method, whose `SAFETY` comment says why the call is sound. The declarations are written by

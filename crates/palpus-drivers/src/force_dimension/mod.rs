@@ -7,8 +7,8 @@
 //!    [`VELOCITY_WINDOW_MS`] instead of its default of 20 ms. Velocities that the library does not
 //!    have are estimated here. If it returns the previous sample again (time guard, code 1), the
 //!    sample keeps its time.
-//! 3. A write sets the whole wrench in one call. Saturated motors (code 2) are counted. They are
-//!    normal and not an error.
+//! 3. A write sets the whole wrench in one call. Saturated motors (code 2) are counted.
+//!    Saturation is normal and not an error.
 //! 4. The brake switches the motors off. This short-circuits them, so they damp. The brake never
 //!    waits for a call that hangs; in that case the device's watchdog acts.
 //! 5. The program switches the force on again only if this program or the device's watchdog has
@@ -38,8 +38,8 @@ use crate::ffi::dhd::Dhd;
 use crate::library::{Known, Place};
 use switch::{Shared, State, Switched, cause, status};
 
-/// Timeout of the device's watchdog. It is longer than the timeout of the loop's watchdog at 12 N,
-/// so the device's watchdog acts second.
+/// Timeout of the device's watchdog. The timeout is longer than the timeout of the loop's watchdog
+/// at 12 N, so the device's watchdog acts second.
 const WATCHDOG: Duration = Duration::from_millis(20);
 /// The same timeout in the device's intervals of 125 µs.
 const WATCHDOG_STEPS: u8 = 160;
@@ -112,7 +112,7 @@ pub struct ForceDimension {
 }
 
 impl ForceDimension {
-    /// Opens a device. It applies no force before the first write.
+    /// Opens a device. The device applies no force before the first write.
     ///
     /// # Errors
     /// Fails if there is no library, or no device that can apply a force. The error says how to fix

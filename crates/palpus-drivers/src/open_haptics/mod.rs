@@ -14,9 +14,9 @@
 //!    the state is marked as withheld, and the loop increases the force from zero afterwards.
 //! 4. The brake is a flag that the thread checks in every turn. While it is set, the thread applies
 //!    damping.
-//! 5. Force errors (too much, too fast, warm motors) are counted. They end the run only if they
-//!    persist. All other errors end it at once. However the run ends, the thread's last wrench is
-//!    zero.
+//! 5. Force errors (too much, too fast, warm motors) are counted. Force errors end the run only
+//!    if they persist. All other errors end the run at once. However the run ends, the thread's
+//!    last wrench is zero.
 //! 6. The driver's protections are switched on: the clamp of the force, and the limits of force, of
 //!    the change of force and of velocity. An outdated calibration is updated. If that fails, the
 //!    device is rejected.

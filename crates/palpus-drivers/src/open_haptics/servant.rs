@@ -30,11 +30,11 @@ use super::{ERRORS_AT_A_TIME, ForceErrors, MILLI, errors, number};
 use crate::axes::Axes;
 use crate::ffi::hd::{Hd, Servant};
 
-/// Maximum age of a wrench that is applied, s. This is four late ticks of a loop at 1 kHz. In that
-/// time the largest force of a Touch moves a light hand by 0.2 mm.
+/// Maximum age of a wrench that is applied, s. The limit allows four late ticks of a loop at 1 kHz.
+/// In that time the largest force of a Touch moves a light hand by 0.2 mm.
 pub(super) const STALE: f64 = 5e-3;
-/// Cutoff frequency of the angular velocity, Hz. It is estimated here because HDAPI's angular
-/// velocity is not documented well enough.
+/// Cutoff frequency of the angular velocity, Hz. The angular velocity is estimated here because
+/// HDAPI's angular velocity is not documented well enough.
 const TURN_CUTOFF_HZ: f64 = 50.0;
 /// Shortest time between turns from which a velocity is computed, s.
 const SHORTEST_TURN: f64 = 0.1e-3;
@@ -231,7 +231,7 @@ impl Touch {
             self.given = false;
             return self.damping(&state.twist);
         }
-        // This also rejects NaN.
+        // The comparison also rejects NaN.
         let is_fresh = state.time - time <= STALE;
         if !is_fresh {
             self.shared.stale.fetch_add(1, Ordering::Relaxed);

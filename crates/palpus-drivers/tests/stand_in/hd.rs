@@ -1,5 +1,5 @@
-// A stand-in for OpenHaptics' libHD. It exports the same names, and has a thread that calls back a
-// thousand times per second.
+// A stand-in for OpenHaptics' libHD. The stand-in exports the same names, and has a thread that
+// calls back a thousand times per second.
 
 #![allow(non_snake_case)]
 

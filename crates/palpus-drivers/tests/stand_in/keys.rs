@@ -1,5 +1,5 @@
-// Numbers that the tests and a stand-in library exchange, with their indices. Both include this
-// file.
+// Numbers that the tests and a stand-in library exchange, with their indices. The tests and the
+// library include this file.
 
 pub const SLOTS: usize = 96;
 

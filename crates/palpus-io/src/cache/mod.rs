@@ -238,8 +238,8 @@ fn write(path: &Path, key: &BodyKey, body: &Body) -> io::Result<()> {
 struct Kept {
     file: Mutex<File>,
     batches: Vec<Entry>,
-    /// Buffers for batches. They are reused, because allocating a buffer takes longer than reading
-    /// a batch.
+    /// Buffers for batches. The buffers are reused, because allocating a buffer takes longer than
+    /// reading a batch.
     spare: Mutex<Vec<Vec<u8>>>,
 }
 

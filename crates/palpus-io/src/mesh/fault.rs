@@ -15,7 +15,7 @@ pub struct MeshFileError {
     pub file: String,
     /// Location in the file.
     pub place: Place,
-    /// The problem. It is already part of the displayed message and therefore not a `source`.
+    /// The problem. The displayed message already contains the problem, so it is not a `source`.
     pub problem: Box<MeshProblem>,
 }
 

@@ -103,8 +103,8 @@ pub(super) struct HeaderError {
 
 impl RecordingHeader {
     /// Returns true if the recorded device poses are poses of the grip, as devices report them. In
-    /// format 1 they are poses of the origin of the probe's mesh. Both are equal only if the grip
-    /// is at that origin.
+    /// format 1 they are poses of the origin of the probe's mesh. Both poses are equal only if the
+    /// grip is at that origin.
     pub fn has_grip_poses(&self) -> bool {
         self.format >= 2 || self.scene.render.grip_a == DVec3::ZERO
     }

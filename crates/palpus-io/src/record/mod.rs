@@ -30,10 +30,10 @@
 //! | `tool_tx` … `tool_qw` | pose of the rendered probe's mesh in the world, m and quaternion |
 //! | `utc_ns` … `raw_linear_z` | timing and phase of the loop: see [`ServoRecord`] |
 //!
-//! **Versions.** Version 2 ends with `tool_qw`. Version 1 ends with `faults`, and its device pose
-//! is the pose of the origin of the probe's mesh instead of the grip
-//! ([`RecordingHeader::has_grip_poses`]). Both versions are read, and are written again in the same
-//! version.
+//! **Versions.** Version 2 ends with `tool_qw`. Version 1 ends with `faults`, and its device
+//! pose is the pose of the origin of the probe's mesh instead of the grip
+//! ([`RecordingHeader::has_grip_poses`]). palpus reads both versions, and writes a recording again
+//! in the version in which it was read.
 //!
 //! A program that is killed loses the rows that [`RecordingWriter`] has not yet written: less than
 //! a second. In every format, the file of an interrupted run is complete up to that point. A

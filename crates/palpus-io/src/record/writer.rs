@@ -107,9 +107,9 @@ impl<W: Write + Seek> RecordingWriter<W> {
         Ok(writer)
     }
 
-    /// Records new settings of the engine from tick `tick` on. They are written before the first
-    /// row of that tick or a later one; without such a row they are not written. If there are
-    /// several changes before the same tick, only the last is written.
+    /// Records new settings of the engine from tick `tick` on. The settings are written before the
+    /// first row of that tick or of a later tick; without such a row the settings are not written.
+    /// If there are several changes before the same tick, only the last is written.
     pub fn change(&mut self, tick: u64, settings: &Settings) {
         self.pending.add(tick, settings);
     }

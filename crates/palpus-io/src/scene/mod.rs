@@ -161,13 +161,14 @@ pub struct SceneObject {
 /// How an object moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ObjectMotion {
-    /// It does not move.
+    /// The object does not move.
     Fixed,
-    /// It moves with this velocity of the origin of its frame (m/s, rad/s) and ignores contact.
+    /// The object moves with this velocity of the origin of its frame (m/s, rad/s) and ignores
+    /// contact.
     Driven(Twist),
-    /// It moves by gravity, contact and friction; density in kg/m³.
+    /// The object moves by gravity, contact and friction; density in kg/m³.
     FreeOfDensity(f64),
-    /// It moves by gravity, contact and friction; mass in kg.
+    /// The object moves by gravity, contact and friction; mass in kg.
     FreeOfMass(f64),
 }
 

@@ -22,7 +22,7 @@ use super::{FilePolicy, ObjectMotion, SceneBody, SceneError, SceneFile, read_sce
 use crate::cache::{BodyCache, prepared};
 use crate::mesh::{MeshFileError, read_mesh};
 
-/// The world of a scene. Its frame is the frame of the scene, in metres.
+/// The world of a scene. The frame of the world is the frame of the scene, in metres.
 pub struct SceneWorld {
     /// The world, which contains all bodies.
     pub world: World,

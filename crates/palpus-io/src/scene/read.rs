@@ -21,8 +21,8 @@ use crate::one_line::one_line;
 
 /// Size of the largest scene file that is read, in bytes.
 const MAX_BYTES: u64 = 1 << 20;
-/// Default crease angle. It is larger than the bends of a coarse round mesh and smaller than the
-/// bends of a box.
+/// Default crease angle. The angle is larger than the bends of a coarse round mesh and smaller than
+/// the bends of a box.
 const CREASE_ANGLE_DEGREES: f64 = 40.0;
 /// Default limit of the rotation of a force by shading.
 const SHADING_LIMIT_DEGREES: f64 = 45.0;
@@ -398,8 +398,8 @@ fn resolve(section: &Section<'_>, named: &str, span: &Range<usize>, files: Files
         return Err(section.error_at(span, "a file name is expected here, without control characters"));
     }
     let relative = Path::new(named);
-    // A backslash separates folders only on Windows. It is rejected on all systems, so that a scene
-    // has the same meaning everywhere.
+    // A backslash separates folders only on Windows. Backslashes are rejected on all systems,
+    // so that a scene has the same meaning everywhere.
     let stays = relative.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
     let stays = stays && !named.contains('\\') && !has_drive(named);
     if files.policy == FilePolicy::Inside && !stays {

@@ -1,10 +1,10 @@
-//! A small solid, written in every format by code that shares nothing with the readers.
+//! A small solid in every format, written by code that has nothing in common with the readers.
 
 use data_encoding::BASE64;
 use glam::DVec3;
 use palpus::body::PolygonSoup;
 
-/// Returns a triangular prism of two triangles and three quadrilaterals. Its coordinates are exact
+/// Returns a triangular prism of two triangles and three quadrilaterals. The coordinates are exact
 /// in f32.
 pub(crate) fn prism() -> PolygonSoup {
     let mut soup = PolygonSoup::new();

@@ -39,7 +39,7 @@ impl Hostile {
             0 => self.set(&Frame { nonce: nonce_but(self.session), ..good }),
             1 => self.set(&Frame { sequence: sent, ..good }),
             2 => {
-                // One bit is wrong.
+                // One bit of the frame is flipped.
                 self.set(&good);
                 let bit = self.random.below(8 * self.bytes.len());
                 self.bytes[bit / 8] ^= 1 << (bit % 8);

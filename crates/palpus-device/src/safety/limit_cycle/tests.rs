@@ -68,7 +68,7 @@ fn cycles_of_any_period_are_attenuated() {
                 let gain = answer.force.length() / computed.force.length();
                 let of_torque = answer.torque.length() / computed.torque.length();
                 let (touched, other) = if turns { (of_torque, gain) } else { (gain, of_torque) };
-                assert!((other - 1.0).abs() < 1e-12, "period {period}: the other kind must stay unchanged");
+                assert!((other - 1.0).abs() < 1e-12, "period {period}: the gain of the other kind must stay 1");
                 assert!((0.1 - 1e-12..=1.0 + 1e-12).contains(&touched) && (k == 0 || touched <= last + 1e-12));
                 last = touched;
             }

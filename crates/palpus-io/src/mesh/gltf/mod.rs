@@ -18,9 +18,9 @@
 //! states the unit, as for all other formats.
 //!
 //! We use `serde_json` and not the crate `gltf`. That crate subtracts 12 from the stated length of
-//! a GLB file without a check, which panics in debug builds. It calls `unwrap` in many places,
-//! although its validation does not check the bytes of accessors. It computes the transforms of
-//! nodes in f32. We need only a small part of the format.
+//! a GLB file without a check, which panics in debug builds. The crate calls `unwrap` in many
+//! places, although its validation does not check the bytes of accessors. The crate also computes
+//! the transforms of nodes in f32. We need only a small part of the format.
 
 mod accessor;
 mod document;
@@ -162,7 +162,8 @@ impl Reading<'_> {
         Ok(base)
     }
 
-    /// Appends the triangles of a primitive. Its vertex 0 is vertex `base` of the soup.
+    /// Appends the triangles of a primitive. Vertex 0 of the primitive is vertex `base` of the
+    /// soup.
     fn primitive(
         &mut self,
         primitive: &Primitive,

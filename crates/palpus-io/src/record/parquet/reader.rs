@@ -165,7 +165,7 @@ fn read_column<'a>(column: &Column, chunk: &'a [u8], rows: usize) -> Option<Valu
     }
 }
 
-/// Removes the definition levels from a page. They are packed bits that say which rows have a
+/// Removes the definition levels from a page. The levels are packed bits that say which rows have a
 /// value.
 fn levels(page: &mut &[u8], rows: usize) -> Option<Vec<bool>> {
     let (length, rest) = page.split_first_chunk()?;
