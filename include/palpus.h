@@ -153,7 +153,7 @@ typedef struct {
  */
 typedef struct {
     /**
-     * Contacts have a separation below this, m. 0 finds overlaps only.
+     * Contacts have a separation below the tolerance, m. 0 finds overlaps only.
      */
     double tolerance;
     /**
@@ -162,7 +162,8 @@ typedef struct {
      */
     uint64_t capacity;
     /**
-     * 1: the depth of each pair of pieces is proven to be the least. 0: it is a local minimum.
+     * 1: the depth of each pair of pieces is proven to be the smallest. 0: the depth is a local
+ * minimum.
      */
     uint32_t prove;
     /**
@@ -247,7 +248,7 @@ typedef struct {
 } palpus_depth_settings;
 
 /**
- * The penetration depth of a body a in a body b. Only one thread may use it at a time.
+ * The penetration depth of a body a in a body b. Only one thread may use a depth at a time.
  */
 typedef struct {
     /**
@@ -261,7 +262,7 @@ typedef struct {
  */
 typedef struct {
     /**
-     * No shorter translation separates the bodies, m. 0 if they are already separate.
+     * No shorter translation separates the bodies, m. 0 if the bodies are already separate.
      */
     double lower;
     /**
@@ -351,7 +352,7 @@ typedef struct {
 } palpus_friction;
 
 /**
- * How a material vibrates when it is hit: a decaying vibration.
+ * A decaying vibration that a material makes when it is hit.
  */
 typedef struct {
     /**
@@ -481,7 +482,7 @@ typedef struct {
 } palpus_world;
 
 /**
- * An object in a world, or the body of a tool. Other worlds reject it with an error.
+ * An object in a world, or the body of a tool. Other worlds reject the handle with an error.
  */
 typedef struct {
     /**
@@ -523,7 +524,7 @@ typedef struct {
      */
     palpus_pose pose;
     /**
-     * Velocity of the grip, in the world's axes. Only dampers use it.
+     * Velocity of the grip, in the world's axes. Only dampers use the velocity.
      */
     palpus_twist twist;
 } palpus_probe;
@@ -559,8 +560,8 @@ typedef struct {
      */
     palpus_wrench computed;
     /**
-     * Pose of the tool's frame in the world at which contacts were found. With a coupling, this
-     * differs from the device's pose.
+     * Pose of the tool's frame in the world at which contacts were found. With a coupling, the
+     * tool's pose differs from the device's pose.
      */
     palpus_pose tool;
     /**
@@ -573,7 +574,7 @@ typedef struct {
     uint64_t work;
     /**
      * The pairs that the step skipped to stay within its work limit are at least this far apart,
-     * m. Infinite if it skipped none.
+     * m. Infinite if the step skipped no pair.
      */
     double unseen_separation;
     /**

@@ -11,7 +11,7 @@ use crate::pointer::{In, Out};
 use crate::result::{Fault, entry, palpus_result};
 use crate::value::palpus_pose;
 
-/// The penetration depth of a body a in a body b. Only one thread may use it at a time.
+/// The penetration depth of a body a in a body b. Only one thread may use a depth at a time.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct palpus_depth {
@@ -35,7 +35,7 @@ pub struct palpus_depth_settings {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct palpus_depth_bounds {
-    /// No shorter translation separates the bodies, m. 0 if they are already separate.
+    /// No shorter translation separates the bodies, m. 0 if the bodies are already separate.
     pub lower: f64,
     /// The length of `translation`, m.
     pub upper: f64,

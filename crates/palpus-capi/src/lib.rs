@@ -8,7 +8,7 @@
 //! * [`result`] — each function returns a code. The text of the thread's last error is stored
 //!   separately. A panic also becomes a code.
 //! * [`mod@pointer`] — checks the pointers from C as far as possible, then copies the values. No
-//!   other file reads or writes through them.
+//!   other file reads or writes through pointers.
 //!
 //! # Safety
 //!

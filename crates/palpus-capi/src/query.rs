@@ -24,12 +24,13 @@ pub struct palpus_query {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct palpus_query_settings {
-    /// Contacts have a separation below this, m. 0 finds overlaps only.
+    /// Contacts have a separation below the tolerance, m. 0 finds overlaps only.
     pub tolerance: f64,
     /// Maximum number of contacts of one query, 1 to 1048576. If there are more, the deepest are
     /// kept.
     pub capacity: u64,
-    /// 1: the depth of each pair of pieces is proven to be the least. 0: it is a local minimum.
+    /// 1: the depth of each pair of pieces is proven to be the smallest. 0: the depth is a local
+    /// minimum.
     pub prove: u32,
     /// Flush pieces give contacts at the corners of their overlap, for tilts up to this angle (rad,
     /// 0 to 1). 0: one exact contact for each pair of pieces.

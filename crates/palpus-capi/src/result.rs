@@ -111,8 +111,8 @@ mod tests {
     use super::*;
 
     fn last() -> &'static str {
-        // SAFETY: the text ends with a zero and lives as long as the thread. The thread reads it
-        // before its next error.
+        // SAFETY: the text ends with a zero and lives as long as the thread. The thread reads the
+        // text before its next error.
         unsafe { CStr::from_ptr(palpus_last_error()) }.to_str().unwrap()
     }
 

@@ -58,7 +58,7 @@ pub struct palpus_friction {
     pub tangential_stiffness: f64,
 }
 
-/// How a material vibrates when it is hit: a decaying vibration.
+/// A decaying vibration that a material makes when it is hit.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct palpus_material {

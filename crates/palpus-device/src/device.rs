@@ -186,7 +186,7 @@ pub struct Axes {
     pub translation: u8,
     /// Rotational axes, 0 to 3.
     pub rotation: u8,
-    /// Grippers, 0 or 1. Palpus does not drive them.
+    /// Grippers, 0 or 1. Palpus does not drive grippers.
     pub gripper: u8,
 }
 

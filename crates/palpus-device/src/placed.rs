@@ -1,8 +1,8 @@
 //! A device whose workspace is moved to the start of a scene.
 //!
 //! A device has its own origin, somewhere in its arm, and starts with any orientation of the grip.
-//! So this device maps the first valid grip pose to the start pose of the scene: it adds a constant
-//! shift to each position and applies a constant rotation in the grip's own frame. The axes of the
+//! So this device maps the first valid grip pose to the start pose of the scene. It adds a constant
+//! shift to each position, and applies a constant rotation in the grip's own frame. The axes of the
 //! device are the axes of the scene. Velocities and wrenches refer to the grip's origin in these
 //! axes, so they are not changed.
 

@@ -23,8 +23,8 @@ pub trait Sink<R>: Send + 'static {
     /// Writes a row.
     fn write(&mut self, row: &R) -> io::Result<()>;
 
-    /// Lets the sink write rows that it has buffered. The writer thread calls this every few
-    /// milliseconds while there is no new row.
+    /// Lets the sink write its buffered rows. The writer thread calls this every few milliseconds
+    /// while there is no new row.
     fn idle(&mut self) -> io::Result<()> {
         Ok(())
     }

@@ -41,8 +41,8 @@ pub struct SelfTest {
     pub brake: bool,
     /// Time after which the loop's watchdog applies the brake; `None` without a brake.
     pub watchdog: Option<Duration>,
-    /// Time after which the device's own watchdog removes the force; `None` if it was not tested or
-    /// cannot be queried.
+    /// Time after which the device's own watchdog removes the force; `None` if this watchdog was
+    /// not tested or cannot be queried.
     pub own_watchdog: Option<Duration>,
     /// The device gives no force now, so its own watchdog was not tested.
     pub withheld: bool,

@@ -4,7 +4,8 @@
 //! wrench that acts when a step is sensed is therefore not the wrench under which the grip moved.
 //! Force times step is wrong by half the stiffness times the squared step, always with the same
 //! sign: 0.45 µJ per step of 0.03 mm at 1 kN/m. In seconds of sliding this adds up to some 100 µJ,
-//! while the true work is negative. So in each tick, for each of the six axes:
+//! while the true work is negative. The work is therefore computed in these steps in each tick, for
+//! each of the six axes:
 //!
 //! 1. *Travel* is the sensed motion whose work has not been counted yet. When a step is sensed, the
 //!    grip is near the border between two steps: half a step short of the sensed position, plus
@@ -97,7 +98,7 @@ impl SensedWork {
     }
 }
 
-/// Counts the work along three axes; returns it in J.
+/// Counts the work along three axes and returns it, J.
 fn count(axes: &mut [Axis; 3], moved: DVec3, load: DVec3, elapsed: f64, step: f64) -> f64 {
     // Ignores a non-finite jump.
     if !(moved.is_finite() && load.is_finite() && elapsed.is_finite()) {

@@ -1,6 +1,6 @@
 //! Thousands of seeded sequences of faults run through the whole loop in virtual time. The hand
-//! must be safe in all of them.
-//! For every sequence the commanded wrench must satisfy these conditions:
+//! must be safe in all sequences. For every sequence the commanded wrench must satisfy these
+//! conditions:
 //! 1. The wrench is finite and within the plausible peak of the device, whatever the device states.
 //! 2. The wrench changes by at most the slew limit from message to message, even at a fault or when
 //!    a force is withheld.

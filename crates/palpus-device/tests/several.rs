@@ -1,5 +1,5 @@
-//! Tests of one loop around several devices. Without faults each device behaves as in its own loop.
-//! A fault of one device removes the force of this device only.
+//! Tests of one loop around several devices. Without faults, each device behaves as in a loop of
+//! its own. A fault of one device removes the force of this device only.
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -241,7 +241,7 @@ fn faults_of_one_device_do_not_affect_the_other() {
     }
 }
 
-/// Blocks above a table. The simulated operators press them against each other.
+/// Blocks above a table. The simulated operators press the blocks against each other.
 struct Blocks {
     world: World,
     tools: Vec<ToolId>,

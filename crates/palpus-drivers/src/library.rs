@@ -59,7 +59,8 @@ impl Known {
                 mend: "give the path of the library file".to_owned(),
             });
         }
-        // The loader would search its own folders for a bare name. An absolute path avoids that.
+        // The loader would search its own folders for a bare name. An absolute path avoids this
+        // search.
         let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
         ffi::load(&absolute).map_err(|why| self.broken(path, why))
     }

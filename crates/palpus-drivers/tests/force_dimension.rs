@@ -282,7 +282,7 @@ fn force_switched_off_by_a_person_stays_off() {
         brake.release();
         assert!(!ticks(&mut device, |state| !state.withheld));
         assert_eq!((stand_in.get(OVERRIDDEN), stand_in.three(FORCE)), (0.0, [0.0; 3]), "cause {by}");
-        // The person switches it on.
+        // The person switches the force on.
         stand_in.set(SWITCHED_OFF, 0.0).set(ENABLED, 1.0);
         assert!(ticks(&mut device, |state| !state.withheld));
         assert!(ticks(&mut device, |_| stand_in.three(FORCE) != [0.0; 3]));

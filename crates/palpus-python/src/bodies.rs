@@ -240,7 +240,7 @@ impl Body {
         &self.body
     }
 
-    /// Returns the convex cells of the body's inside. Computes them at the first call.
+    /// Returns the convex cells of the body's inside. The first call computes the cells.
     pub(crate) fn interior(&self, workers: &dyn Workers) -> &Interior {
         self.interior.get_or_init(|| Interior::new(&self.body, workers, &mut |_| ()))
     }

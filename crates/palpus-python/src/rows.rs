@@ -80,8 +80,8 @@ macro_rules! layout {
             }
         }
 
-        // SAFETY: all fields are plain numbers, listed with their types and offsets. All of them
-        // lie within the row.
+        // SAFETY: all fields are plain numbers, listed with their types and offsets. All fields lie
+        // within the row.
         unsafe impl Element for $row {
             const IS_COPY: bool = true;
 

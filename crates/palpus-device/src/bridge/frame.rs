@@ -1,5 +1,5 @@
 //! The frames of the bridge protocol: fixed sizes, little-endian, no padding. `docs/bridge.md`
-//! specifies them.
+//! specifies the frames.
 //!
 //! [`decode`] accepts any bytes as input. The function allocates only for the texts of
 //! [`Body::Welcome`] and [`Body::Close`]. A frame is returned only if the whole frame follows the

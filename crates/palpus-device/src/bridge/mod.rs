@@ -15,8 +15,8 @@
 //!    says how long after that state, by the device's clock, its wrench stays valid. After this
 //!    time the driver goes to zero by itself, whatever has happened to palpus. The driver stays at
 //!    zero until a command is based on a later state.
-//! 4. A state is `withheld` in these cases: the driver says so, no newer state has arrived for 5
-//!    ms, or the thread has ended a wrench because the loop did not write.
+//! 4. A state is `withheld` if the driver says so, or if no newer state has arrived for 5 ms. It is
+//!    also withheld if the thread has ended a wrench because the loop did not write.
 //! 5. The device is lost if no state arrives for a quarter of a second, if the connection or the
 //!    session is closed, or if the driver applies a force although zero was commanded. palpus does
 //!    not reconnect by itself, since the force would return unexpectedly.
@@ -151,8 +151,8 @@ impl BridgeDevice {
     /// Connects to the driver and begins a session. Takes at most about two seconds.
     ///
     /// # Errors
-    /// Fails if there is no driver, or if its device cannot be used. Each error says how to fix
-    /// it.
+    /// Fails if there is no driver, or if its device cannot be used. Each error says how to fix the
+    /// problem.
     pub fn open(options: &BridgeOptions) -> Result<Self, BridgeError> {
         let address = &options.address;
         let (session, welcome) = Session::open(address, USUAL_RATE)?;
@@ -265,7 +265,8 @@ impl HapticDevice for BridgeDevice {
             return Err(DeviceError::Refused(Cow::Borrowed("it is not finite")));
         }
         self.alive()?;
-        // Takes the number before it checks the brake's flag; `BridgeBrake` relies on this order.
+        // The write takes the number before it checks the brake's flag; `BridgeBrake` relies on
+        // this order.
         let sequence = self.shared.session.next();
         // A wrench that was computed before the loop saw the interruption must not bring the old
         // force back.

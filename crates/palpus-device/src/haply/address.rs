@@ -47,7 +47,8 @@ impl Address {
     }
 }
 
-/// Splits `HOST`, `HOST:PORT`, `[V6]` or `[V6]:PORT` into host and port; `None` if it is malformed.
+/// Splits `HOST`, `HOST:PORT`, `[V6]` or `[V6]:PORT` into host and port; `None` if the text is
+/// malformed.
 fn split_port(authority: &str) -> Option<(&str, u16)> {
     if let Some(rest) = authority.strip_prefix('[') {
         let (host, rest) = rest.split_once(']')?;

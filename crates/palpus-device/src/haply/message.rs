@@ -18,7 +18,7 @@ use serde_json::Value;
 
 use super::version::Spelling;
 
-/// Names of the arrays that contain grips. A grip may be in two of them.
+/// Names of the arrays that contain grips. A grip may be in two of these arrays.
 const GRIPS: [&str; 3] = ["custom_verse_grip", "wireless_verse_grip", "verse_grip"];
 
 /// Names of buttons. The position in this list is the bit of the button.
@@ -39,7 +39,7 @@ pub struct Arm {
     pub id: String,
     /// Model of the arm.
     pub kind: ArmKind,
-    /// The reason why the arm cannot be used; `None` if it can.
+    /// The reason why the arm cannot be used; `None` if the arm can be used.
     pub trouble: Option<&'static str>,
     /// True if a session uses the arm. Before palpus has sent its first message, this is another
     /// program's session.

@@ -1,9 +1,9 @@
 //! Haply Inverse3, Inverse3x and Minverse with a VerseGrip, through the Inverse Service.
 //!
 //! The Inverse Service is the maker's program on the user's machine. The service exchanges JSON
-//! messages over a WebSocket. After a connection it lists its devices; then it answers every
-//! message with exactly one state, so the client sets the pace. palpus sends only forces that are
-//! based on the newest states:
+//! messages over a WebSocket. After a connection, the service lists its devices. Then it answers
+//! every message with exactly one state, so the client sets the pace. palpus sends only
+//! forces that are based on the newest states:
 //!
 //! 1. [`HaplyDevice::open`] connects (to loopback addresses only, by default), requests the
 //!    service's version, selects arm and grip, and exchanges one message with zero force.

@@ -24,7 +24,8 @@ use crate::device::{Axes, DeviceSpec, DeviceState, known_devices};
 const FIRST_ANSWER: Duration = Duration::from_secs(1);
 /// Time between two messages while waiting for the grip's orientation.
 const ASK_AGAIN: Duration = Duration::from_millis(10);
-/// Assumed delay of service, cable and firmware, s: one USB frame. The maker does not document it.
+/// Assumed delay of service, cable and firmware, s: one USB frame. The maker does not document this
+/// delay.
 const ASSUMED_DELAY: f64 = 1e-3;
 /// Force limit of arms whose limit is unknown, N.
 const CAUTIOUS_FORCE: f64 = 3.0;

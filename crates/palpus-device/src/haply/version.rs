@@ -26,7 +26,7 @@ impl Spelling {
 /// Name and version of a service.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Identity {
-    /// Version as the service writes it; `None` if it does not state one.
+    /// Version as the service writes it; `None` if the service states no version.
     pub(super) version: Option<String>,
     /// A remark for the recording.
     pub(super) note: Option<String>,

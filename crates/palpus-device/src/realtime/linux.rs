@@ -16,7 +16,7 @@ use super::Claimed;
 const FIFO: ThreadSchedulePolicy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
 
 pub(super) fn claim_priority(priority: u8) -> Claimed {
-    // If this user may not have `priority`, a lower one may be granted. The priority above it is
+    // If this user may not have `priority`, a lower one may be granted. The next higher priority is
     // reserved for the watchdog.
     let allowed = getrlimit(Resource::Rtprio).current.and_then(|most| u8::try_from(most).ok()).unwrap_or(0);
     let lower = allowed.saturating_sub(1).min(priority);
@@ -91,7 +91,7 @@ pub(super) fn leave(core: usize) {
     }
 }
 
-/// Pins the calling thread to one core. Also returns the core if it was granted.
+/// Pins the calling thread to one core. Also returns the core if the claim was granted.
 pub(super) fn pin() -> (Claimed, Option<usize>) {
     let refused = |why: String| {
         (Claimed::Refused { why, mend: "let the process use more cores (taskset, cpuset)".to_owned() }, None)
@@ -140,8 +140,8 @@ fn isolated() -> Vec<usize> {
     super::cores(&list)
 }
 
-/// Returns the highest frequency of the core, kHz; 0 if the kernel does not report it. The
-/// frequency distinguishes performance cores from efficiency cores.
+/// Returns the highest frequency of the core, kHz; 0 if the kernel does not report the frequency.
+/// The frequency distinguishes performance cores from efficiency cores.
 fn top_frequency(core: usize) -> u64 {
     let path = format!("/sys/devices/system/cpu/cpu{core}/cpufreq/cpuinfo_max_freq");
     std::fs::read_to_string(path).ok().and_then(|text| text.trim().parse().ok()).unwrap_or(0)

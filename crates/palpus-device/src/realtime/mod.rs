@@ -17,7 +17,7 @@ mod linux;
 
 use std::fmt;
 
-/// The resources to claim. The default claims all of them.
+/// The resources to claim. The default claims all resources.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RealTimeOptions {
     /// `SCHED_FIFO` priority, 1 to 98 (the watchdog gets one more); `None` keeps the thread's
@@ -74,7 +74,7 @@ pub struct RealTimeClaims {
     pub core: Claimed,
     /// The priority of the watchdog thread, which is above the priority of the loop.
     pub watchdog: Claimed,
-    /// The core to which the thread is pinned; `None` if it is not pinned.
+    /// The core to which the thread is pinned; `None` if the thread is not pinned.
     pub pinned_to: Option<usize>,
 }
 

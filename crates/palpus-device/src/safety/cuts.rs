@@ -142,9 +142,8 @@ impl Cuts {
             | Cut::Overrun.bit()
             | Cut::Suspended.bit(),
     );
-    /// Cuts that are inputs of the chain, since it cannot derive all of them from states and
-    /// wrenches: faults, a paused run, a device that withholds its force, new settings, and a
-    /// run that is about to end.
+    /// Cuts that are inputs of the chain, since the chain cannot derive them from states and
+    /// wrenches: faults, pauses, withheld forces, new settings, and the coming end of a run.
     pub const INPUTS: Self =
         Self(Self::FAULTS.0 | Cut::Paused.bit() | Cut::Withheld.bit() | Cut::Settings.bit() | Cut::Ending.bit());
     /// Faults after which the velocity of the state is unreliable.
@@ -229,7 +228,7 @@ impl SafetyCounters {
         self.ticks[cut as usize]
     }
 
-    /// Returns the number of faults. Each counts once, however many ticks it lasts.
+    /// Returns the number of faults. Each fault counts once, however many ticks it lasts.
     pub fn faults(&self) -> u64 {
         self.faults
     }

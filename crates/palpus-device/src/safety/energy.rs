@@ -1,5 +1,5 @@
-//! Passivity observer and controller: if the hand has received more energy than it has put in, the
-//! grip is damped until the excess is taken back \[Hannaford and Ryu 2002, "HR02"\].
+//! Passivity observer and controller. If the hand has received more energy than it has put in, the
+//! controller damps the grip until the excess is taken back \[Hannaford and Ryu 2002, "HR02"\].
 //!
 //! Translation and rotation share one account: a tool that is pushed into a corner turns in the
 //! hand, so work done by pushing comes back by turning. In every tick:
@@ -7,9 +7,9 @@
 //! 1. *Observe* the work of the wrenches that acted, over the sensed motion (`sensed_work.rs`). The
 //!    work is positive if the hand has received energy. The wrench that acts now was written
 //!    earlier; the device states the delay ([`SafetyLimits::delay`]).
-//! 2. *Update the account* with this work. The account's credit is at most the energy that a spring
-//!    can return at peak force. Otherwise a long slide, which puts energy in all the time, would
-//!    hide a later oscillation.
+//! 2. *Update the account* with the observed work. The account's credit is at most the energy that
+//!    a spring can return at peak force. Otherwise a long slide, which puts energy in all the time,
+//!    would hide a later oscillation.
 //! 3. *Control*: take back the energy beyond the allowance, as far as the motion allows in the
 //!    coming tick. A force and a torque act against the velocities, each in proportion to what it
 //!    can take back. Each is at most the component of the wrench along the motion, plus the

@@ -112,7 +112,7 @@ pub(super) struct Event {
     pub(super) buttons: u32,
     /// True if the computed wrench is small enough to begin.
     pub(super) small: bool,
-    /// A fault in this tick, with the reaction to it.
+    /// A fault in this tick, with the required reaction.
     pub(super) fault: Option<AfterFault>,
     /// True if the run is paused, so no force may be given.
     pub(super) paused: bool,

@@ -1,6 +1,7 @@
 //! The gate: checks the states of a device for these faults.
 //!
-//! 1. A non-finite number or an invalid rotation. The last valid state replaces it, at rest.
+//! 1. A non-finite number or an invalid rotation. The last valid state, at rest, replaces such a
+//!    state.
 //! 2. A jump: a pose that a hand cannot have reached since the last read. The next read is compared
 //!    with the new pose. So a device that was moved away or re-zeroed is accepted at its new pose.
 //! 3. A velocity that no hand can reach.

@@ -78,7 +78,7 @@ const REST_SHARE: f64 = 0.1;
 /// steps (0.03 mm) stay far below.
 const ALLOWED_TRAVEL: f64 = 0.5e-3;
 
-/// The thresholds of the safety chain. Callers can read them and set tighter ones.
+/// The thresholds of the safety chain. Callers can read the thresholds and set tighter ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SafetyLimits {
     /// Largest force, N.
@@ -277,8 +277,8 @@ impl SafetyLimits {
 
     /// Returns for each threshold the tighter one of the two. The tighter value is the smaller one,
     /// except for `ramp` and `hold`, where it is the longer one. More damping does not count as
-    /// tighter, since it can make the device oscillate. The delay and the encoder steps are no
-    /// thresholds and are kept.
+    /// tighter, since it can make the device oscillate. The delay and the encoder steps are not
+    /// thresholds and stay unchanged.
     #[must_use]
     pub fn within(&self, others: &Self) -> Self {
         Self {
@@ -319,7 +319,7 @@ impl SafetyLimits {
     }
 }
 
-/// Returns `stated`, at most `most`; 0 if it is NaN, negative or negligible.
+/// Returns `stated`, at most `most`; 0 if `stated` is NaN, negative or negligible.
 fn bounded(stated: f64, most: f64) -> f64 {
     if stated >= LEAST_STATED { stated.min(most) } else { 0.0 }
 }

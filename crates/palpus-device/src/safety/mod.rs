@@ -91,7 +91,7 @@ pub struct Shaped {
     /// Phase of the engagement.
     pub phase: Phase,
     /// Thermal limits of the motors in the next tick; infinite if heat does not limit the wrench.
-    /// The coupling uses them for the next wrench.
+    /// The coupling uses these limits for the next wrench.
     pub available: Limits,
 }
 
@@ -145,7 +145,7 @@ impl SafetyChain {
         }
     }
 
-    /// Replaces the passivity stage; `None` removes it.
+    /// Replaces the passivity stage; `None` removes the stage.
     #[must_use]
     pub fn with_passivity(mut self, stage: Option<Box<dyn Passivity>>) -> Self {
         self.passivity = stage;
@@ -174,7 +174,8 @@ impl SafetyChain {
     }
 
     /// Adds the work that moving bodies and other tools did on this tool in this tick, J, by
-    /// translation and rotation ([`Passivity::received`]). Call it before [`Self::shape`].
+    /// translation and rotation ([`Passivity::received`]). Call this function before
+    /// [`Self::shape`].
     pub fn receive(&mut self, work: [f64; 2]) {
         if let Some(stage) = self.passivity.as_mut().filter(|_| self.machine.phase().is_on()) {
             stage.received(work);
@@ -238,7 +239,7 @@ impl SafetyChain {
     }
 
     /// Returns the wrench for the next write at the end of a run: one step of the slew limit closer
-    /// to zero; `None` if zero may follow.
+    /// to zero; `None` if the next wrench may be zero.
     pub fn release(&mut self) -> Option<Wrench> {
         let (wrench, cut) = self.towards(&self.commanded, &Wrench::ZERO, self.period);
         self.commanded = wrench;

@@ -276,8 +276,8 @@ fn gate_accepts_motion_of_a_hand() {
         let admitted = gate.admit(&sample(tick), DT);
         assert_eq!((admitted.state, admitted.cuts), (Some(sample(tick)), Cuts::NONE));
     }
-    // The grip then rests for ten seconds with an unchanged pose and new samples. One more tick
-    // comes three ticks late.
+    // The grip then rests for ten seconds with an unchanged pose and new samples. A last tick is
+    // three periods late.
     let still = DeviceState { twist: Twist::default(), ..sample(999) };
     for tick in 0..10_000 {
         assert!(gate.admit(&DeviceState { time: sample(1000 + tick).time, ..still }, DT).cuts.is_none());

@@ -15,7 +15,7 @@ use crate::device::Brake;
 /// Number of checks during the longest time for which a wrench may be held.
 const CHECKS: u32 = 4;
 
-/// Beat of a resting loop: it is never too old.
+/// Beat of a resting loop, which is never too old.
 const RESTING: u64 = u64::MAX;
 
 /// State that the loop and the watchdog share.

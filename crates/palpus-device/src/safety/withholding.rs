@@ -1,10 +1,10 @@
 //! Reaction of the safety chain to a device that withholds its force.
 //!
-//! A device withholds its force, whatever wrench is commanded, in these cases: the arm is not ready
-//! or has no power supply, the user has switched the force off at the device, or an answer came
-//! late or was lost ([`DeviceState::withheld`](crate::DeviceState)). A withheld force is no fault.
-//! While the device withholds its force, the commanded wrench falls to zero within the slew limit.
-//! Afterwards:
+//! A device may withhold its force, whatever wrench is commanded
+//! ([`DeviceState::withheld`](crate::DeviceState)). The causes are: the arm is not ready or has no
+//! power, the user has switched the force off at the device, or an answer was late or lost. A
+//! withheld force is no fault. While the device withholds its force, the commanded wrench falls to
+//! zero within the slew limit. Afterwards:
 //!
 //! 1. The wrench returns from zero. The wrench is limited to a fraction of the peak that grows to
 //!    the full peak within [`RETURN_TIME`]. A wrench that becomes smaller is not delayed.

@@ -163,8 +163,8 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         self.chain.limits()
     }
 
-    /// Writes a wrench that is one step of the slew limit closer to zero. Returns false if zero may
-    /// follow.
+    /// Writes a wrench that is one step of the slew limit closer to zero. Returns false if the next
+    /// wrench may be zero.
     pub(super) fn release(&mut self) -> Result<bool, DeviceError> {
         let Some(wrench) = self.chain.release() else { return Ok(false) };
         self.write(&wrench)?;

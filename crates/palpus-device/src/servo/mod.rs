@@ -16,7 +16,7 @@
 //! - If a gate does not accept a state, the step gets the device's last accepted state, at rest.
 //!   Otherwise the other operators would feel a tool in a place where it never was.
 //! - A lost device gets a zero wrench and its brake, and is not read again. The step continues with
-//!   its last state, at rest.
+//!   the device's last state, at rest.
 //! - The run ends when its duration is over, when all devices are lost, when a recording of one
 //!   device ends, or at a fault that must stop the run.
 //! - The devices share one clock: a device that blocks the loop delays all devices.
@@ -185,7 +185,7 @@ impl Servo {
     }
 
     /// Adds a device to the loop, with its own safety chain. The loop's rate, duration and run
-    /// control apply to it.
+    /// control apply to this device too.
     ///
     /// # Errors
     /// Fails if a threshold is negative or not a number.

@@ -72,7 +72,7 @@ impl RunControl {
         self.ended.load(Ordering::Relaxed)
     }
 
-    /// Returns true if a tick may run. In a paused run this uses up one single step.
+    /// Returns true if a tick may run. In a paused run, the call uses up one requested tick.
     pub(super) fn take_step(&self) -> bool {
         let fewer = |ticks: u64| ticks.checked_sub(1);
         !self.is_paused() || self.ticks.fetch_update(Ordering::Relaxed, Ordering::Relaxed, fewer).is_ok()

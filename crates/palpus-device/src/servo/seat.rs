@@ -237,14 +237,15 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
     }
 
     /// Reduces the wrench of a lost device by one step of the slew limit, and closes the line when
-    /// zero may follow.
+    /// the next wrench may be zero.
     pub(super) fn leave(&mut self) {
         if self.lost && !self.release() {
             self.close();
         }
     }
 
-    /// Reduces the wrench by one step of the slew limit. Returns false if zero may follow.
+    /// Reduces the wrench by one step of the slew limit. Returns false if the next wrench may be
+    /// zero.
     pub(super) fn release(&mut self) -> bool {
         // If this write fails, the final zero is written next.
         self.line.as_mut().is_some_and(|line| line.release().unwrap_or(false))
@@ -266,8 +267,8 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
         }
     }
 
-    /// Returns the statistics of the run. `end` is the reason, unless this device ended before the
-    /// run.
+    /// Returns the statistics of the run. `end` is the reason for the end, unless this device ended
+    /// before the run.
     pub(super) fn finish(mut self, end: &RunEnd, options: &ServoOptions, elapsed: Duration) -> RunStatistics {
         let of_all = matches!(end, RunEnd::Duration | RunEnd::Stopped | RunEnd::DeviceEnded);
         self.end.get_or_insert(if of_all { end.clone() } else { RunEnd::Stopped });

@@ -181,7 +181,7 @@ impl<'a, D: HapticDevice + ?Sized, T> Turns<'a, D, T> {
         of_run.or_else(all).map_or(ControlFlow::Continue(()), |end| ControlFlow::Break(end.clone()))
     }
 
-    /// Reduces all wrenches within the slew limit, until zero may follow.
+    /// Reduces all wrenches within the slew limit, until the next wrenches may be zero.
     pub(super) fn let_go(&mut self) {
         while self.seats.iter_mut().map(Seat::release).filter(|held| *held).count() > 0 {
             self.pace.wait(self.time);

@@ -4,8 +4,8 @@ use palpus::algebra::Pose;
 
 /// Intended pose of a simulated operator.
 pub trait Intent {
-    /// Returns the intended pose of the grip at `time` (s), in the device's frame. Within a tick
-    /// this must be a pure function of time.
+    /// Returns the intended pose of the grip at `time` (s), in the device's frame. Within a tick,
+    /// the pose must be a pure function of time.
     fn pose(&self, time: f64) -> Pose;
 
     /// Updates the intent at the beginning of a tick, at `time` (s) with the grip at `_grip`. The

@@ -43,7 +43,8 @@ use jitter::Periods;
 /// Settings of a simulated device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimulationSettings {
-    /// Description of the device. Written forces and torques are each clipped to its limits.
+    /// Description of the device. Written forces and torques are each clipped to the limits of the
+    /// device.
     pub spec: DeviceSpec,
     /// Number of reads per simulated second, Hz.
     pub rate_hz: f64,

@@ -94,7 +94,7 @@ impl SpaceMouse {
     ///
     /// # Errors
     /// Fails if there is no device, or if it cannot be read. The error contains the command that
-    /// fixes it.
+    /// fixes the problem.
     #[cfg(target_os = "linux")]
     pub fn open(path: Option<&str>) -> Result<Self, SpaceMouseError> {
         let (file, name) = hidraw::open(path)?;

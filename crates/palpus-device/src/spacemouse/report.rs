@@ -27,7 +27,7 @@ pub(super) struct Cap {
 }
 
 impl Cap {
-    /// Takes a report. Returns true if it belongs to the cap or its buttons.
+    /// Takes a report. Returns true if the report belongs to the cap or its buttons.
     pub(super) fn take(&mut self, report: &[u8]) -> bool {
         match report {
             [1, axes @ ..] if axes.len() >= 6 => {

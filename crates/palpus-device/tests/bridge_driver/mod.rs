@@ -166,7 +166,7 @@ impl StandIn {
         self.shared.withheld.store(withheld, Ordering::Relaxed);
     }
 
-    /// Ends the driver. For its peer this looks like the end of the process.
+    /// Ends the driver. For its peer, the end looks like the end of the process.
     pub(crate) fn end(mut self) -> Seen {
         self.stop();
         std::mem::take(&mut *self.seen())

@@ -35,7 +35,7 @@ int main(void) {
             three("force", c.force[0], c.force[1], c.force[2]);
             three("torque", c.torque[0], c.torque[1], c.torque[2]);
             printf("valid_for_us %u\n", (unsigned)c.valid_for_us);
-            /* Sealing the frame again must reproduce it. */
+            /* Sealing the frame again must reproduce the same bytes. */
             palpus_bridge_seal(&c, PALPUS_BRIDGE_COMMAND, sizeof c, header.nonce, header.sequence);
             printf("sealed %d\n", memcmp(&c, bytes, sizeof c) == 0);
         } else if (kind == PALPUS_BRIDGE_STATE) {

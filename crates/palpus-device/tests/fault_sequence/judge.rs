@@ -48,7 +48,7 @@ impl Fall {
         Self { ticks: (seconds * rate_hz * (1.0 - ROUNDING)).ceil() as u64, since: 0 }
     }
 
-    /// Takes the next `tick`. Returns true if no computed wrench can remain in it.
+    /// Takes the next `tick`. Returns true if no computed wrench can remain in this tick.
     fn is_over(&mut self, tick: &ServoTick) -> bool {
         if tick.phase.is_on() && !tick.cuts.has(Cut::Withheld) {
             self.since = tick.index + 1;

@@ -51,7 +51,8 @@ impl Dhd {
     /// Looks up every function.
     ///
     /// # Errors
-    /// Fails if a function is missing that is needed for force output. The error has its name.
+    /// Fails if a function is missing that is needed for force output. The error names the
+    /// function.
     pub(crate) fn of(library: Loaded, mend: &str) -> Result<Self, DriverError> {
         // SAFETY: each type is the type of the function in the maker's manual, and the library is
         // stored with the functions. A C++ `bool` is read and written as a byte.
@@ -151,7 +152,8 @@ impl Dhd {
         three(self.linear_velocity, id)
     }
 
-    /// Returns the code and the angular velocity (rad/s). `None` if the library is too old for it.
+    /// Returns the code and the angular velocity (rad/s). `None` if the library is too old for this
+    /// function.
     pub(crate) fn angular_velocity(&self, id: i8) -> Option<(i32, [f64; 3])> {
         self.angular_velocity.map(|function| three(function, id))
     }
@@ -201,7 +203,7 @@ impl Dhd {
         code >= 0
     }
 
-    /// Returns the status words. `None` if the library cannot read them.
+    /// Returns the status words. `None` if the library cannot read the status.
     pub(crate) fn status(&self, id: i8) -> Option<[i32; STATUS_ROOM]> {
         let mut status = [0; STATUS_ROOM];
         // SAFETY: the buffer is larger than what any SDK writes.
@@ -226,7 +228,8 @@ impl Dhd {
         set(self.max_force, force)
     }
 
-    /// Makes the library also find simulated devices. Returns false if it has no such function.
+    /// Makes the library also find simulated devices. Returns false if the library has no such
+    /// function.
     pub(crate) fn enable_simulator(&self) -> bool {
         // SAFETY: all arguments are passed by value.
         self.simulator.map(|function| unsafe { function(1) }).is_some()

@@ -67,7 +67,7 @@ impl Hd {
     /// Looks up every function.
     ///
     /// # Errors
-    /// Fails if a function is missing. The error has its name.
+    /// Fails if a function is missing. The error names the function.
     pub(crate) fn of(library: Loaded, mend: &str) -> Result<Self, DriverError> {
         // SAFETY: each type is the type of the function in the maker's manual, and the library is
         // stored with the functions.
@@ -101,8 +101,8 @@ impl Hd {
         self.start as usize
     }
 
-    /// Opens the device with this name, or the default device if there is no name. `None` if it
-    /// cannot be opened.
+    /// Opens the device with this name, or the default device if there is no name. `None` if the
+    /// device cannot be opened.
     pub(crate) fn init_device(&self, name: Option<&str>) -> Option<u32> {
         let name = name.map(CString::new).transpose().ok()?;
         let pointer = name.as_ref().map_or(std::ptr::null(), |name| name.as_ptr());
@@ -255,7 +255,7 @@ unsafe extern "system" fn turn<S: Servant>(data: *mut c_void) -> c_uint {
         // There is no caller to report to. The loop notices that no more states arrive.
         Err(_) => _ = catch_unwind(AssertUnwindSafe(|| servant.panicked())),
     }
-    // The flag outlives the servant. The servant is not used after it is set.
+    // The flag outlives the servant. The servant is not used after the flag is set.
     let ended = servant.ended();
     ended.store(true, Ordering::Release);
     DONE

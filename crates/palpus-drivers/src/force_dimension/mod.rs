@@ -1,16 +1,16 @@
 //! Force Dimension's devices and the Falcon, through `libdhd`.
 //!
-//! 1. After opening, the device's force is off. The first write switches it on (a sigma.7 needs
-//!    this). The device's watchdog is set as well: it switches off the force [`WATCHDOG`] after the
-//!    last write, even if this program has died.
+//! 1. After opening, the device's force is off. The first write switches the force on (a sigma.7
+//!    needs this call). The device's watchdog is set as well: it switches off the force
+//!    [`WATCHDOG`] after the last write, even if this program has died.
 //! 2. A read returns the pose and the velocities. The library estimates velocities over
 //!    [`VELOCITY_WINDOW_MS`] instead of its default of 20 ms. Velocities that the library does not
 //!    have are estimated here. If it returns the previous sample again (time guard, code 1), the
 //!    sample keeps its time.
 //! 3. A write sets the whole wrench in one call. Saturated motors (code 2) are counted.
 //!    Saturation is normal and not an error.
-//! 4. The brake switches the motors off. This short-circuits them, so they damp. The brake never
-//!    waits for a call that hangs; in that case the device's watchdog acts.
+//! 4. The brake switches the motors off. The switched-off motors are short-circuited, so they damp.
+//!    The brake never waits for a call that hangs; in that case the device's watchdog acts.
 //! 5. The program switches the force on again only if this program or the device's watchdog has
 //!    switched it off. After any other cause, such as the button on the device, it stays off.
 //!    Before each switching on, the driver reads the cause from the status. The driver also
@@ -116,7 +116,7 @@ impl ForceDimension {
     ///
     /// # Errors
     /// Fails if there is no library, or no device that can apply a force. The error says how to fix
-    /// it.
+    /// the problem.
     pub fn open(options: &ForceDimensionOptions) -> Result<Self, DriverError> {
         let api = Dhd::of(LIBRARY.open(&options.library)?, "install a newer Force Dimension SDK (3.14 or later)")?;
         if options.simulator && !api.enable_simulator() {
@@ -396,7 +396,7 @@ fn spec(api: &Dhd, id: i8) -> DeviceSpec {
     spec
 }
 
-/// Fails if the force of the device would stay off. The error says how to fix it.
+/// Fails if the force of the device would stay off. The error says how to fix the problem.
 fn check_status(api: &Dhd, id: i8) -> Result<(), DriverError> {
     // A library that does not report the device as connected does not fill in the status.
     let Some(words) = api.status(id).filter(|words| words[status::CONNECTED] != 0) else { return Ok(()) };

@@ -47,7 +47,7 @@ pub(super) enum Switched {
     On,
     /// The force was already on.
     WasOn,
-    /// The user or the device has switched it off.
+    /// The user or the device has switched the force off.
     Forbidden,
     /// The library refused.
     Failed,

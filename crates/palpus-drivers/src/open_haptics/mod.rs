@@ -165,7 +165,7 @@ impl OpenHaptics {
     ///
     /// # Errors
     /// Fails if there is no library, if no device answers, or if the device is already open. The
-    /// error says how to fix it.
+    /// error says how to fix the problem.
     pub fn open(options: &OpenHapticsOptions) -> Result<Self, DriverError> {
         let api = Arc::new(Hd::of(LIBRARY.open(&options.library)?, TOO_OLD)?);
         let mut standing = Standing::begin(&api)?;

@@ -9,11 +9,11 @@
 //!    wrench is zero.
 //! 5. Publish the state.
 //!
-//! **Gaps.** If zero is applied instead of a wrench, or if the driver applies no force because of
-//! its limits, the loop continues from a wrench that the user does not feel. Each such gap gets a
-//! number and is reported to the loop: its next state is marked as withheld. A wrench that was
-//! computed before that report is not applied. After the report the loop increases the force from
-//! zero.
+//! **Gaps.** If zero is applied instead of a wrench, the loop continues from a wrench that the user
+//! does not feel. The same happens if the driver applies no force because of its limits. Each such
+//! gap gets a number and is reported to the loop: its next state is marked as withheld. A
+//! wrench that was computed before that report is not applied. After the report the loop increases
+//! the force from zero.
 //!
 //! When the program requests the end, the thread writes a force of zero, and the maker's library
 //! does not call it again. The thread never waits and never allocates.
@@ -142,7 +142,7 @@ impl Shared {
         self.last_force_error.load(Ordering::Relaxed)
     }
 
-    /// Requests the last turn. Returns whether it came in time.
+    /// Requests the last turn. Returns true if the last turn came in time.
     pub(super) fn end_and_wait(&self, most: Duration) -> bool {
         self.ending.store(true, Ordering::Release);
         let begun = Instant::now();

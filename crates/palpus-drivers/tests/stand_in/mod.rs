@@ -1,4 +1,4 @@
-//! Stand-ins for the makers' libraries. The tests compile them.
+//! Stand-ins for the makers' libraries. The tests compile these stand-ins.
 #![allow(unsafe_code)] // Calls of a stand-in need it.
 #![allow(dead_code, unreachable_pub)] // Each test file uses a part of this module.
 

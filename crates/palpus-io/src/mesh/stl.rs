@@ -1,4 +1,4 @@
-//! Reads STL, binary and ASCII: triangles without shared vertices. The engine welds them.
+//! Reads STL, binary and ASCII: triangles without shared vertices. The engine welds the vertices.
 //!
 //! 1. A file of exactly 84 + 50 n bytes, where n is the count at byte 80, is binary. The first
 //!    word of the file is ignored, because many binary files begin with `solid`.

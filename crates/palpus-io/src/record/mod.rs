@@ -3,7 +3,7 @@
 //!
 //! A recording contains a header ([`RecordingHeader`]: program, scene, settings), one row for each
 //! tick ([`RecordRow`], [`column_names`]), and the changes of the engine's settings between ticks
-//! ([`Recording::changes`]). Three file formats store all of this without loss
+//! ([`Recording::changes`]). Three file formats store these data without loss
 //! ([`RecordingFormat`]):
 //!
 //! 1. CSV: the header as TOML, each line after `# `; a line with the names of the columns; one line

@@ -133,8 +133,8 @@ impl<W: Write + Seek> RecordingWriter<W> {
         self.flush_when_due()
     }
 
-    /// Writes the collected rows if enough time has passed. Call this regularly while there are no
-    /// new rows.
+    /// Writes the collected rows if enough time has passed. Call this function regularly while
+    /// there are no new rows.
     pub fn flush_when_due(&mut self) -> io::Result<()> {
         let due = self.waiting >= MOST_WAITING || (self.waiting > 0 && self.handed_over.elapsed() >= BETWEEN_PIECES);
         if due { self.flush() } else { Ok(()) }

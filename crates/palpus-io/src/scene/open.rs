@@ -7,9 +7,9 @@
 //! 3. The settings of each tool are computed from the limits of its device
 //!    ([`super::SceneCoupling::settings`]).
 //!
-//! Missing keys ([`super::SceneGaps`]) have fixed defaults here. The program `palpus` computes them
-//! from the meshes instead: a finer tolerance for small bodies, a free place above the environment,
-//! and a grip within the tool. Other programs should set these keys in the file.
+//! For missing keys ([`super::SceneGaps`]), this module uses fixed defaults. The program `palpus`
+//! computes them from the meshes instead: a finer tolerance for small bodies, a free place above
+//! the environment, and a grip within the tool. Other programs should set these keys in the file.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -19,7 +19,8 @@ pub(crate) fn prism() -> PolygonSoup {
     soup
 }
 
-/// Returns the corners of all faces as points. A reader must keep them, but may share vertices.
+/// Returns the corners of all faces as points. A reader must keep these points, but may share
+/// vertices.
 pub(crate) fn loops(soup: &PolygonSoup) -> Vec<Vec<DVec3>> {
     (0..soup.face_count()).map(|f| soup.face(f).iter().map(|&v| soup.vertices[v as usize]).collect()).collect()
 }

@@ -55,7 +55,7 @@ pub fn parse(bytes: &[u8], name: &str) -> Result<PolygonSoup, MeshFileError> {
     parse_with(bytes, name, &mut |_, _| Err(io::Error::other("other files may not be read")))
 }
 
-/// Reads a glTF or GLB file; `fetch` reads the files beside it.
+/// Reads a glTF or GLB file; `fetch` reads the other files to which it refers.
 pub fn parse_with(bytes: &[u8], name: &str, fetch: &mut Fetch<'_>) -> Result<PolygonSoup, MeshFileError> {
     read(bytes, fetch).map_err(|fault| fault.of(name))
 }
@@ -266,8 +266,8 @@ fn check_limit(count: u64, limit: u64) -> Result<(), Fault> {
     Err(Fault::new(Place::File, MeshProblem::TooLarge(what)))
 }
 
-/// Decodes the base64 data of a `data:` URI. The padding is optional, because some programs omit
-/// it.
+/// Decodes the base64 data of a `data:` URI. The padding is optional, because some programs write
+/// none.
 fn data_uri(uri: &str, place: Place) -> Result<Vec<u8>, Fault> {
     let data = uri.split_once(";base64,").and_then(|(_, text)| {
         let unpadded = text.strip_suffix("==").or_else(|| text.strip_suffix('=')).unwrap_or(text);

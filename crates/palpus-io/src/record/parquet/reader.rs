@@ -148,7 +148,7 @@ enum Values<'a> {
     Texts(Vec<&'a str>),
 }
 
-/// Reads the only page of a column; `None` if it does not fit `rows` rows.
+/// Reads the only page of a column; `None` if the page does not fit `rows` rows.
 fn read_column<'a>(column: &Column, chunk: &'a [u8], rows: usize) -> Option<Values<'a>> {
     let mut input = Input(chunk);
     let (in_page, length) = read_page(&mut input)?;
