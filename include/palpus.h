@@ -95,7 +95,7 @@ typedef struct {
 } palpus_body_settings;
 
 /**
- * A body. Any number of threads, queries and worlds may use it at the same time. A body that a
+ * A body. Any number of threads, queries and worlds may use a body at the same time. A body that a
  * query or a world uses stays in memory after its handle is destroyed.
  */
 typedef struct {
@@ -234,7 +234,7 @@ typedef struct {
  */
 typedef struct {
     /**
-     * The search ends if upper - lower is at most this, m.
+     * The search ends if upper - lower is at most this gap, m.
      */
     double gap;
     /**
@@ -683,8 +683,8 @@ palpus_result palpus_query_create(palpus_body a,
 /**
  * Finds all contacts with a separation below the tolerance, with a at `pose_ba` in b's frame. The
  * contacts are in b's frame. Writes the first `capacity` of them to `contacts`, and the total
- * number to `count`. `contacts` may be NULL if `capacity` is 0. A pose near the previous one takes
- * the least time. Allocates no memory.
+ * number to `count`. `contacts` may be NULL if `capacity` is 0. A pose near the previous pose
+ * takes the least time. Allocates no memory.
  */
 palpus_result palpus_query_contacts(palpus_query query,
                                     const palpus_pose *pose_ba,

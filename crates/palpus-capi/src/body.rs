@@ -19,7 +19,7 @@ pub const PALPUS_FLATNESS_EXACT: f64 = 3e-8;
 /// one face.
 pub const PALPUS_FLATNESS_HAPTIC: f64 = 3e-5;
 
-/// A body. Any number of threads, queries and worlds may use it at the same time. A body that a
+/// A body. Any number of threads, queries and worlds may use a body at the same time. A body that a
 /// query or a world uses stays in memory after its handle is destroyed.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -23,7 +23,7 @@ pub struct palpus_depth {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct palpus_depth_settings {
-    /// The search ends if upper - lower is at most this, m.
+    /// The search ends if upper - lower is at most this gap, m.
     pub gap: f64,
     /// The search ends after about this many evaluations.
     pub budget: u64,

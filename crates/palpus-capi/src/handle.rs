@@ -3,8 +3,8 @@
 //! * A handle encodes its kind, its place in the table of that kind, and how often the place was
 //!   used before. So a handle that is old, of another kind or otherwise wrong is detected.
 //! * Each place has a lock, and no function waits for this lock. If two threads use one world at
-//!   the same time, the second one gets an error at once. The check needs an atomic exchange, not a
-//!   system call.
+//!   the same time, the second thread gets an error at once. The check needs an atomic exchange,
+//!   not a system call.
 //! * A panic poisons the lock of the value that it left half changed. That value can then only be
 //!   destroyed.
 //! * Values never move. Tables only grow, by chunks of twice the size.
@@ -125,8 +125,8 @@ impl<T> Table<T> {
             }
             slot.generation += 1;
             place.clear_poison();
-            // If the place was used so often that its next handle would equal an old one, it is not
-            // used again.
+            // If the next handle of the place would equal an old handle, the place is not used
+            // again.
             if slot.generation < MOST_GENERATIONS {
                 self.free().0.push(handle as u32);
             }

@@ -1,7 +1,7 @@
 //! palpus as a C library.
 //!
-//! `include/palpus.h` is generated from this crate (`tests/header.rs` compares the two), and
-//! `docs/c.md` describes it.
+//! `include/palpus.h` is generated from this crate. `tests/header.rs` compares the header with the
+//! crate, and `docs/c.md` describes the library.
 //!
 //! * [`handle`] — C code gets numbers, never addresses. A handle that is wrong, old or of another
 //!   kind is detected. Using a handle that another thread is using gives an error at once.

@@ -151,7 +151,7 @@ impl Text {
         Self { pointer, name }
     }
 
-    /// Returns the text. Fails if it is not UTF-8 or has no zero within `LONGEST_TEXT` bytes.
+    /// Returns the text. Fails if the text is not UTF-8 or has no zero within `LONGEST_TEXT` bytes.
     pub(crate) fn get(&self) -> Result<String, Fault> {
         check(self.pointer, 1, self.name)?;
         let mut bytes = Vec::new();

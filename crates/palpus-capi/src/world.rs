@@ -191,7 +191,8 @@ impl Hosted {
         Err(Fault::value(format!("the world already has {MOST_BODIES} bodies, the maximum")))
     }
 
-    /// Makes one step. Returns a fault for the first device whose state is invalid, if any.
+    /// Makes one step. Returns a fault for the first device whose state is invalid, if there is
+    /// such a device.
     pub(crate) fn step(
         &mut self,
         probes: &InArray<palpus_probe>,

@@ -13,8 +13,8 @@ const SLIVER: f64 = 1e-9;
 pub(crate) struct Acting {
     /// The written wrenches, newest first.
     written: [Wrench; DELAY_MAX + 1],
-    /// Time from each write to the next one, s, newest first. For the newest write, the time until
-    /// the last tick.
+    /// Time from each write to the next write, s, newest first. For the newest write, the time
+    /// until the last tick.
     held: [f64; DELAY_MAX + 1],
     /// Time from a write until the wrench acts, s.
     delay: f64,
@@ -47,7 +47,7 @@ impl Acting {
         for (k, (wrench, held)) in self.written.iter().zip(self.held).enumerate() {
             let skipped = held.min(ahead);
             ahead -= skipped;
-            // The oldest stored wrench also stands for all earlier ones.
+            // The oldest stored wrench also stands for all earlier wrenches.
             let acted = if k == DELAY_MAX { left } else { (held - skipped).min(left) };
             if ahead <= sliver && acted >= elapsed - sliver {
                 return *wrench;

@@ -33,8 +33,8 @@ pub trait HapticDevice {
     /// Fails if the device did not accept the wrench. The loop then ends as a fault.
     fn write(&mut self, wrench: &Wrench) -> Result<(), DeviceError>;
 
-    /// Returns true if the device's time advances only when it is read: between two reads nothing
-    /// moves and the commanded wrench has no effect. A run with such a device can be paused.
+    /// Returns true if the device's time advances only in a read. Between two reads nothing moves,
+    /// and the commanded wrench has no effect. A run with such a device can be paused.
     fn stands_unread(&self) -> bool {
         false
     }
@@ -143,9 +143,9 @@ pub struct DeviceState {
     /// Time at which this state was sampled, s since the device was opened. A state that `read`
     /// returns again keeps its time, so a repeated time shows that there is no newer state.
     pub time: f64,
-    /// True if the device gives no force now, whatever wrench is commanded: it is not ready, has no
-    /// power supply, lost an answer, or the user switched its force off. The safety chain then
-    /// applies [`Cut::Withheld`](crate::Cut).
+    /// True if the device gives no force now, whatever wrench is commanded. The causes are: the
+    /// device is not ready, it has no power, an answer was lost, or the user switched its force
+    /// off. The safety chain then applies [`Cut::Withheld`](crate::Cut).
     pub withheld: bool,
 }
 

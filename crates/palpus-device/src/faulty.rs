@@ -29,7 +29,7 @@ pub enum Fault {
     PoseJump(DVec3),
     /// From now on the pose is rotated by this rotation vector, rad.
     TurnJump(DVec3),
-    /// The reported velocity is increased by this along x in this tick, m/s.
+    /// In this tick, the reported velocity along x is increased by this value, m/s.
     Speed(f64),
     /// The reported velocity is increased by this vector for this number of ticks, m/s.
     Velocity(DVec3, u32),

@@ -3,7 +3,7 @@
 //! The test writes only zero wrenches, so it does not move the user's hand. Its steps:
 //!
 //! 1. New states arrive, each with a valid pose and a new time. The device accepts a zero wrench
-//!    after each.
+//!    after each state.
 //! 2. The device's own watchdog removes the force when no wrench is written. This step is skipped
 //!    if the device has no watchdog that can be queried.
 //! 3. The brake can be applied and released, and reports both states. Meanwhile reads and writes

@@ -27,7 +27,7 @@ use crate::device::DeviceSpec;
 /// Shortest time over which a motion of few steps is counted, s. At 20 mm/s it covers several
 /// steps of 0.03 mm, and it is short compared with the period of a limit cycle.
 const SPAN: f64 = 3.5e-3;
-/// Loads older than this, s, are counted with half their weight.
+/// Age of a load, s, from which it counts with half its weight.
 const MEMORY: f64 = 50e-3;
 /// Number of encoder steps in one tick from which the motion is fast, so that it is counted at
 /// once.

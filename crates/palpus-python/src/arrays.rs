@@ -13,8 +13,8 @@ const POSE: usize = 7;
 /// Number of columns of a twist.
 const TWIST: usize = 6;
 
-/// Returns `given` as an array of doubles, without a copy if it already is one. `name` is the
-/// name of the argument in errors.
+/// Returns `given` as an array of doubles. An array of doubles is not copied. `name` is the name of
+/// the argument in errors.
 fn doubles<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
     let numpy = given.py().import("numpy")?;
     let array = numpy.call_method1("asarray", (given, "float64")).map_err(|error| {

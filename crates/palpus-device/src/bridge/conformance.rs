@@ -71,7 +71,7 @@ pub fn conformance(address: &BridgeAddress) -> Result<Vec<Check>, BridgeError> {
         }
     };
     report.add("answers a hello with a welcome", Ok(peer.description()));
-    // The steps run in this order, since later steps need earlier ones.
+    // The steps run in this order, since later steps need the results of earlier steps.
     let steps: [Step; 9] = [
         ("describes a device that can be used", usable),
         ("sends nothing before the first command", quiet_before),

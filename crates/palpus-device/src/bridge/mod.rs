@@ -7,9 +7,9 @@
 //! 1. [`BridgeDevice::open`] sends a hello with a new nonce. The driver's welcome repeats this
 //!    nonce and adds the session's nonce and the device's description. A command without a wrench
 //!    begins the session.
-//! 2. The driver sends states at its own rate. A thread receives them (`listener`) and keeps the
-//!    newest one for the loop's next read. Frames with another nonce, an old sequence number, a
-//!    wrong CRC or a number out of range are counted and ignored.
+//! 2. The driver sends states at its own rate. A thread (`listener`) receives the states and keeps
+//!    the newest state for the loop's next read. Frames with another nonce, an old sequence number,
+//!    a wrong CRC or a number out of range are counted and ignored.
 //! 3. The loop's write sends the wrench directly, without waiting. This send is the only system
 //!    call on the loop's path. Each command names the state on which it is based. The command also
 //!    says how long after that state, by the device's clock, its wrench stays valid. After this
@@ -237,7 +237,7 @@ impl HapticDevice for BridgeDevice {
         &self.spec
     }
 
-    /// Returns the newest state. While there is no newer one, it returns the same state with the
+    /// Returns the newest state. Until a newer state arrives, it returns the same state with the
     /// same time. Does not wait, except for a new state when a loop starts.
     fn read(&mut self) -> Result<DeviceState, DeviceError> {
         self.alive()?;

@@ -39,7 +39,8 @@ pub(super) const IDLE_TIME: Duration = Duration::from_millis(5);
 const LOST_TIME: Duration = Duration::from_millis(250);
 /// Largest number of states that are newer than the state on which a force is based.
 const MOST_BEHIND: u64 = 2;
-/// Largest number of unrequested messages between two turns. A correct service sends none.
+/// Largest number of unrequested messages between two turns. A correct service sends no such
+/// messages.
 const MOST_EXTRA: u64 = 64;
 
 /// A state, with the number of states and the number of gaps so far.
@@ -92,7 +93,7 @@ pub(super) struct Exchange {
     /// The force that was sent last, N.
     sent: DVec3,
     echo: Echo,
-    /// A force must be based on a state with a larger number than this.
+    /// A force must be based on a state with a larger number than this floor.
     floor: u64,
     /// Number of the last command that was handled.
     done: u64,

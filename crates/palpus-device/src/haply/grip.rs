@@ -1,11 +1,11 @@
 //! Smooths the orientation of a grip whose sensor is slower than the loop.
 //!
 //! A wireless grip reports a new orientation 50 to 60 times a second, and the service repeats the
-//! last one in between. Differences at the loop's rate would show rest, interrupted by single
-//! ticks of some 50 rad/s. So:
+//! last orientation in between. Differences at the loop's rate would show rest, interrupted by
+//! single ticks of some 50 rad/s. So:
 //!
-//! 1. Only an orientation that differs from the last one is a sample. The time of a sample is the
-//!    time of its arrival.
+//! 1. Only an orientation that differs from the last sample is a new sample. The time of a
+//!    sample is the time of its arrival.
 //! 2. The angular velocity is measured between samples at least 15 ms apart. So neither repeated
 //!    samples nor the noise of a fast sensor are differentiated.
 //! 3. Between samples the orientation is predicted with this velocity, for at most 25 ms.

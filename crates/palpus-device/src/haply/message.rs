@@ -180,7 +180,7 @@ pub(super) fn write_force(into: &mut String, id_in_json: &str, spelling: Spellin
 
 /// Overwrites `into` with the first message of a session. The message commands zero and names the
 /// profile under which the service keeps this program's settings. The service's answer contains
-/// these settings, while the inventory contained the previous ones.
+/// these settings, while the inventory contained the previous settings.
 pub(super) fn write_first(into: &mut String, id_in_json: &str, spelling: Spelling) {
     into.clear();
     into.push_str(r#"{"session":{"configure":{"profile":{"name":"palpus"}},"force_render_full_state":{}},"#);

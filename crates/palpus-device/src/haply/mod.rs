@@ -113,7 +113,7 @@ pub enum HaplyError {
         /// The reason.
         why: String,
     },
-    /// The service has no arm, or not the requested one.
+    /// The service has no arm, or not the requested arm.
     #[error("the Inverse Service at {address} has {why}")]
     NoDevice {
         /// Address of the service.
@@ -182,7 +182,7 @@ pub struct HaplyCounts {
     pub bad: u64,
     /// Number of unrequested messages.
     pub extra: u64,
-    /// Number of states that report another force than the commanded one.
+    /// Number of states that report another force than the commanded force.
     pub otherwise: u64,
     /// Number of forces that were not sent, because they were based on an old state or the device
     /// was not ready.
@@ -273,7 +273,7 @@ impl HapticDevice for HaplyDevice {
         ]
     }
 
-    /// Returns the newest state. While there is no newer one, it returns the same state with the
+    /// Returns the newest state. Until a newer state arrives, it returns the same state with the
     /// same time. Does not wait.
     fn read(&mut self) -> Result<DeviceState, DeviceError> {
         self.alive()?;

@@ -70,7 +70,7 @@ fn number(version: &str) -> Option<(u32, u32)> {
 }
 
 /// Returns the force key for a service of this version; without a version, the key of the newest
-/// one.
+/// version.
 pub(super) fn spelling(version: Option<&str>) -> Spelling {
     match version.and_then(number) {
         Some(number) if number < (3, 5) => Spelling::Values,

@@ -84,7 +84,7 @@ fn cores_of_process() -> Result<CpuSet, Errno> {
 }
 
 pub(super) fn leave(core: usize) {
-    // If the system refuses this, the loop only shares its core with other threads.
+    // If the system refuses this call, the loop only shares its core with other threads.
     if let Ok(mut rest) = sched_getaffinity(None) {
         rest.unset(core);
         let _ = sched_setaffinity(None, &rest);

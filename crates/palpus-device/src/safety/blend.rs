@@ -1,5 +1,5 @@
-//! Removes the step of the wrench at a change of settings: the wrench fades from the old value to
-//! the new one.
+//! Removes the step of the wrench at a change of settings: the wrench fades from the old to the new
+//! value.
 //!
 //! In the tick of the change, the wrench stays as in the previous tick. The difference from the new
 //! wrench then fades out within [`TIME`]. If the new wrench falls because the hand leaves the
@@ -11,8 +11,8 @@ use palpus::algebra::Wrench;
 
 /// Time of the fade, s: as long as the ramp from engagement to the full wrench.
 const TIME: f64 = 0.25;
-/// The difference falls in proportion to the new wrench only if it is at most this many times
-/// larger. A small new wrench says little about the contact.
+/// The difference falls in proportion to the new wrench only if its size is at most this
+/// multiple of the new wrench. A small new wrench says little about the contact.
 const LARGEST_RATIO: f64 = 3.0;
 
 /// The remaining difference from the wrench under the old settings.
@@ -26,7 +26,7 @@ pub(super) struct Blend {
     left: f64,
 }
 
-/// Difference from the new force (or torque) to the old one.
+/// Difference from the new to the old force (or torque).
 #[derive(Clone, Copy, Debug, Default)]
 struct Offset {
     by: DVec3,

@@ -1,7 +1,7 @@
 //! Interventions of the safety chain.
 
-/// Reason why the device got another wrench than the computed one. The order follows the stages of
-/// the chain; reasons from outside the chain come last.
+/// Reason why the device did not get the computed wrench. The order follows the stages of the
+/// chain; reasons from outside the chain come last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Cut {
@@ -48,7 +48,7 @@ pub enum Cut {
     Overrun,
     /// The machine was suspended since the last tick.
     Suspended,
-    /// The settings of the engine changed, and the wrench fades from its old value to the new one.
+    /// The settings of the engine changed, and the wrench fades from the old to the new value.
     Settings,
     /// The run ends, or another scene follows: the wrench fades out.
     Ending,

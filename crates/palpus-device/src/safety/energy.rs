@@ -19,12 +19,12 @@
 //! Energy that the controller takes back acts later and is observed then, so nothing is counted
 //! twice.
 //!
-//! If a loop has several tools, another tool may push this one, and the energy comes from another
+//! If a loop has several tools, another tool may push this tool, and the energy comes from another
 //! hand. So a tool may pass on the energy that it got from contact with other tools, as long as
 //! such contact gives no more energy than it takes ([`ContactAccount`]).
 //!
 //! Differences from HR02: the account uses the wrench that acted, with its delay, instead of the
-//! commanded one. Step 3 has two bounds. A small excess is allowed, since sensed positions have
+//! commanded wrench. Step 3 has two bounds. A small excess is allowed, since sensed positions have
 //! steps.
 
 use glam::DVec3;

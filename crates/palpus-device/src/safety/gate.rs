@@ -33,8 +33,8 @@ pub struct Gate {
 /// A state for the step, and the faults of the state that was read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Admitted {
-    /// The state that was read if it is valid, else the last valid one, at rest; `None` before the
-    /// first valid state.
+    /// The state that was read if it is valid, else the last valid state, at rest; `None` before
+    /// the first valid state.
     pub state: Option<DeviceState>,
     /// The state that was read, valid or not.
     pub read: DeviceState,
@@ -48,7 +48,7 @@ impl Gate {
         Self { limits: *limits, last: None, age: 0.0, travel: 0.0, turn: 0.0 }
     }
 
-    /// Checks a state that was read `elapsed` seconds after the last one.
+    /// Checks a state that was read `elapsed` seconds after the previous state.
     pub fn admit(&mut self, read: &DeviceState, elapsed: f64) -> Admitted {
         let mut cuts = Cuts::NONE;
         if !is_finite(read) {

@@ -4,7 +4,7 @@
 //! In a passive contact the wrench oscillates only because the hand moves the grip: over a texture,
 //! in stick-slip, or against a wall. In a limit cycle the wrench oscillates while the hand holds
 //! still. Each axis of force and torque is examined separately, so that any period from two ticks
-//! up is detected, even an irregular one:
+//! up is detected, even if the period is irregular:
 //!
 //! 1. *Turning points*: a component of the wrench has a turning point where it has come back from
 //!    an extreme by [`LEAST_SWING`] of the peak. A half cycle goes from one turning point to the

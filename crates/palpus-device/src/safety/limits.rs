@@ -158,7 +158,7 @@ impl SafetyLimits {
     /// Returns the limits for a device with this `spec` in a loop of `rate_hz`.
     ///
     /// The values that the device states are checked first. A peak that is negative or NaN counts
-    /// as 0. For a device in [`known_devices`], the peaks are at most the listed ones. No peak
+    /// as 0. For a device in [`known_devices`], the peaks are at most the listed peaks. No peak
     /// exceeds 40 N or 5 N·m, which is more than any desktop device gives.
     pub fn of(spec: &DeviceSpec, rate_hz: f64) -> Self {
         let period = 1.0 / rate_hz;
@@ -275,10 +275,10 @@ impl SafetyLimits {
         })
     }
 
-    /// Returns for each threshold the tighter one of the two. The tighter value is the smaller one,
-    /// except for `ramp` and `hold`, where it is the longer one. More damping does not count as
-    /// tighter, since it can make the device oscillate. The delay and the encoder steps are not
-    /// thresholds and stay unchanged.
+    /// Returns the tighter of two values for each threshold. The tighter value is the smaller
+    /// value; for `ramp` and `hold` it is the longer time. More damping does not count as tighter,
+    /// since it can make the device oscillate. The delay and the encoder steps are not thresholds
+    /// and stay unchanged.
     #[must_use]
     pub fn within(&self, others: &Self) -> Self {
         Self {

@@ -24,7 +24,7 @@
 //! The commanded wrench never changes by more than the slew limit from one message to the next. So
 //! the peak falls to zero within 2 ms after a fault.
 //!
-//! If the settings of the engine change, the wrench fades from the old to the new one within a
+//! If the settings of the engine change, the wrench fades from the old to the new value within a
 //! quarter of a second.
 //!
 //! While a device withholds its force ([`DeviceState::withheld`]), the commanded wrench falls to
@@ -167,8 +167,8 @@ impl SafetyChain {
         self.machine.phase()
     }
 
-    /// Returns the fraction of the allowed heat that force or torque has used, the larger of the
-    /// two.
+    /// Returns the fraction of the allowed heat that is used: the larger fraction of force and
+    /// torque.
     pub fn heat(&self) -> f64 {
         self.heat_force.used().max(self.heat_torque.used())
     }
@@ -378,12 +378,12 @@ impl SafetyChain {
 
     /// Returns the time for ramps and slew, s: the elapsed time, but at most one period. So two
     /// successive writes never differ by more than the slew limit of one period, however late the
-    /// second one is.
+    /// second write is.
     fn step(&self) -> f64 {
         self.elapsed.min(self.period)
     }
 
-    /// Moves from one wrench to the other, as far as the slew limit allows in `dt` s. The flag is
+    /// Moves the wrench `from` towards `to`, as far as the slew limit allows in `dt` s. The flag is
     /// true if the end was not reached.
     fn towards(&self, from: &Wrench, to: &Wrench, dt: f64) -> (Wrench, bool) {
         let (force, force_cut) = step_towards(from.force, to.force, self.limits.force_slew * dt);

@@ -10,8 +10,8 @@ pub trait Passivity: Send {
     /// Returns `computed`, or the wrench that may be commanded instead, for a grip in `state`.
     ///
     /// `elapsed` is the time since the last call, s. The last commanded wrench was held for this
-    /// time, and the next one will be held as long. The result must be finite. If no energy must be
-    /// removed, it must equal `computed` bit for bit; any other result counts as
+    /// time, and the next wrench will be held as long. The result must be finite. If no energy must
+    /// be removed, it must equal `computed` bit for bit; any other result counts as
     /// [`super::Cut::Passivity`].
     fn limit(&mut self, computed: &Wrench, state: &DeviceState, elapsed: f64) -> Wrench;
 

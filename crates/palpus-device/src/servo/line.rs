@@ -87,7 +87,7 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
     }
 
     /// Passes a `computed` wrench through the chain and writes the result to the device. The tick
-    /// began `elapsed` seconds after the last one.
+    /// began `elapsed` seconds after the previous tick.
     pub(super) fn answer(
         &mut self,
         state: &DeviceState,

@@ -3,8 +3,8 @@
 //! In each tick, by default at 1 kHz, the loop takes these steps:
 //!
 //! 1. Wait for the tick's deadline in real time. In simulated time the loop does not wait.
-//! 2. Read each device's state and pass it through the device's gate. An invalid state is replaced
-//!    by the last valid one, at rest.
+//! 2. Read each device's state and pass it through the device's gate. The last valid state, at
+//!    rest, replaces an invalid state.
 //! 3. Run the step once, which returns a wrench for each device. A panic in the step is caught.
 //! 4. Pass each wrench through the safety chain of its device ([`crate::SafetyChain`]).
 //! 5. Write the resulting wrenches to the devices and notify their watchdogs.
@@ -80,8 +80,8 @@ pub struct StepOutcome<T = ()> {
     pub wrench: Wrench,
     /// True if the wrench was reduced to the device's limits.
     pub saturated: bool,
-    /// True if the wrench is the first one with changed settings; the wrench then fades from its
-    /// old value to this one.
+    /// True if the wrench is the first wrench with changed settings; the chain then fades from the
+    /// old to the new value.
     pub changed: bool,
     /// Work that moving bodies, such as a conveyor or a falling part, did on the tool in this tick,
     /// J, by translation and by rotation. The hand may receive this energy without having put it in
@@ -111,7 +111,7 @@ pub struct ServoTick {
     pub index: u64,
     /// `index` times the nominal period, s.
     pub time: f64,
-    /// Input of the step: the state that was read, or the last valid one, at rest.
+    /// Input of the step: the state that was read, or the last valid state, at rest.
     pub state: DeviceState,
     /// The state as the device returned it, whether the gate accepted it or not.
     pub read: DeviceState,

@@ -13,7 +13,7 @@ pub(super) struct Start {
     pub(super) lateness: Duration,
     /// Time since the last tick began; `None` for the first tick and in simulated time.
     pub(super) period: Option<Duration>,
-    /// Number of whole periods without a tick before this one.
+    /// Number of whole periods without a tick before this tick.
     pub(super) skipped: u64,
 }
 

@@ -42,7 +42,7 @@ impl Punctuality {
         Self { ticks: vec![Made::default(); room], oldest: 0, count: 0, late: 0, now: 0.0 }
     }
 
-    /// Records the start of a tick, `elapsed` seconds after the last one.
+    /// Records the start of a tick, `elapsed` seconds after the previous tick.
     pub(super) fn begin(&mut self, elapsed: f64) {
         self.now += elapsed;
         while self.count > 0 && (self.count == self.ticks.len() || self.ticks[self.oldest].at < self.now - WINDOW) {

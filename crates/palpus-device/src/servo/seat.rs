@@ -16,7 +16,7 @@ use crate::safety::{AfterFault, Cut, Cuts, Passivity, Phase, SafetyLimits, Safet
 /// Options and memory of a device that are kept from run to run.
 pub(super) struct Kept {
     pub(super) safety: SafetyOptions,
-    /// A passivity stage of the caller, which replaces the default one. The default stage is made
+    /// A passivity stage of the caller, which replaces the default stage. The default stage is made
     /// for each run.
     pub(super) passivity: Option<Box<dyn Passivity>>,
     pub(super) tally: Tally,
@@ -204,7 +204,7 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
         self.tick = Some(tick);
     }
 
-    /// Returns the record of this tick, if there is one.
+    /// Returns the record of this tick; `None` without a record.
     pub(super) fn tick(&self) -> Option<&ServoTick> {
         self.tick.as_ref()
     }

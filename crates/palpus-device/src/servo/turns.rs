@@ -101,7 +101,7 @@ impl<'a, D: HapticDevice + ?Sized, T> Turns<'a, D, T> {
         !lasts
     }
 
-    /// Runs one tick; breaks with the reason if it was the last one.
+    /// Runs one tick; breaks with the reason if it was the last tick.
     pub(super) fn turn<S, O>(&mut self, step: &mut S, observer: &mut O) -> ControlFlow<RunEnd>
     where
         S: FnMut(&[DeviceState], f64, &mut [Option<StepOutcome<T>>]),

@@ -3,7 +3,7 @@
 //! 1. The rate drifts: each second has a mean rate and a scatter, and the mean changes linearly
 //!    from one second to the next.
 //! 2. Each period differs from the mean by a random amount with a triangular distribution.
-//! 3. Sometimes a tick is late, and the next one comes earlier to catch up.
+//! 3. Sometimes a tick is late, and the next tick comes earlier to catch up.
 //!
 //! The same seed gives the same periods.
 

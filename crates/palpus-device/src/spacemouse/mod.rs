@@ -12,9 +12,10 @@
 //! 4. A pushed cap sends reports many times a second. Without a report for a quarter of a second it
 //!    counts as released.
 //!
-//! The axes follow the convention of palpus: +X right, +Y away from the user, +Z up. The reports
-//! are tested against documented byte sequences; no device was available. In a window the
-//! SpaceMouse moves the simulated operator, as the keyboard does; the window implements this.
+//! The axes follow the convention of palpus: +X right, +Y away from the user, +Z up. The
+//! reports are tested against documented byte sequences; no device was available. In a window, the
+//! SpaceMouse moves the simulated operator, as the keyboard does. The window implements this
+//! motion.
 
 #[cfg(target_os = "linux")]
 mod hidraw;
@@ -38,13 +39,13 @@ const FASTEST: f64 = 0.12;
 /// Largest rotation speed, rad/s, at full deflection: about a quarter turn per second.
 const FASTEST_TURN: f64 = 1.6;
 /// Fraction of the full deflection that counts as zero. A cap at rest reports up to a twentieth,
-/// and a push along one axis also shows on others.
+/// and a push along one axis also shows on other axes.
 const DEAD_ZONE: f64 = 0.08;
 /// Without a report for this time, the cap counts as released.
 const SILENCE: Duration = Duration::from_millis(250);
 /// Longest time by which one read moves the pose, s.
 const LONGEST_STEP: f64 = 0.05;
-/// Largest number of reports that one read takes. Some hundreds arrive per second.
+/// Largest number of reports that one read takes. Some hundreds of reports arrive per second.
 const MOST_REPORTS: usize = 64;
 
 /// The reason why there is no SpaceMouse.

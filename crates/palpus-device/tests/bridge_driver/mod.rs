@@ -386,7 +386,7 @@ impl Driver {
     }
 }
 
-/// Replaces the CRC-32 of a frame by the correct one.
+/// Replaces the CRC-32 of a frame by the correct value.
 pub(crate) fn repair(bytes: &mut [u8]) {
     bytes[12..16].fill(0);
     let check = crc32fast::hash(bytes);

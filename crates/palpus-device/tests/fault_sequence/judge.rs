@@ -167,8 +167,8 @@ pub(crate) fn judge_names(sequence: &Sequence, ticks: &[ServoTick], statistics: 
             sequence.faults.iter().enumerate().all(|(other, (at, its))| {
                 other == k || *at > tick + lasting(fault) + 2 || at + lasting(its) + 2 < *tick
             });
-        // The first read cannot be compared with another one, and the effect of the last faults may
-        // come after the end.
+        // The first read cannot be compared with an earlier read, and the effect of the last faults
+        // may come after the end.
         let seen = *tick > 0 && tick + lasting(fault) + 1 < reads;
         let seen = match fault {
             Fault::LateRead(_) | Fault::LateStep(_) => seen && counts_reads && is_held(tick - 1),

@@ -192,7 +192,7 @@ impl Dhd {
             && let Some((enable, disable)) = self.expert
         {
             // SAFETY: all arguments are passed by value. The expert mode only enables functions
-            // such as this one.
+            // such as `dhdSetWatchdog`.
             code = unsafe {
                 enable();
                 let code = set(steps, id as c_char);

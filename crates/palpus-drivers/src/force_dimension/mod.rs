@@ -56,7 +56,7 @@ const UNKNOWN_FORCE: f64 = 8.0;
 /// Torque limit of such a device with a motorised wrist, N·m. No device of this maker has a lower
 /// limit.
 const UNKNOWN_TORQUE: f64 = 0.2;
-/// Rate if the library does not state one, Hz.
+/// Rate if the library states no rate, Hz.
 const USUAL_RATE_HZ: f64 = 1000.0;
 
 /// The library returned the previous sample again, or did not send, because the call came too soon.

@@ -89,7 +89,7 @@ const LAST_TURN: Duration = Duration::from_millis(200);
 const SILENCE: f64 = 0.1;
 /// Number of consecutive turns with force errors after which the run ends.
 const FORCE_ERRORS_IN_A_ROW: u32 = 200;
-/// Maximum number of errors fetched at a time, because the library may add new ones meanwhile.
+/// Maximum number of errors fetched at a time, because the library may add new errors meanwhile.
 const ERRORS_AT_A_TIME: usize = 16;
 /// Maximum number of calibration updates, and the time between two of them.
 const CALIBRATIONS: u32 = 10;
@@ -97,7 +97,8 @@ const CALIBRATION_TIME: Duration = Duration::from_millis(10);
 /// Mean additional time from a write to its effect, s: half a turn, because HDAPI's thread has its
 /// own timing.
 const DELAY: f64 = 0.5e-3;
-/// Number of buttons on the maker's styluses and handles. Encoder gimbals have one or none.
+/// Number of buttons on the maker's styluses and handles. Encoder gimbals have one button or no
+/// button.
 const BUTTONS: u8 = 2;
 
 pub(crate) const LIBRARY: Known = Known {

@@ -157,7 +157,7 @@ impl Shared {
 
     fn take_error(&self, code: u32) {
         if !errors::is_of_force(code) {
-            // Keeps the first error, because it caused the later ones.
+            // Keeps the first error, because it caused the later errors.
             let _ = self.failure.compare_exchange(0, code, Ordering::AcqRel, Ordering::Relaxed);
             return;
         }
@@ -262,7 +262,7 @@ impl Touch {
         }
     }
 
-    /// Fetches the library's errors. Returns true if one of them removed the force in this turn.
+    /// Fetches the library's errors. Returns true if an error removed the force in this turn.
     fn take_errors(&self) -> bool {
         let (mut any, mut none) = (false, false);
         for _ in 0..ERRORS_AT_A_TIME {

@@ -263,8 +263,8 @@ fn read_plate(from: &mut Reader<'_>, vertices: Vec<DVec3>) -> Option<Polytope> {
     plate.validate_topology().is_ok().then_some(plate)
 }
 
-/// Writes the triangles (each as the difference from the previous one) and then, for each face, the
-/// number of its triangles and their positions in that list.
+/// Writes the triangles (each as the difference from the previous triangle) and then, for each
+/// face, the number of its triangles and their positions in that list.
 fn write_piece(out: &mut Writer, piece: &Piece, face_count: usize) {
     let triangles = piece.triangles();
     out.count(triangles.len());

@@ -14,7 +14,7 @@
 //! `qz`, `qw`. The columns may have any order.
 //!
 //! 1. Times are relative to the first sample. Times must not decrease. If several samples have the
-//!    same time, the first one is used.
+//!    same time, the first sample is used.
 //! 2. Quaternions must be of unit length within 1e-3 and are normalised.
 //! 3. Files of more than 256 MB or 4 million samples are rejected, so that no file uses up the
 //!    memory.

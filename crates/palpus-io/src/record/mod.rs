@@ -12,8 +12,9 @@
 //!    double.
 //! 2. Parquet: the columns, and a column `change`, which is empty except for ticks from which other
 //!    settings apply. The header is the file's metadata `palpus`.
-//! 3. MCAP: ROS 2 messages for robotics tools (pose, twist, wrench), whole rows on a separate
-//!    channel, and changes of settings on another one. The header is the metadata record `palpus`.
+//! 3. MCAP: ROS 2 messages for robotics tools (pose, twist, wrench), whole rows on a second
+//!    channel, and changes of settings on a third channel. The header is the metadata record
+//!    `palpus`.
 //!
 //! | columns | meaning |
 //! |---|---|
@@ -68,7 +69,7 @@ pub const FORMAT: u32 = 3;
 
 /// Bytes for one place in a file.
 struct Piece {
-    /// Offset in the file; the bytes overwrite the old ones.
+    /// Offset in the file; the bytes overwrite the old bytes.
     at: u64,
     bytes: Vec<u8>,
 }

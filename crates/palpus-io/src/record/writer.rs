@@ -31,7 +31,7 @@ pub enum RecordingFormat {
 
 impl RecordingFormat {
     /// Returns the format for the extension of a file name: `.csv`, `.parquet` or `.mcap`; `None`
-    /// for others.
+    /// for other extensions.
     pub fn of_name(path: &Path) -> Option<Self> {
         let extension = path.extension()?.to_str()?;
         let formats = [("csv", Self::Csv), ("parquet", Self::Parquet), ("mcap", Self::Mcap)];

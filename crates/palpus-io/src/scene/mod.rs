@@ -201,7 +201,7 @@ pub struct SceneGaps {
 pub struct SceneTool {
     /// Mesh and start pose.
     pub body: SceneBody,
-    /// Grip in the frame of the tool's mesh (m); `None` if the file does not set it.
+    /// Grip in the frame of the tool's mesh (m); `None` if the file sets no grip.
     pub grip: Option<DVec3>,
     /// The simulated operator of the tool.
     pub hand: SceneHand,

@@ -91,7 +91,7 @@ impl Peer {
         state.ok_or_else(|| self.lost(format!("no state in {} ms", SILENCE.as_millis())))
     }
 
-    /// Reads the waiting states and returns the newest one.
+    /// Reads the waiting states and returns the newest state.
     pub(super) fn newest(&mut self) -> Result<Numbered, String> {
         let mut newest = self.next_state()?;
         // The number of reads is bounded, since the driver keeps sending.

@@ -42,7 +42,8 @@ use document::{Primitive, Root, check_version_and_extensions, split_glb};
 use nodes::visit_nodes;
 
 /// Largest number of corners (and of vertices) that repeated meshes may produce, unless the file
-/// has more bytes than this: about 100 MB, or a thousand copies of a mesh of a thousand triangles.
+/// has more bytes than this limit: about 100 MB, or a thousand copies of a mesh of a thousand
+/// triangles.
 const MAX_INSTANCED: u64 = 1 << 22;
 
 /// Reads the first bytes of a file beside the glTF file. The arguments are its URI and the

@@ -144,7 +144,7 @@ enum Values<'a> {
     Optional(Vec<Option<f64>>),
     /// Values packed as bits.
     Flags(&'a [u8]),
-    /// The values of the rows that have one.
+    /// The values of the rows that have a value.
     Texts(Vec<&'a str>),
 }
 
