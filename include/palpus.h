@@ -725,7 +725,7 @@ palpus_result palpus_depth_settings_default(palpus_body a,
 
 /**
  * Prepares two bodies for depth queries. The first preparation of a large body takes up to minutes
- * on all cores; later ones reuse it. `settings` may be NULL for the defaults.
+ * on all cores; later preparations reuse its result. `settings` may be NULL for the defaults.
  */
 palpus_result palpus_depth_create(palpus_body a,
                                   palpus_body b,

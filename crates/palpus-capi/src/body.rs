@@ -70,7 +70,7 @@ pub struct palpus_body_facts {
 /// The value behind a body's handle.
 pub(crate) struct Shared {
     pub(crate) body: Arc<Body>,
-    /// Computed when a depth is first requested.
+    /// The interior is computed when a depth is first requested.
     interior: OnceLock<Interior>,
 }
 

@@ -87,7 +87,7 @@ pub unsafe extern "C" fn palpus_depth_settings_default(
 }
 
 /// Prepares two bodies for depth queries. The first preparation of a large body takes up to minutes
-/// on all cores; later ones reuse it. `settings` may be NULL for the defaults.
+/// on all cores; later preparations reuse its result. `settings` may be NULL for the defaults.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_depth_create(
     a: palpus_body,

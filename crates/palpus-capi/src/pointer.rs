@@ -42,7 +42,7 @@ impl<T: Copy> In<T> {
     /// # Safety
     /// Same as [`InArray::new`], for one value.
     pub(crate) unsafe fn new(pointer: *const T, name: &'static str) -> Self {
-        // SAFETY: the caller guarantees it.
+        // SAFETY: the caller guarantees the conditions of `InArray::new`.
         Self { array: unsafe { InArray::new(pointer, 1, name) } }
     }
 
@@ -91,11 +91,12 @@ impl<T> Out<T> {
     /// # Safety
     /// As [`OutArray::new`], for one place.
     pub(crate) unsafe fn new(pointer: *mut T, name: &'static str) -> Self {
-        // SAFETY: the caller guarantees it.
+        // SAFETY: the caller guarantees the conditions of `OutArray::new`.
         Self { array: unsafe { OutArray::new(pointer, 1, name) } }
     }
 
-    /// Fails if the pointer cannot point to a place. Called before work whose result would be lost.
+    /// Fails if the pointer cannot point to a place. Call this check before work whose result would
+    /// otherwise be lost.
     pub(crate) fn check(&self) -> Result<(), Fault> {
         self.array.check()
     }

@@ -120,7 +120,7 @@ pub struct palpus_settings {
 }
 
 impl palpus_settings {
-    /// Returns the engine's settings. The engine checks their values later.
+    /// Returns the engine's settings. The engine checks the values later.
     pub(crate) fn read(&self) -> Result<Settings, Fault> {
         let palpus_coupling { stiffness, damping, angular_stiffness, angular_damping, skin, mass } = self.coupling;
         let coupling = VirtualCoupling { stiffness, damping, angular_stiffness, angular_damping, skin, mass };

@@ -14,8 +14,8 @@ use glam::DVec3;
 
 /// Number of recent commands to which a report may belong.
 const BACK: usize = 3;
-/// Tolerance of a report: absolute (N), and relative to the force. Rounding to single precision is
-/// far smaller.
+/// Tolerance of a report: absolute (N), and relative to the force. Rounding errors of single
+/// precision are far smaller than this tolerance.
 const SLACK: (f64, f64) = (0.05, 0.02);
 /// A report counts as missing or uncommanded only from this force on, N. A hand can feel such a
 /// force.

@@ -22,7 +22,7 @@ const BASELINE: f64 = 15e-3;
 const HORIZON: f64 = 25e-3;
 /// Time constant of the result, s.
 const LAG: f64 = 8e-3;
-/// Largest angular velocity, rad/s: no wrist is faster (2000 °/s). A faster reading means that the
+/// Largest angular velocity, rad/s: no wrist turns faster (2000 °/s). A larger value means that the
 /// sensor was reset.
 const FASTEST: f64 = 35.0;
 /// Difference from the prediction, rad, from which a sample is returned unsmoothed, so that the

@@ -50,8 +50,8 @@ impl Line {
 impl Read for Line {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let Some(until) = self.until else {
-            // Reads without waiting. A very short timeout would wait longer, because of the coarse
-            // clock.
+            // Reads without waiting. A very short timeout would last longer than requested, because
+            // the system's clock is coarse.
             self.tcp.set_nonblocking(true)?;
             let read = self.tcp.read(buffer);
             self.tcp.set_nonblocking(false)?;

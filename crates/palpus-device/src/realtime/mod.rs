@@ -20,8 +20,8 @@ use std::fmt;
 /// The resources to claim. The default claims all resources.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RealTimeOptions {
-    /// `SCHED_FIFO` priority, 1 to 98 (the watchdog gets one more); `None` keeps the thread's
-    /// priority.
+    /// `SCHED_FIFO` priority, 1 to 98 (the watchdog gets the next higher priority); `None` keeps
+    /// the thread's priority.
     pub priority: Option<u8>,
     /// Locks the memory of the process.
     pub lock_memory: bool,

@@ -69,7 +69,8 @@ pub struct EnergyAccount {
 /// they have taken.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactAccount {
-    /// Energy given to all tools together and not yet taken back, J; negative if more was taken.
+    /// Energy given to all tools together and not yet taken back, J; negative if the contacts took
+    /// more than they gave.
     given: f64,
     /// Energy that the contacts may give before they have taken any, J.
     allowance: f64,

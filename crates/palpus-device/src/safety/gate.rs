@@ -80,7 +80,7 @@ impl Gate {
     fn is_jump(&self, from: &Pose, to: &Pose, since: f64) -> bool {
         let moved = to.translation.distance(from.translation);
         let turned = rotation_between(from.rotation, to.rotation).length();
-        // Written so that an infinite or NaN distance is also a jump.
+        // This form of the comparison also detects an infinite or NaN distance as a jump.
         !(moved <= self.limits.speed * since + self.limits.jump
             && turned <= self.limits.turn * since + self.limits.jump_angle)
     }

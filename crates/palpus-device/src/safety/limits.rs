@@ -11,8 +11,8 @@ use crate::device::{DeviceSpec, known_devices};
 const FORCE_CEILING: f64 = 40.0;
 /// Largest accepted peak torque, N·m.
 const TORQUE_CEILING: f64 = 5.0;
-/// A smaller stated value counts as 0 (N, N·m, s, m or rad). This value is far below what a hand
-/// can feel, and squares of much smaller numbers underflow.
+/// A stated value below this limit counts as 0 (N, N·m, s, m or rad). This value is far below what
+/// a hand can feel, and squares of much smaller numbers underflow.
 const LEAST_STATED: f64 = 1e-9;
 /// Continuous force relative to the peak force if the maker does not state it. Stated pairs (N):
 /// Phantom Premium 1.5 1.4/8.5, Premium 3.0 3/22, Touch 0.88/3.3, Touch X 1.75/7.9. The ratios of
@@ -276,9 +276,9 @@ impl SafetyLimits {
     }
 
     /// Returns the tighter of two values for each threshold. The tighter value is the smaller
-    /// value; for `ramp` and `hold` it is the longer time. More damping does not count as tighter,
-    /// since it can make the device oscillate. The delay and the encoder steps are not thresholds
-    /// and stay unchanged.
+    /// value; for `ramp` and `hold` it is the longer time. A larger damping does not count as
+    /// tighter, since it can make the device oscillate. The delay and the encoder steps are not
+    /// thresholds and stay unchanged.
     #[must_use]
     pub fn within(&self, others: &Self) -> Self {
         Self {

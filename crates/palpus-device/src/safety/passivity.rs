@@ -17,7 +17,8 @@ pub trait Passivity: Send {
 
     /// Adds the work that moving bodies and the tools of other devices did on this tool in this
     /// tick, J, by translation and by rotation. The work is negative if the tool did work on the
-    /// others. The hand may receive this energy. Called before [`Self::limit`].
+    /// others. The hand may receive this energy. The chain calls this function before
+    /// [`Self::limit`].
     fn received(&mut self, _: [f64; 2]) {}
 
     /// Takes the wrench that was commanded in this tick, after all later stages, for the energy

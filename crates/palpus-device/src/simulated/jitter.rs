@@ -33,7 +33,7 @@ impl Jitter {
     }
 }
 
-/// Shortest period, in nominal periods: a late loop does not catch up faster.
+/// Shortest period, in nominal periods: the largest rate at which a late loop catches up.
 const SHORTEST: f64 = 0.75;
 
 /// Generator of the periods of a loop.

@@ -8,8 +8,8 @@
 
 use glam::DVec3;
 
-/// Size of the read buffer, bytes. The three reports are shorter; the kernel truncates longer
-/// reports.
+/// Size of the read buffer, bytes. The three reports fit into the buffer; the kernel truncates
+/// longer reports.
 pub(super) const LONGEST: usize = 64;
 
 /// Reported number at full deflection. Some devices go a little beyond.

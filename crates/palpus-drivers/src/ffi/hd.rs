@@ -204,7 +204,7 @@ pub(crate) trait Servant: Send + 'static {
     /// Does the work of one turn. Returns false if this was the last turn.
     fn serve(&mut self) -> bool;
 
-    /// Called after a turn has panicked. Sets the force to zero. No other call follows.
+    /// Sets the force to zero after a turn has panicked. No other call follows.
     fn panicked(&mut self);
 
     /// Returns a flag that is set after the last call has returned. From then on the servant may be

@@ -63,6 +63,6 @@ unsafe fn words(text: *const c_char) -> String {
     if text.is_null() {
         return String::new();
     }
-    // SAFETY: the caller guarantees it.
+    // SAFETY: the caller guarantees the conditions above.
     unsafe { CStr::from_ptr(text) }.to_string_lossy().trim().to_owned()
 }

@@ -32,7 +32,7 @@ pub(super) mod cause {
 pub(super) struct Shared {
     pub(super) api: Dhd,
     pub(super) id: i8,
-    /// Locked during every call for the device.
+    /// Lock that is held during every call for the device.
     pub(super) line: Mutex<State>,
     pub(super) brake: BrakeFlag,
     /// True if the brake was applied while a call was running; it could then only set this flag.

@@ -28,7 +28,7 @@ use palpus::body::{Body, BodyError, BodySettings, Ground, PolygonSoup};
 
 use crate::ContentHash;
 
-/// Increased when the file layout changes.
+/// Version of the file layout. Increase it with each change of the layout.
 const FORMAT: u32 = 2;
 const MAGIC: &[u8; 8] = b"palpus b";
 /// Size of the header: magic number, name, length of the index, and hash of the index.
@@ -318,8 +318,8 @@ fn little_endian(bytes: &[u8]) -> u64 {
     bytes.iter().rev().fold(0, |number, &byte| number << 8 | u64::from(byte))
 }
 
-/// Locks the mutex. A panic of an earlier holder is ignored, since it cannot leave this data half
-/// changed.
+/// Locks the mutex. A panic of an earlier holder is ignored, since a panic cannot leave this data
+/// half changed.
 fn held<T>(lock: &Mutex<T>) -> MutexGuard<'_, T> {
     lock.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -123,7 +123,7 @@ class Labeller:
         of_contacts = _columns(contacts)
         of_contacts["pose"] = of_contacts["pose"] + np.uint64(block.first)
         self._write("contacts", block, of_contacts)
-        # Written last, because this file shows that the block is done.
+        # This file is written last, because it shows that the block is done.
         self._write("nearest", block, {"pose": numbers, **_columns(nearest)})
         overlapping = int((nearest["separation"] < 0).sum())
         return {**counts, "contacts": len(contacts), "overlapping": overlapping, "done_before": False}
