@@ -874,7 +874,7 @@ palpus_result palpus_world_get_twist(palpus_world world, palpus_object object, p
 
 /**
  * Sets the pose and the velocity of a driven object. `twist` is the velocity of the origin of its
- * frame, in the world's axes. You can call this at any rate; between two calls the object
+ * frame, in the world's axes. You can call this function at any rate; between two calls the object
  * continues at this velocity.
  */
 palpus_result palpus_world_drive(palpus_world world,

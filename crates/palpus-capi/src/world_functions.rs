@@ -263,7 +263,7 @@ pub unsafe extern "C" fn palpus_world_get_twist(
 }
 
 /// Sets the pose and the velocity of a driven object. `twist` is the velocity of the origin of its
-/// frame, in the world's axes. You can call this at any rate; between two calls the object
+/// frame, in the world's axes. You can call this function at any rate; between two calls the object
 /// continues at this velocity.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_drive(

@@ -1,4 +1,4 @@
-//! Tests that a tool that is thrown at a thin body stays on its side.
+//! Tests that a tool that is thrown at a thin body does not pass through the body.
 
 mod bodies;
 

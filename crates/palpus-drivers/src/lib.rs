@@ -9,8 +9,8 @@
 //! name, the searched folders, and how to install the library. The folder `ffi` is the only one
 //! with `unsafe`. Its hand-written declarations cover only the functions that are called.
 //!
-//! The makers' frames are converted to ours (`axes`): x to the user's right, y away from the user,
-//! z up.
+//! The makers' frames are converted to palpus's frame (`axes`): x to the user's right, y away from
+//! the user, z up.
 //!
 //! Neither driver was tested on hardware, because no device was available. The tests build a
 //! stand-in for each library, which exports the same names.

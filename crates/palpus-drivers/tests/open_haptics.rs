@@ -52,8 +52,8 @@ fn push(force: DVec3) -> Wrench {
     Wrench { torque: DVec3::new(0.01, 0.02, 0.03), force }
 }
 
-/// Reads and writes `wrench` as a loop does, until `until` is true. Returns false if that does not
-/// happen.
+/// Reads and writes `wrench` as a loop does, until `until` is true. Returns false if `until` never
+/// becomes true.
 fn hold(device: &mut OpenHaptics, stand_in: &StandIn, wrench: Wrench, until: impl Fn(&StandIn) -> bool) -> bool {
     for _ in 0..2000 {
         // A device that is lost still applies no force.

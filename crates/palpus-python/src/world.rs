@@ -141,8 +141,8 @@ impl World {
         Ok(rows.into_pyarray(py))
     }
 
-    /// Sets the pose and the velocity of a driven body. You can call this at any rate; between two
-    /// calls the body continues at this velocity.
+    /// Sets the pose and the velocity of a driven body. You can call this function at any rate;
+    /// between two calls the body continues at this velocity.
     #[pyo3(signature = (body, pose, twist=None))]
     fn drive(&mut self, body: usize, pose: &Bound<'_, PyAny>, twist: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         let (id, pose) = (self.member(body)?.body, self::pose("pose", pose)?);
@@ -167,8 +167,8 @@ impl World {
         if self.inner_mut()?.throw(id, twist) { Ok(()) } else { Err(refused(format!("body {body} is not free"))) }
     }
 
-    /// Returns the pose of a body (7,). For a coupled tool this is the tool's pose, not the
-    /// device's.
+    /// Returns the pose of a body (7,). For a coupled tool, this pose is the pose of the tool,
+    /// not of the device.
     fn pose<'py>(&self, py: Python<'py>, body: usize) -> PyResult<Bound<'py, PyArray1<f64>>> {
         Ok(row(py, of_pose(&self.inner()?.pose(self.member(body)?.body))))
     }

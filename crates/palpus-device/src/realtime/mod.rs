@@ -129,8 +129,8 @@ fn rehearsed(answer: std::io::Result<std::thread::Result<Claimed>>) -> Claimed {
 /// Keeps the calling thread, and all threads that it starts later, off the core to which `claims`
 /// pinned a loop. A thread that claims a core later can again choose from all cores of the process.
 ///
-/// Call this after the loop's thread has made its claims and before a window is opened. With
-/// software rendering, threads of the graphics library run on every core that they may use.
+/// Call this function after the loop's thread has made its claims and before a window is opened.
+/// With software rendering, threads of the graphics library run on every core that they may use.
 pub fn leave_core(claims: &RealTimeClaims) {
     if let Some(core) = claims.pinned_to {
         system::leave(core);

@@ -12,9 +12,9 @@
 //!    would hide a later oscillation.
 //! 3. *Control*: take back the energy beyond the allowance, as far as the motion allows in the
 //!    coming tick. A force and a torque act against the velocities, each in proportion to what it
-//!    can take back. Each is at most the component of the wrench along the motion, plus the
-//!    force of a damper that the device can render stably. Near rest, where the direction of a
-//!    velocity is noise, both fade out.
+//!    can take back. Force and torque are each at most the component of the wrench along the
+//!    motion, plus the force of a damper that the device can render stably. Near rest, where the
+//!    direction of a velocity is noise, both fade out.
 //!
 //! Energy that the controller takes back acts later and is observed then, so nothing is counted
 //! twice.

@@ -114,7 +114,7 @@ pub struct RunStatistics {
     pub end: RunEnd,
 }
 
-/// A tick counts as late if it begins later than this after its deadline.
+/// A tick counts as late if it begins more than this time after its deadline.
 pub const LATE: Duration = Duration::from_micros(500);
 
 /// Statistics of a run in progress.

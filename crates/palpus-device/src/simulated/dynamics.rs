@@ -7,8 +7,8 @@
 //! The order matters here: a first-order scheme shifts the phase of a held wrench by half a step.
 //! The shift changes the stiffness at which a sampled wall begins to oscillate. The scheme is
 //! stable for all dampers, and for all springs whose period is longer than π steps;
-//! [`Dynamics::new`] picks steps far shorter than that. Dry friction reduces the speed after each
-//! velocity step, at most to zero, so that the body stays at rest instead of chattering.
+//! [`Dynamics::new`] chooses much shorter steps than the limit. Dry friction reduces the speed
+//! after each velocity step, at most to zero, so that the body stays at rest instead of chattering.
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Twist, Wrench};

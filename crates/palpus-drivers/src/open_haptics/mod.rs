@@ -60,7 +60,7 @@ mod number {
     pub(super) const FORCE: u32 = 0x2700;
     pub(super) const TORQUE: u32 = 0x2701;
     pub(super) const FORCE_OUTPUT: u32 = 0x4000;
-    /// Each of these clamps a force, or removes a force that exceeds the driver's limits.
+    /// Each protection clamps a force, or removes a force that exceeds the driver's limits.
     pub(super) const PROTECTIONS: [u32; 5] = [
         0x4001, // clamp of the largest force
         // gradual increase of the force when the scheduler starts, or continues after an error

@@ -66,7 +66,7 @@ impl StandIn {
         [self.get(slot), self.get(slot + 1), self.get(slot + 2)]
     }
 
-    /// Waits until `what` is true. Returns false if that takes more than two seconds.
+    /// Waits until `what` is true. Returns false after two seconds.
     pub fn comes_to(&self, mut what: impl FnMut(&Self) -> bool) -> bool {
         let begun = Instant::now();
         while begun.elapsed() < Duration::from_secs(2) {

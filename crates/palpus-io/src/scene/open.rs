@@ -106,8 +106,8 @@ impl SceneWorld {
         Ok(Self { world, file, tools, starts, environment, objects, driven })
     }
 
-    /// Sets the velocities of the driven objects from the scene file. Call this before each step,
-    /// or at least ten times a second; otherwise driven objects stop.
+    /// Sets the velocities of the driven objects from the scene file. Call this function before
+    /// each step, or at least ten times a second; otherwise driven objects stop.
     pub fn drive(&mut self) {
         for &(body, velocity) in &self.driven {
             let pose = self.world.pose(body);

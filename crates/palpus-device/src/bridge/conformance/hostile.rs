@@ -10,7 +10,7 @@ const SEED: u64 = 0xb41d_6e00;
 /// Offset of the CRC-32.
 const CHECK: std::ops::Range<usize> = 12..16;
 
-/// Generates hostile frames. Each contains a wrench, so that a wrong reaction shows as a force.
+/// Generates hostile frames. Each frame contains a wrench, so that a wrong reaction causes a force.
 pub(super) struct Hostile {
     session: u64,
     wrench: Wrench,
