@@ -682,7 +682,7 @@ palpus_result palpus_query_create(palpus_body a,
 
 /**
  * Finds all contacts with a separation below the tolerance, with a at `pose_ba` in b's frame. The
- * contacts are in b's frame. Writes the first `capacity` of them to `contacts`, and the total
+ * contacts are in b's frame. Writes the first `capacity` contacts to `contacts`, and the total
  * number to `count`. `contacts` may be NULL if `capacity` is 0. A pose near the previous pose
  * takes the least time. Allocates no memory.
  */
@@ -838,7 +838,7 @@ palpus_result palpus_world_get_tick(palpus_world world, palpus_tool tool, palpus
 
 /**
  * Writes the contacts of a tool in the last step, in the world's frame; a is the tool. Writes the
- * first `capacity` of them, and the total number to `count`.
+ * first `capacity` contacts, and the total number to `count`.
  */
 palpus_result palpus_world_contacts(palpus_world world,
                                     palpus_tool tool,

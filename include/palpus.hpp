@@ -78,7 +78,7 @@ class Owner {
     Handle handle_{};
 };
 
-/* Calls a function that fills an array. Calls it again with a larger array if there are more contacts. */
+/* Calls a function that fills an array. Calls the function again with a larger array if there are more contacts. */
 template <class Call>
 std::vector<Contact> contacts(Call call) {
     std::vector<Contact> found(64);

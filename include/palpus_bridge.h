@@ -1,5 +1,5 @@
 /*
- * The frames of palpus' bridge, version 1. With them, a program of yours acts as a haptic device.
+ * The frames of the bridge of palpus, version 1. A program that uses these frames acts as a haptic device.
  * The specification is docs/bridge.md. C99 or later, C++11 or later; no library is needed.
  *
  * All numbers are little-endian. All units are SI: m, rad, s, N, N m. Frames have fixed sizes and no

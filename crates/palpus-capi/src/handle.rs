@@ -5,8 +5,7 @@
 //! * Each place has a lock, and no function waits for this lock. If two threads use one world at
 //!   the same time, the second thread gets an error at once. The check needs an atomic exchange,
 //!   not a system call.
-//! * A panic poisons the lock of the value that it left half changed. That value can then only be
-//!   destroyed.
+//! * A panic poisons the lock of a half-changed value. That value can then only be destroyed.
 //! * Values never move. Tables only grow, by chunks of twice the size.
 
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError, RwLock, TryLockError};

@@ -107,7 +107,7 @@ pub unsafe extern "C" fn palpus_query_create(
 }
 
 /// Finds all contacts with a separation below the tolerance, with a at `pose_ba` in b's frame. The
-/// contacts are in b's frame. Writes the first `capacity` of them to `contacts`, and the total
+/// contacts are in b's frame. Writes the first `capacity` contacts to `contacts`, and the total
 /// number to `count`. `contacts` may be NULL if `capacity` is 0. A pose near the previous pose
 /// takes the least time. Allocates no memory.
 #[unsafe(no_mangle)]

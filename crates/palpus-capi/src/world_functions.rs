@@ -173,7 +173,7 @@ pub unsafe extern "C" fn palpus_world_get_tick(
 }
 
 /// Writes the contacts of a tool in the last step, in the world's frame; a is the tool. Writes the
-/// first `capacity` of them, and the total number to `count`.
+/// first `capacity` contacts, and the total number to `count`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_contacts(
     world: palpus_world,

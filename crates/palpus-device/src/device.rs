@@ -40,7 +40,8 @@ pub trait HapticDevice {
     }
 
     /// Returns the device's own counters since it was opened, by name, such as saturated motors or
-    /// lost answers. The loop's caller reads them after a run; this function may allocate.
+    /// lost answers. The loop's caller reads these counters after a run; this function may
+    /// allocate.
     fn counts(&self) -> Vec<(&'static str, u64)> {
         Vec::new()
     }
@@ -138,7 +139,7 @@ pub struct DeviceState {
     /// Velocity of the grip (m/s at its origin, and rad/s), in the device's frame.
     pub twist: Twist,
     /// Bit k is set while button k is pressed. The two highest bits are keys of the program; the
-    /// loop sets them.
+    /// loop sets these bits.
     pub buttons: u32,
     /// Time at which this state was sampled, s since the device was opened. A state that `read`
     /// returns again keeps its time, so a repeated time shows that there is no newer state.

@@ -85,7 +85,7 @@ pub fn look() -> Vec<Finding> {
 }
 
 /// Returns the known limits of the device called `name`; `None` if the name is unknown. A back end
-/// starts from them and adds what the device itself reports.
+/// starts from these limits and adds the values that the device itself reports.
 pub fn known_device(name: &str) -> Option<DeviceSpec> {
     known_devices().into_iter().find(|known| known.name == name)
 }

@@ -11,8 +11,8 @@
 //! * [`Servo`] is the loop: read, step and write in each tick, in real time or as fast as possible.
 //!   However the loop ends, the last wrench that it writes is zero.
 //! * [`SafetyChain`] limits each wrench before it reaches the hand. The [`Gate`] checks each device
-//!   state before the step, and the [`Watch`] checks the loop from another thread.
-//!   [`FaultyDevice`] injects faults to test them.
+//!   state before the step, and the [`Watch`] checks the loop from another thread. [`FaultyDevice`]
+//!   injects faults for tests of the chain, the gate and the watch.
 //! * [`self_test`] tests a device before it gives force to a person.
 //! * [`claim`] requests from the operating system what a real-time loop needs: priority, locked
 //!   memory and a core of its own. [`leave_core`] moves the other threads off that core.

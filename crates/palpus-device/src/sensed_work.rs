@@ -24,8 +24,8 @@ use palpus::algebra::{Pose, Wrench, rotation_between};
 use crate::acting::Acting;
 use crate::device::DeviceSpec;
 
-/// Shortest time over which a motion of few steps is counted, s. At 20 mm/s it covers several
-/// steps of 0.03 mm, and it is short compared with the period of a limit cycle.
+/// Shortest time over which a motion of few steps is counted, s. At 20 mm/s this time covers
+/// several steps of 0.03 mm. The time is short compared with the period of a limit cycle.
 const SPAN: f64 = 3.5e-3;
 /// Age of a load, s, from which it counts with half its weight.
 const MEMORY: f64 = 50e-3;

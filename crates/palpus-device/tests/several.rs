@@ -280,7 +280,8 @@ impl Blocks {
     }
 }
 
-/// Two simulated operators that press against each other. A third one holds still beside them.
+/// Two simulated operators that press against each other. A third operator holds still beside the
+/// two.
 fn pressing(which: usize) -> SimulatedDevice<impl Intent + Send> {
     let intent = move |time: f64| {
         let press = 0.012 * (2.0 * time).min(1.0);

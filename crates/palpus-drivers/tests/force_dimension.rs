@@ -256,8 +256,8 @@ fn library_gets_the_limits_of_force_and_torque() {
     assert!(device.is_limited());
 }
 
-/// Writes and reads until `until` is true, for at most a thousand ticks. Returns whether it became
-/// true.
+/// Writes and reads until `until` is true, for at most a thousand ticks. Returns true if `until`
+/// became true.
 fn ticks(device: &mut ForceDimension, until: impl Fn(&DeviceState) -> bool) -> bool {
     (0..1000).any(|_| {
         device.write(&push(DVec3::X)).unwrap();

@@ -1,4 +1,4 @@
-//! Rows for Python. numpy uses them as structured arrays in the engine's memory.
+//! Rows for Python. numpy uses the rows as structured arrays in the engine's memory.
 //!
 //! Every byte of a row is initialised, because numpy compares and writes rows as bytes. The field
 //! `fill` covers the padding.

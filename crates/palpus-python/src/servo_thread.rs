@@ -1,5 +1,5 @@
-//! The servo thread of a loop. The thread owns the world and the device until it ends. Python
-//! exchanges the newest values with it through triple buffers and a bounded queue. Once the loop
+//! The servo thread of a loop. The thread owns the world and the device until it ends. Python and
+//! the thread exchange the newest values through triple buffers and a bounded queue. Once the loop
 //! runs, nothing here waits, locks or allocates.
 
 use std::cell::Cell;

@@ -133,7 +133,7 @@ impl World {
     }
 
     /// Returns the contacts of two bodies in the last step, in the world's frame: an array of
-    /// CONTACT. The first body is a.
+    /// CONTACT. In each row, a is the first body.
     fn contacts<'py>(&self, py: Python<'py>, of: usize, other: usize) -> PyResult<Bound<'py, PyArray1<ContactRow>>> {
         let (of, with) = (self.member(of)?.body, self.member(other)?.body);
         let rows: Vec<ContactRow> =

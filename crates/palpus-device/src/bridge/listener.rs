@@ -36,7 +36,7 @@ pub(super) struct Shared {
     pub(super) valid_for: Duration,
     /// True if the device is no longer needed.
     pub(super) over: AtomicBool,
-    /// The reason why no more states will arrive, if so.
+    /// The reason why no more states will arrive; unset while states arrive.
     pub(super) lost: OnceLock<Cow<'static, str>>,
     pub(super) counts: Counts,
     opened: Instant,

@@ -54,8 +54,8 @@ pub use conformance::{Check, conformance};
 
 /// Lowest rate of a driver, Hz. At lower rates every state would be too old.
 const SLOWEST: f64 = 500.0;
-/// Usual rate of the loop, Hz. The driver gets it in the hello, and the thresholds are computed
-/// from it.
+/// Usual rate of the loop, Hz. The hello tells this rate to the driver, and the thresholds are
+/// computed from the rate.
 const USUAL_RATE: f64 = 1000.0;
 /// A state older than this is withheld, unless [`STALE_PERIODS`] periods of the driver are longer.
 const STALE_TIME: Duration = Duration::from_millis(5);
@@ -121,7 +121,7 @@ pub struct BridgeCounts {
     pub lost: u64,
     /// Number of ignored frames: damaged, old, or of another session.
     pub ignored: u64,
-    /// Number of commands that were not sent, since the driver does not read them.
+    /// Number of commands that were not sent, since the driver does not read its queue.
     pub unsent: u64,
     /// Number of zero commands that were sent because the loop had not written.
     pub idle: u64,

@@ -69,7 +69,7 @@ impl Socket {
     /// frames.
     pub(super) fn send(&self, frame: &[u8]) -> io::Result<bool> {
         let sent = match self {
-            // A UDP socket takes a datagram or drops it; on loopback it does not wait.
+            // A UDP socket takes a datagram or drops it; on loopback a send does not wait.
             Self::Udp(socket) => socket.send(frame),
             #[cfg(target_os = "linux")]
             Self::Packets(socket) => {

@@ -155,7 +155,7 @@ pub struct HaplyDevice {
 struct Shared {
     /// True if the device is no longer needed.
     over: AtomicBool,
-    /// The reason why no more states will arrive, if so.
+    /// The reason why no more states will arrive; unset while states arrive.
     lost: OnceLock<Cow<'static, str>>,
     counts: Counts,
 }
@@ -197,7 +197,7 @@ impl HaplyDevice {
     ///
     /// # Errors
     /// Fails if there is no service, no device, or no device that can be used. Each error says how
-    /// to fix it, as far as this is known.
+    /// to fix the problem, if this is known.
     pub fn open(options: &HaplyOptions) -> Result<Self, HaplyError> {
         let opened = opening::open(options)?;
         let (states_in, states) = latest(Sensed::first(opened.first));

@@ -152,7 +152,8 @@ pub(super) fn outrank() -> Claimed {
         let why = "the loop has no real-time priority that its watchdog could exceed".to_owned();
         return Claimed::Refused { why, mend: "get the priority first".to_owned() };
     };
-    // The watchdog may run on any core. On the loop's own core it still runs before the loop.
+    // The watchdog may run on any core. On the loop's own core, the watchdog still runs before the
+    // loop.
     if let Ok(all) = cores_of_process() {
         let _ = sched_setaffinity(None, &all);
     }

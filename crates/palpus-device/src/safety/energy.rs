@@ -89,7 +89,7 @@ impl ContactAccount {
     }
 
     /// Takes the work that contact did on each tool in this tick, J, by translation and by
-    /// rotation. Replaces it by the part that the tool may pass on to its hand.
+    /// rotation. Replaces each work by the part that the tool may pass on to its hand.
     pub fn pass(&mut self, works: &mut [[f64; 2]]) {
         let sum: f64 = works.as_flattened().iter().sum();
         if !sum.is_finite() {

@@ -6,9 +6,9 @@
 //!
 //! h' = (F² − h) / τ, where h must stay at or below F_continuous².
 //!
-//! Up to ¾ of that value the peak is allowed. Above it the cap falls to F_continuous, so that the
-//! limit is approached smoothly and h cannot exceed it. Force and torque have separate limits,
-//! since it is not known which motors produce the force and which the torque.
+//! Up to ¾ of that value the peak is allowed. Above that level the cap falls to F_continuous,
+//! so that the limit is approached smoothly and h cannot exceed it. Force and torque have separate
+//! limits, since it is not known which motors produce the force and which the torque.
 
 /// Fraction of the allowed heat up to which the full peak is allowed.
 const FREE_SHARE: f64 = 0.75;

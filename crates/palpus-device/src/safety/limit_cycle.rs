@@ -42,8 +42,8 @@ const LONGEST_HALF: f64 = 0.06;
 const OWN_TRAVEL: f64 = 1e-3;
 /// Rotation of the grip that explains a swing of the whole peak, rad.
 const OWN_TURN: f64 = 0.04;
-/// Play, as a fraction of both thresholds above. Motion within it adds nothing to the path, so an
-/// encoder that alternates between two steps (0.03 mm) has no path.
+/// Play, as a fraction of both thresholds above. Motion within the play adds nothing to the path,
+/// so an encoder that alternates between two steps (0.03 mm) has no path.
 const PLAY: f64 = 0.05;
 /// Work in a cycle, relative to swing times path, above which the wrench drives the grip. A passive
 /// wall with a delay of 1.5 ms has a ratio of 0.04 at 10 Hz. A limit cycle must supply the

@@ -107,7 +107,7 @@ pub struct SafetyChain {
     machine: Machine,
     motion: Motion,
     blend: Blend,
-    /// Fraction of the wrench that remains while it fades out at the end.
+    /// Fraction of the wrench that remains while the wrench fades out at the end.
     fade: f64,
     withholding: Withholding,
     heat_force: Heat,

@@ -316,7 +316,7 @@ fn gate_rejects_impossible_motion() {
     let (there, back) = spoilt(|state| state.time -= 1.0);
     assert!(only(there.cuts, Cut::DeviceClock) && only(back.cuts, Cut::DeviceClock));
     assert!(only(spoilt(|state| state.time += 1.0).0.cuts, Cut::DeviceClock));
-    // Without a valid state so far, there is no state for the step.
+    // Before the first valid state, there is no state for the step.
     let mut gate = Gate::new(&limits());
     let bad = DeviceState { time: f64::NAN, ..sample(0) };
     let admitted = gate.admit(&bad, DT);

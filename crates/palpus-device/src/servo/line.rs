@@ -213,7 +213,7 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
     }
 }
 
-/// The watchdog of a run. Dropping it ends the watchdog thread.
+/// The watchdog of a run. Dropping this value ends the watchdog thread.
 struct Guard {
     watch: Arc<Watch>,
     thread: Option<JoinHandle<()>>,

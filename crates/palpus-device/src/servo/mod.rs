@@ -35,10 +35,10 @@
 //! It is a fault if more than a tenth of the ticks are late, or if the machine was suspended.
 //!
 //! **Pauses.** A program can pause a run through its [`RunControl`]. If the device's time advances
-//! only when it is read, the loop stops as well. The loop can then run single ticks, and later
-//! continues as if there had been no pause. Any other device is held by a person: the loop keeps
-//! running, and the chain removes the force until the user engages again. The run control also
-//! provides the program's keys, which count as buttons of the device.
+//! only in a read, the loop stops too. The loop can then run single ticks, and later continues as
+//! if there had been no pause. Any other device is held by a person: the loop keeps running, and
+//! the chain removes the force until the user engages again. The run control also provides the
+//! program's keys, which count as buttons of the device.
 //!
 //! **Replay.** The step always gets the nominal period, so the result of a run depends on its
 //! inputs and not on the scheduler, and can be replayed bit for bit. The result of the safety chain
@@ -128,7 +128,7 @@ pub struct ServoTick {
     /// The step reported that it reduced the wrench to the device's limits.
     pub saturated: bool,
     /// Time since the last tick began, s, used for energy, heat and slew limit. In simulated time
-    /// and after a pause it is the nominal period.
+    /// and after a pause, this is the nominal period.
     pub elapsed_s: f64,
     /// Wall-clock time of the step, s.
     pub step_s: f64,
@@ -138,8 +138,8 @@ pub struct ServoTick {
     pub overrun: bool,
 }
 
-/// Receives every tick of every device. The loop calls it on the servo thread after all wrenches of
-/// a tick were written, so an observer must be fast and must not allocate.
+/// Receives every tick of every device. The loop calls the observer on the servo thread after all
+/// wrenches of a tick were written. So an observer must be fast and must not allocate.
 pub trait TickObserver<T = ()> {
     /// Receives a tick in which the step returned a result; `detail` is [`StepOutcome::detail`].
     fn observe(&mut self, tick: &ServoTick, detail: &T);

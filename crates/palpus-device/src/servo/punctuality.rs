@@ -1,9 +1,9 @@
 //! Detects persistent overrun: a loop that is late in many of its ticks.
 //!
-//! The slew limit handles a single late tick, and the watchdog handles a stall. Neither covers a
-//! loop that is late in more than [`SHARE`] of its ticks: it renders from old states, so contacts
-//! oscillate. The fraction is taken over the last [`WINDOW`]; nothing is detected before that much
-//! time has passed.
+//! The slew limit handles a single late tick, and the watchdog handles a stall. Neither of these
+//! covers a loop that is late in more than [`SHARE`] of its ticks. Such a loop renders from old
+//! states, so contacts oscillate. The fraction is taken over the last [`WINDOW`]; nothing is
+//! detected before that much time has passed.
 
 /// Length of the window, s.
 const WINDOW: f64 = 0.25;

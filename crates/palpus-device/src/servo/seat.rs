@@ -46,7 +46,7 @@ pub(super) struct Seat<'a, D: HapticDevice + ?Sized> {
     tick: Option<ServoTick>,
     /// True if the device was lost.
     lost: bool,
-    /// The reason why the device ended; `None` while it runs.
+    /// The reason why the device ended; `None` while the device runs.
     end: Option<RunEnd>,
     /// The device's own counters.
     counts: Vec<(&'static str, u64)>,
@@ -111,12 +111,12 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
         self.due
     }
 
-    /// Returns the reason why the device ended; `None` while it runs.
+    /// Returns the reason why the device ended; `None` while the device runs.
     pub(super) fn end(&self) -> Option<&RunEnd> {
         self.end.as_ref()
     }
 
-    /// Returns the end of this device if it must end the whole run.
+    /// Returns the end of this device if this end must end the whole run.
     pub(super) fn last_word(&self) -> Option<&RunEnd> {
         self.end.as_ref().filter(|end| self.fragile || **end == RunEnd::DeviceEnded)
     }

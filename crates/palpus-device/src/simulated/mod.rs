@@ -234,7 +234,8 @@ impl<I: Intent> SimulatedDevice<I> {
         self.sensed_twist = self.settings.encoder.estimate(&self.sensed_twist, &before, &self.sensed, period);
     }
 
-    /// Returns the damping of the device while its brake is applied: the same as after a fault.
+    /// Returns the damping of the device while its brake is applied. It equals the damping after a
+    /// fault.
     fn braking(&self) -> Wrench {
         let limits = SafetyLimits::of(&self.settings.spec, self.settings.rate_hz);
         Wrench {

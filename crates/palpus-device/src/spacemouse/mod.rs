@@ -7,10 +7,10 @@
 //!    and read through `/dev/hidraw*`. Reading needs no driver and no library, only the permission
 //!    to read that file.
 //! 2. Each read of the loop takes the reports that have arrived (`report`), without waiting.
-//! 3. Small deflections count as zero. Beyond them the speed rises linearly to its maximum at full
-//!    deflection.
-//! 4. A pushed cap sends reports many times a second. Without a report for a quarter of a second it
-//!    counts as released.
+//! 3. Small deflections count as zero. Beyond this dead zone, the speed rises linearly to its
+//!    maximum at full deflection.
+//! 4. A pushed cap sends reports many times a second. Without a report for a quarter of a second,
+//!    the cap counts as released.
 //!
 //! The axes follow the convention of palpus: +X right, +Y away from the user, +Z up. The
 //! reports are tested against documented byte sequences; no device was available. In a window, the

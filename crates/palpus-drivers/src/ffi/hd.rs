@@ -294,7 +294,8 @@ mod tests {
     fn end_flag_is_set_after_the_last_call() {
         let mut witness = Witness::default();
         let data: *mut Witness = &mut witness;
-        // SAFETY: the witness lives through the calls, and nothing else uses it during them.
+        // SAFETY: the witness lives through the calls, and nothing else uses the witness during the
+        // calls.
         let call = || unsafe { turn::<Witness>(data.cast()) };
         assert_eq!((call(), call()), (CONTINUE, DONE));
         assert_eq!((witness.seen.as_slice(), witness.ended.load(Ordering::Acquire)), ([false, false].as_slice(), true));

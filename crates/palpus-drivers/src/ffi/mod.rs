@@ -44,7 +44,7 @@ impl Loaded {
         })
     }
 
-    /// Returns the function `name`. `None` if the library is too old to have it.
+    /// Returns the function `name`. `None` if the library is too old to have this function.
     ///
     /// # Safety
     /// As [`Loaded::function`].

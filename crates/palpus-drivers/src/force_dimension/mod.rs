@@ -248,7 +248,8 @@ impl ForceDimension {
         )))
     }
 
-    /// Returns the library's velocity. Estimates it from two poses if the library does not have it.
+    /// Returns the library's velocity. Estimates the velocity from two poses if the library does
+    /// not have it.
     fn twist(&self, pose: &Pose, time: f64) -> Twist {
         let Shared { api, id, .. } = &*self.shared;
         let known = |(code, v): (i32, [f64; 3])| {

@@ -91,7 +91,7 @@ const SILENCE: f64 = 0.1;
 const FORCE_ERRORS_IN_A_ROW: u32 = 200;
 /// Maximum number of errors fetched at a time, because the library may add new errors meanwhile.
 const ERRORS_AT_A_TIME: usize = 16;
-/// Maximum number of calibration updates, and the time between two of them.
+/// Maximum number of calibration updates, and the time between two updates.
 const CALIBRATIONS: u32 = 10;
 const CALIBRATION_TIME: Duration = Duration::from_millis(10);
 /// Mean additional time from a write to its effect, s: half a turn, because HDAPI's thread has its

@@ -10,8 +10,8 @@
 //! 5. Publish the state.
 //!
 //! **Gaps.** If zero is applied instead of a wrench, the loop continues from a wrench that the user
-//! does not feel. The same happens if the driver applies no force because of its limits. Each such
-//! gap gets a number and is reported to the loop: its next state is marked as withheld. A
+//! does not feel. This gap also exists if the driver applies no force because of its limits. Each
+//! such gap gets a number and is reported to the loop: its next state is marked as withheld. A
 //! wrench that was computed before that report is not applied. After the report the loop increases
 //! the force from zero.
 //!

@@ -31,7 +31,8 @@ pub const SWITCHED_OFF: usize = 20;
 pub const OFF_CAUSE: usize = 21;
 pub const CALIBRATION: usize = 22;
 pub const CALIBRATION_STYLES: usize = 23;
-/// Number of calibration updates until the calibration is good. Never good if negative.
+/// Number of calibration updates until the calibration is good. If negative, the calibration never
+/// becomes good.
 pub const CALIBRATION_TRIES: usize = 24;
 
 /// If set, the device's watchdog never acts.

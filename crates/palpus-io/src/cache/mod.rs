@@ -1,7 +1,7 @@
 //! Prepared bodies on disk, so that each model is decomposed only once.
 //!
 //! * The name of a body is the hash of the mesh's content, the settings, the engine's sources and
-//!   the file format. If one of them changes, the name changes.
+//!   the file format. If one of these inputs changes, the name changes.
 //! * A file contains its name, the batches, and an index with the length and hash of each batch.
 //!   The header contains a hash of the index, so truncated, changed and renamed files are detected.
 //!   All workers read batches, check them and build their polytopes at the same time; the whole

@@ -128,8 +128,8 @@ pub struct ServoRecord {
     /// Phase of the engagement after the tick: 0 idle, 1 waiting, 2 ramping, 3 engaged, 4 faulted,
     /// 5 stopped.
     pub phase: u32,
-    /// True if the engine's step returned a result. False if it panicked, and while the loop only
-    /// damps the grip after a panic or a fault. In these ticks the engine's columns have no
+    /// True if the engine's step returned a result. False if the step panicked, and while the loop
+    /// only damps the grip after a panic or a fault. In these ticks the engine's columns have no
     /// meaning, and the safety chain received a zero wrench.
     pub stepped: bool,
     /// Units of work of the engine's query.

@@ -51,8 +51,8 @@ impl RecordingFormat {
     }
 }
 
-/// Writes a recording. Do not use it on the servo thread: it allocates memory and waits for the
-/// stream.
+/// Writes a recording. Do not use the writer on the servo thread: it allocates memory and waits for
+/// the stream.
 ///
 /// Rows are collected and written as one piece. After each piece the file is complete; see
 /// [`RecordingWriter::flush`].

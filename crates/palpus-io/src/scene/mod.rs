@@ -154,7 +154,7 @@ pub struct SceneFile {
 pub struct SceneObject {
     /// Mesh and start pose.
     pub body: SceneBody,
-    /// How it moves.
+    /// How the object moves.
     pub motion: ObjectMotion,
 }
 

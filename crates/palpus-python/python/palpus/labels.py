@@ -139,7 +139,7 @@ class Labeller:
     def _write(self, kind: str, block: Block, columns: dict[str, npt.NDArray[Any]]) -> None:
         folder = self.out / kind
         folder.mkdir(parents=True, exist_ok=True)
-        # Renamed when it is complete, so no reader sees a part of a file.
+        # The file is renamed when it is complete, so no reader sees a part of a file.
         unfinished = folder / f".{block.name}.{os.getpid()}"
         pq.write_table(pa.table(columns), unfinished, compression="zstd")
         unfinished.replace(folder / block.name)
