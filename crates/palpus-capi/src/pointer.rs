@@ -81,8 +81,8 @@ impl<T: Copy> InArray<T> {
             k < self.count && check(self.pointer, self.count, self.name).is_ok(),
             "the values must be checked first"
         );
-        // SAFETY: the pointer is aligned and not null. By the contract of `new`, it points to more
-        // than k values.
+        // SAFETY: the pointer is aligned and not null. By the contract of `new`, the pointer points
+        // to more than k values.
         unsafe { self.pointer.add(k).read() }
     }
 }
@@ -138,8 +138,8 @@ impl<T> OutArray<T> {
             k < self.count && check(self.pointer, self.count, self.name).is_ok(),
             "the places must be checked first"
         );
-        // SAFETY: the pointer is aligned and not null. By the contract of `new`, it points to more
-        // than k places.
+        // SAFETY: the pointer is aligned and not null. By the contract of `new`, the pointer points
+        // to more than k places.
         unsafe { self.pointer.add(k).write(value) };
     }
 }

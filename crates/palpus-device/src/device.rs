@@ -15,7 +15,7 @@ use crate::safety::DEVICE_BUTTONS;
 ///
 /// Poses are of the grip in the device's frame (right-handed). A wrench is about the grip's origin,
 /// in the axes of the device's frame. All units are SI. The servo thread calls `read` and `write`
-/// once per tick; neither may allocate, nor wait longer than a tick.
+/// once per tick. Both must not allocate, and must not wait longer than a tick.
 pub trait HapticDevice {
     /// Description of the device.
     fn spec(&self) -> &DeviceSpec;
@@ -40,7 +40,7 @@ pub trait HapticDevice {
     }
 
     /// Returns the device's own counters since it was opened, by name, such as saturated motors or
-    /// lost answers. The loop's caller reads these counters after a run; this function may
+    /// lost answers. The loop's caller reads these counters after a run, so this function may
     /// allocate.
     fn counts(&self) -> Vec<(&'static str, u64)> {
         Vec::new()

@@ -1,9 +1,9 @@
 //! The devices found on this machine, and what is missing to use other devices.
 //!
-//! Each back end has a function `look() -> Vec<Finding>` that returns one finding per device. If it
-//! finds no device, it returns one finding that names the missing part, the places searched, the
-//! reason and a remedy of one line. A search never moves a device, never gives a force, and takes
-//! at most a second.
+//! Each back end has a function `look() -> Vec<Finding>` that returns one finding per device. If
+//! there is no device, `look` returns one finding that names the missing part, the places searched,
+//! the reason and a remedy of one line. A search never moves a device, never gives a force, and
+//! takes at most a second.
 
 use crate::device::{DeviceSpec, known_devices};
 use crate::simulated::SimulationSettings;

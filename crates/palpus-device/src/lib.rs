@@ -17,8 +17,8 @@
 //! * [`claim`] requests from the operating system what a real-time loop needs: priority, locked
 //!   memory and a core of its own. [`leave_core`] moves the other threads off that core.
 //! * [`latest`] gives slower readers, such as a window, the newest value of the loop.
-//! * [`record`] passes rows from the servo thread to a writer through a bounded queue. If the queue
-//!   is full, it drops and counts rows; it never waits.
+//! * [`record`] passes rows from the servo thread to a writer through a bounded queue. If the
+//!   queue is full, the servo thread drops and counts rows, and never waits.
 //!
 //! The loop is generic over the step that computes the wrench. Nothing here depends on geometry.
 

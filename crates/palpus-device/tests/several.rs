@@ -176,7 +176,7 @@ fn step_keeps_the_last_pose_of_a_lost_device() {
     for state in &seen[701..] {
         assert_eq!((state.pose, state.twist.linear), (seen[700].pose, DVec3::ZERO));
     }
-    // If every fault must end the run, this fault does.
+    // If every fault must end the run, this fault ends the run.
     let Ran { statistics, .. } = run(2, &[(700, Fault::Dropped)], AfterFault::Stop, walls);
     assert!(statistics.iter().all(|statistics| statistics.ticks <= 702), "{statistics:?}");
     assert!(matches!(statistics[0].end, RunEnd::DeviceFailed(_)) && statistics[1].end == RunEnd::Stopped);

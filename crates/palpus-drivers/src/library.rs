@@ -70,7 +70,7 @@ impl Known {
         for name in self.names {
             match ffi::load(Path::new(name)) {
                 Ok(loaded) => return Ok(loaded),
-                // The error names the file that was not found. If it names another file, a
+                // The error names the file that was not found. If the error names another file, a
                 // dependency of this library is missing.
                 Err(why) if cfg!(unix) && !why.contains(name) => {
                     broken = broken.or(Some(self.broken(Path::new(name), why)));

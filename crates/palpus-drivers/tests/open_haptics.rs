@@ -377,7 +377,7 @@ fn wrong_library_gives_an_error() {
 fn servo_loop_ends_when_the_cable_is_pulled() {
     let _alone = alone();
     let stand_in = ready();
-    // The device has buttons, so the user enables forces by pressing one.
+    // The device has buttons, so the user enables forces by pressing a button.
     stand_in.set(BUTTONS, 0.0).set(MOVING, 0.0);
     let mut device = open(&stand_in).unwrap();
     let step = |_: &DeviceState, _: f64| StepOutcome::of(Wrench { torque: DVec3::ZERO, force: DVec3::X * 0.2 });

@@ -18,7 +18,7 @@ pub(crate) fn threads(workers: Option<usize>) -> PyResult<Threads> {
 
 /// Runs `work` while other Python threads can run. Ctrl-C ends the work early.
 ///
-/// `work` gets a flag that requests a stop, and a function that it must call regularly on the
+/// `work` gets a flag that requests a stop, and a function that `work` must call regularly on the
 /// calling thread.
 pub(crate) fn detached<T: Send>(
     py: Python<'_>,

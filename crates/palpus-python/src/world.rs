@@ -85,8 +85,8 @@ impl World {
     /// Makes a step of `dt` seconds. Returns the wrench of each tool (tools, 6), about its grip.
     ///
     /// `poses` (tools, 7) are the poses of the tools' frames in the world, in the order in which
-    /// the tools were added. `twists` (tools, 6) are the twists of the grips; they are zero if not
-    /// given. With a single tool, the first dimension may be omitted.
+    /// the tools were added. `twists` (tools, 6) are the twists of the grips; the default is zero.
+    /// With a single tool, the first dimension may be omitted.
     #[pyo3(signature = (poses, dt=1e-3, *, twists=None))]
     fn step<'py>(
         &mut self,

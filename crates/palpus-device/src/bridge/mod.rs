@@ -237,8 +237,8 @@ impl HapticDevice for BridgeDevice {
         &self.spec
     }
 
-    /// Returns the newest state. Until a newer state arrives, it returns the same state with the
-    /// same time. Does not wait, except for a new state when a loop starts.
+    /// Returns the newest state. Until a newer state arrives, `read` returns the same state with
+    /// the same time. Does not wait, except for a new state when a loop starts.
     fn read(&mut self) -> Result<DeviceState, DeviceError> {
         self.alive()?;
         if self.read.is_none_or(|read| read.elapsed() > PAUSE) {

@@ -252,8 +252,8 @@ impl Exchange {
         Ok(())
     }
 
-    /// Discards unrequested messages: late answers, or errors of a service. If they were kept, all
-    /// later states would be old.
+    /// Discards unrequested messages: late answers, or errors of a service. If these messages were
+    /// kept, all later states would be old.
     fn drain(&mut self) -> Result<(), String> {
         for _ in 0..MOST_EXTRA {
             if self.wire.hear(None).map_err(closed)? == Heard::Nothing {

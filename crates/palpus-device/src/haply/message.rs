@@ -6,10 +6,10 @@
 //! both ways.
 //!
 //! **Transforms.** Positions and forces are in the service's application space. Positions are not
-//! in metres if there is a scale (`mount`, `transform`). +X does not point to the right if the axes
-//! are permuted (`basis`) or the workspace is turned (`transform`). All these settings are refused.
-//! A turned or shifted `mount` and a `preset` describe how the arm stands on the desk; they
-//! only appear in the device's notes.
+//! in metres if there is a scale (`mount`, `transform`). +X does not point to the right if the
+//! axes are permuted (`basis`) or the workspace is turned (`transform`). All these settings are
+//! refused. A turned or shifted `mount` and a `preset` describe how the arm stands on the desk.
+//! These settings only appear in the device's notes.
 
 use std::fmt::Write;
 

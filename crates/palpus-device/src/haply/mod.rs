@@ -197,7 +197,7 @@ impl HaplyDevice {
     ///
     /// # Errors
     /// Fails if there is no service, no device, or no device that can be used. Each error says how
-    /// to fix the problem, if this is known.
+    /// to fix the problem, if a remedy is known.
     pub fn open(options: &HaplyOptions) -> Result<Self, HaplyError> {
         let opened = opening::open(options)?;
         let (states_in, states) = latest(Sensed::first(opened.first));
@@ -273,8 +273,8 @@ impl HapticDevice for HaplyDevice {
         ]
     }
 
-    /// Returns the newest state. Until a newer state arrives, it returns the same state with the
-    /// same time. Does not wait.
+    /// Returns the newest state. Until a newer state arrives, `read` returns the same state with
+    /// the same time. Does not wait.
     fn read(&mut self) -> Result<DeviceState, DeviceError> {
         self.alive()?;
         let Sensed { mut state, index, gap } = *self.states.get();

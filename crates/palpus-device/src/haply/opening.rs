@@ -127,8 +127,9 @@ enum NoSample {
     NotReady(String, String),
 }
 
-/// Returns the first sample; if there is a grip, it includes its orientation. The session's name is
-/// sent only to services that state their version, since older services may not accept it.
+/// Returns the first sample. If there is a grip, the sample includes the orientation of the grip.
+/// The session's name is sent only to services that state their version, since older services may
+/// not accept it.
 fn first_sample(wire: &mut Wire, talk: &mut Talk, named: bool) -> Result<Sample, NoSample> {
     let until = Instant::now() + FIRST_ANSWER;
     let mut message = if named { talk.first() } else { talk.force(DVec3::ZERO) };

@@ -16,8 +16,8 @@ use super::Claimed;
 const FIFO: ThreadSchedulePolicy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
 
 pub(super) fn claim_priority(priority: u8) -> Claimed {
-    // If this user may not have `priority`, a lower one may be granted. The next higher priority is
-    // reserved for the watchdog.
+    // If this user may not have `priority`, a lower priority may be granted. The next higher
+    // priority is reserved for the watchdog.
     let allowed = getrlimit(Resource::Rtprio).current.and_then(|most| u8::try_from(most).ok()).unwrap_or(0);
     let lower = allowed.saturating_sub(1).min(priority);
     let refused = match set_priority(priority) {

@@ -4,7 +4,8 @@
 //! 2. **Locked memory**: the thread never waits for a page of the program to be loaded.
 //! 3. **A core**: the thread stays on one core, if possible on an isolated core. A pinned thread
 //!    needs priority: on a core with other threads, a pinned thread would wait, while an unpinned
-//!    one could move. A thread that draws beside the loop should leave this core ([`leave_core`]).
+//!    thread could move to another core. A thread that draws beside the loop should leave this core
+//!    ([`leave_core`]).
 //! 4. **The watchdog**: its thread can be started and has a higher priority than the loop.
 //!    Otherwise a loop that never sleeps would keep the watchdog off its core.
 //!

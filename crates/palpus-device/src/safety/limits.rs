@@ -78,7 +78,7 @@ const REST_SHARE: f64 = 0.1;
 /// steps (0.03 mm) stay far below.
 const ALLOWED_TRAVEL: f64 = 0.5e-3;
 
-/// The thresholds of the safety chain. Callers can read the thresholds and set tighter ones.
+/// The thresholds of the safety chain. Callers can read the thresholds and set tighter thresholds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SafetyLimits {
     /// Largest force, N.
@@ -214,7 +214,12 @@ impl SafetyLimits {
             line("torque_peak", self.torque_peak, "N·m", "at most its known peak, or 5 N·m; 0 without driven rotation"),
             line("force_continuous", self.force_continuous, "N", "as stated, else 0.2 of the peak"),
             line("torque_continuous", self.torque_continuous, "N·m", "as stated, else 0.2 of the peak"),
-            line("heating_time", self.heating_time, "s", "of small motors; RMS force over this time is at most continuous"),
+            line(
+                "heating_time",
+                self.heating_time,
+                "s",
+                "of small motors; RMS force over this time is at most continuous",
+            ),
             line("force_slew", self.force_slew, "N/s", "peak in 2 ms: transients up to 175 Hz pass"),
             line("torque_slew", self.torque_slew, "N·m/s", "peak in 2 ms"),
             line("speed", self.speed, "m/s", "fastest reach, 3 m/s; at most the workspace in 0.1 s"),

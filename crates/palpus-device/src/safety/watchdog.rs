@@ -29,8 +29,8 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// Returns a watch over a loop that rests at first. While the loop does not rest, it must beat
-    /// at least every `stall`.
+    /// Returns a watch over a loop that rests at first. While the loop runs, its beats must be at
+    /// most `stall` apart.
     pub fn new(brake: Arc<dyn Brake>, stall: Duration) -> Self {
         Self { brake, stall: nanos(stall), beat: AtomicU64::new(RESTING), over: AtomicBool::new(false) }
     }

@@ -22,7 +22,8 @@
 //! - The devices share one clock: a device that blocks the loop delays all devices.
 //!
 //! **Deadlines.** Deadlines are absolute, so lateness does not accumulate. A loop that is late by
-//! whole periods skips and counts them, and keeps its phase; it does not run a burst of ticks.
+//! whole periods skips and counts these periods, and keeps its phase. The loop does not make up the
+//! skipped ticks.
 //!
 //! **The end.** However the loop ends (duration, stop flag, device, or a panic in the step, the
 //! observer or the device), the last wrench written is zero. After a panic in the step, or a

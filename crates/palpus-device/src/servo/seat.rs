@@ -247,7 +247,7 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
     /// Reduces the wrench by one step of the slew limit. Returns false if the next wrench may be
     /// zero.
     pub(super) fn release(&mut self) -> bool {
-        // If this write fails, the final zero is written next.
+        // If the write fails, the final zero is written next.
         self.line.as_mut().is_some_and(|line| line.release().unwrap_or(false))
     }
 

@@ -17,8 +17,8 @@ pub trait LoopTime {
     fn wait_until(&self, deadline: Duration, spin: Duration);
 
     /// Returns how long the machine was suspended since a fixed origin; [`Self::now`] does not
-    /// count this time. The result is never too long; it is zero if the system does not report
-    /// suspensions.
+    /// count this time. The result is never too long. The result is zero if the system does not
+    /// report suspensions.
     fn suspended(&self) -> Duration {
         Duration::ZERO
     }

@@ -388,8 +388,8 @@ mod tests {
             hand.begin(time, &grip);
             assert_eq!(hand.pose(time + 0.5 * DT), grip);
         }
-        // When the grip is taken again, the operator starts from its pose. When it is given back,
-        // the operator returns to the script.
+        // When the grip is taken again, the operator starts from its pose. When the grip is given
+        // back, the operator returns to the script.
         publisher.publish(held(-0.05));
         let taken = poses(&mut hand, 400, 1);
         assert!(taken[0].translation.distance(DVec3::Y * 0.0399) < 1e-9);

@@ -223,7 +223,7 @@ impl Dhd {
             // SAFETY: all arguments are passed by value.
             most.is_some_and(|set| unsafe { set(value, id as c_char) } >= 0)
         };
-        // If the library cannot limit the torque, the safety chain still does.
+        // If the library cannot limit the torque, the safety chain still limits the torque.
         set(self.max_torque, torque);
         set(self.max_force, force)
     }

@@ -80,15 +80,15 @@ impl Shared {
         if self.api.enable_force(true, self.id) < 0 { Switched::Failed } else { Switched::On }
     }
 
-    /// Switches the force off. If it is already off, does nothing, because otherwise the device
-    /// would lose the cause.
+    /// Switches the force off. If the force is already off, does nothing: another command would
+    /// delete the cause in the device.
     fn switch_off(&self) {
         let off = self.api.status(self.id).is_some_and(|words| is_forbidden(&words));
         if off {
             self.withheld.store(true, Ordering::Release);
             return;
         }
-        // If this fails, the device's watchdog acts.
+        // If this command fails, the device's watchdog acts.
         let _ = self.api.enable_force(false, self.id);
     }
 
@@ -122,8 +122,8 @@ impl Brake for Shared {
         self.late_brake.store(false, Ordering::Release);
         self.brake.release();
         if *line == State::Driven && !self.withheld.load(Ordering::Acquire) {
-            // If this fails, there is no force, and the next write reports why after the device's
-            // watchdog has acted.
+            // If the force cannot be switched on, there is no force, and the next write reports why
+            // after the device's watchdog has acted.
             let forbidden = self.switch_on() == Switched::Forbidden;
             self.withheld.store(forbidden, Ordering::Release);
         }

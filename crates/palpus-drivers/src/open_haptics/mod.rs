@@ -18,11 +18,11 @@
 //!    if they persist. All other errors end the run at once. However the run ends, the thread's
 //!    last wrench is zero.
 //! 6. The driver's protections are switched on: the clamp of the force, and the limits of force, of
-//!    the change of force and of velocity. An outdated calibration is updated. If that fails, the
-//!    device is rejected.
+//!    the change of force and of velocity. An outdated calibration is updated. If the update fails,
+//!    the device is rejected.
 //!
 //! HDAPI has one scheduler per process, and devices must be opened before it starts. If a device is
-//! already open, the scheduler pauses while another one is opened or closed. No device applies a
+//! already open, the scheduler pauses while another device is opened or closed. No device applies a
 //! force during that time. Each device has a separate callback.
 
 mod errors;

@@ -1,9 +1,9 @@
 //! The work of HDAPI's thread in each of its turns.
 //!
 //! 1. Begin a frame. Read transform, velocity and buttons, and convert them to our units and axes.
-//! 2. Take the newest wrench. If it is too old, apply zero. If the brake is applied, apply damping
-//!    instead. Also apply zero if the wrench was computed before the loop knew of the last gap (see
-//!    below).
+//! 2. Take the newest wrench. If the wrench is too old, apply zero. If the brake is applied, apply
+//!    damping instead. Also apply zero if the wrench was computed before the loop knew of the last
+//!    gap (see below).
 //! 3. Write the wrench. End the frame.
 //! 4. Fetch the errors. Force errors are counted. Any other error is a failure, and after it the
 //!    wrench is zero.

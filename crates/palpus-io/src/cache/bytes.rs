@@ -1,5 +1,5 @@
-//! Converts numbers to bytes and back: little-endian; integers in LEB128, where small ones take few
-//! bytes.
+//! Converts numbers to bytes and back: little-endian; integers in LEB128, where small integers take
+//! few bytes.
 
 use std::io;
 

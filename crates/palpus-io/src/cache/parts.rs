@@ -284,7 +284,7 @@ fn write_piece(out: &mut Writer, piece: &Piece, face_count: usize) {
     }
 }
 
-/// Buffers for the lists of a piece; they are reused for the next piece.
+/// Buffers for the lists of a piece, reused for the next piece.
 #[derive(Default)]
 struct PieceLists {
     triangles: Vec<u32>,

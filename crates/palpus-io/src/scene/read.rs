@@ -47,7 +47,7 @@ pub fn read_scene(path: &Path, policy: FilePolicy) -> Result<SceneFile, SceneErr
 }
 
 /// Parses the text of a scene file without reading other files. `path` is the path of the scene
-/// file; it is used in error messages and to find the other files.
+/// file, used in error messages and to find the other files.
 pub fn parse_scene(text: &str, path: &Path, policy: FilePolicy) -> Result<SceneFile, SceneError> {
     parse(text, path, policy, &|_| Ok(()))
 }

@@ -80,7 +80,8 @@ impl Writer {
 }
 
 /// Copies the groups in use of a finished recording to a new file, which then replaces the old
-/// file. If that fails, the old file remains; it is complete, but larger than necessary.
+/// file. If the copy fails, the old file remains. The old file is complete, but larger than
+/// necessary.
 pub(in crate::record) fn compact(writer: &Writer, path: &Path) {
     let mut name = path.as_os_str().to_owned();
     name.push(".part");
