@@ -15,7 +15,7 @@ use crate::safety::DEVICE_BUTTONS;
 ///
 /// Poses are of the grip in the device's frame (right-handed). A wrench is about the grip's origin,
 /// in the axes of the device's frame. All units are SI. The servo thread calls `read` and `write`
-/// once per tick. Both must not allocate, and must not wait longer than a tick.
+/// once per tick. The two functions must not allocate, and must not wait longer than a tick.
 pub trait HapticDevice {
     /// Description of the device.
     fn spec(&self) -> &DeviceSpec;

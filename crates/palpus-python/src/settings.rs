@@ -14,7 +14,7 @@ pub(crate) struct Settings {
     pub(crate) settings: EngineSettings,
 }
 
-/// Returns the settings. Fails if they are invalid.
+/// Returns the settings. Fails if the settings are invalid.
 fn checked(settings: EngineSettings) -> PyResult<Settings> {
     settings.validate().map_err(|error: SettingsError| failed(&error))?;
     Ok(Settings { settings })

@@ -9,8 +9,8 @@ use crate::safety::{Watch, watch_until_over};
 
 /// A clock by which the loop waits.
 pub trait LoopTime {
-    /// Returns the time since a fixed origin. The clock should never run backwards; if it does, the
-    /// loop stays safe.
+    /// Returns the time since a fixed origin. The clock should never run backwards, but the loop
+    /// stays safe if the clock runs backwards.
     fn now(&self) -> Duration;
 
     /// Waits until `deadline`: sleeps until `spin` before it, then spins.

@@ -149,7 +149,7 @@ mod seed_as_text {
     }
 }
 
-/// Reads settings; fails if they are invalid.
+/// Reads settings. Fails if the settings are invalid.
 pub(super) fn valid_settings<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Settings, D::Error> {
     let settings = Settings::deserialize(deserializer)?;
     settings.validate().map_err(serde::de::Error::custom)?;

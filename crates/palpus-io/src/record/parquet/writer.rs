@@ -147,7 +147,7 @@ struct Pages {
 #[derive(Default)]
 struct Page {
     values: Vec<u8>,
-    /// One bit for each row: whether it has a value.
+    /// One bit for each row: 1 if the row has a value.
     has: Vec<u8>,
 }
 
