@@ -32,7 +32,7 @@ pub(crate) struct Place {
     pub(crate) frame: usize,
     /// The distance if the bodies do not overlap; else minus the upper bound of the depth.
     pub(crate) clearance: f64,
-    /// No shorter translation separates the bodies.
+    /// Lower bound of the depth: no shorter translation separates the bodies.
     pub(crate) depth_lower: f64,
     /// Moving A by this translation separates the bodies, in B's frame.
     pub(crate) way_out: [f64; 3],

@@ -1,4 +1,4 @@
-//! The clock that the program lends to the engine.
+//! The clock that the program passes to the engine.
 
 use std::time::Instant;
 

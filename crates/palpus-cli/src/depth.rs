@@ -1,5 +1,5 @@
-//! `palpus depth`: computes bounds of the penetration depth of two models of any shape, for a list
-//! of poses.
+//! `palpus depth`: computes bounds of the penetration depth of two models of any shape, for many
+//! poses.
 //!
 //! Frames are divided into runs of fixed length, and one thread computes a run from its beginning.
 //! The results therefore do not depend on the number of threads, and most frames start from the

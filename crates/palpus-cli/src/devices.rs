@@ -119,7 +119,7 @@ fn number(which: Option<&str>) -> anyhow::Result<Option<u8>> {
     }
 }
 
-/// The device's own description, for a recording's header.
+/// Writes the device's own description into a recording's header.
 pub(crate) fn recorded(notes: &[String], into: &mut Table) {
     if !notes.is_empty() {
         into.insert("device".into(), notes.to_vec().into());
@@ -134,7 +134,7 @@ fn library(place: Option<&str>) -> Place {
     place.map_or(Place::Usual, |file| Place::File(file.into()))
 }
 
-/// An address that the user types may be on another machine.
+/// Options of a Haply device. Only an address that the user types may be on another machine.
 fn haply(which: Option<&str>, place: Option<&str>, real_time: bool) -> HaplyOptions {
     HaplyOptions {
         address: place.unwrap_or(HAPLY_ADDRESS).to_owned(),

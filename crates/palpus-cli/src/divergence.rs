@@ -106,9 +106,9 @@ impl Report {
 #[derive(Serialize)]
 struct Divergence {
     tick: u64,
-    /// Changes in the order of the ticks.
-    around: Vec<Compared>,
     /// Ticks near the first different one.
+    around: Vec<Compared>,
+    /// Changes of settings near it, in the order of the ticks.
     settings_changes: Vec<Change>,
 }
 
@@ -126,7 +126,7 @@ struct Compared {
     tick: u64,
     time_s: f64,
     position_m: [f64; 3],
-    /// x, y, z, w.
+    /// Quaternion: x, y, z, w.
     orientation: [f64; 4],
     separation_m: f64,
     recorded: Felt,
@@ -285,11 +285,11 @@ mod tests {
         assert_eq!(changed(&before, &before), "nothing");
         let friction =
             Some(FrictionSettings { static_coefficient: 0.4, dynamic_coefficient: 0.3, tangential_stiffness: 500.0 });
-        let told = changed(&before, &Settings { stiffness: 900.0, friction, ..before });
+        let text = changed(&before, &Settings { stiffness: 900.0, friction, ..before });
         assert!(
-            told.starts_with("stiffness: 800.0 → 900.0, friction: None → Some(FrictionSettings { static"),
-            "{told}"
+            text.starts_with("stiffness: 800.0 → 900.0, friction: None → Some(FrictionSettings { static"),
+            "{text}"
         );
-        assert!(told.ends_with("tangential_stiffness: 500.0 })"), "{told}");
+        assert!(text.ends_with("tangential_stiffness: 500.0 })"), "{text}");
     }
 }

@@ -171,7 +171,7 @@ impl Sink<Entry> for Pen {
 /// Description of the run: the same in all lines of a run.
 #[derive(Serialize)]
 struct Run {
-    /// Number of the hand.
+    /// Name of the hand.
     hand: Cow<'static, str>,
     palpus: String,
     device: String,
@@ -283,7 +283,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// A run of 800 ticks in which the wrench is no number in tick 400.
+    /// Returns a run of 800 ticks in which the wrench is NaN in tick 400.
     pub(crate) fn ticks() -> Vec<ServoTick> {
         let state =
             |time| DeviceState { pose: Pose::IDENTITY, twist: Twist::default(), buttons: 0, time, withheld: false };
@@ -315,7 +315,7 @@ pub(crate) mod tests {
         assert_eq!(allocations_of_this_thread(), before, "the servo thread allocates");
         let said = log.finish().expect("something was logged");
         let text = std::fs::read_to_string(&path).expect("a log");
-        std::fs::remove_file(&path).expect("it goes");
+        std::fs::remove_file(&path).expect("the file can be deleted");
         assert!(said.starts_with("faults: 2 lines in "), "{said}");
         let lines: Vec<serde_json::Value> =
             text.lines().map(|line| serde_json::from_str(line).expect("a document")).collect();

@@ -24,7 +24,7 @@ pub(crate) struct Following {
     pub(crate) metres_per_unit: f64,
     /// Factor of the translations of a recorded hand.
     pub(crate) scale: f64,
-    /// Speed, as a factor.
+    /// Factor of the speed of a recorded hand.
     pub(crate) speed: f64,
     /// Size of the probe, m.
     pub(crate) size: f64,

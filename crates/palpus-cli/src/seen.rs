@@ -65,7 +65,8 @@ impl<'a> Seen<'a> {
             shown(BodyPart::Environment, &self.environment, stage.environment_pose, look),
         ];
         bodies.extend(self.others.iter().map(|(part, solid, pose)| {
-            // The first tool may use the mesh of another one.
+            // A tool may have the mesh of the environment, which is transparent, so it gets the
+            // same look.
             let look = if matches!(part, BodyPart::Object(_)) { opaque } else { look };
             shown(*part, solid, *pose, look)
         }));

@@ -120,7 +120,7 @@ pub(crate) struct Gatherer {
     bounded: u64,
     clusters: (u64, u32),
     depth_max: f64,
-    /// Distance (m) and angle (rad).
+    /// Largest distance (m) and angle (rad) between tool and hand.
     tool_away: (f64, f64),
     allocations: u64,
     trouble: Trouble,
@@ -209,8 +209,8 @@ impl Gatherer {
         }
     }
 
-    /// The summary of a run from the loop's `statistics`, the device's `limits`, and the granted
-    /// real-time rights.
+    /// Returns the summary of a run from the loop's `statistics`, the device's `limits`, and the
+    /// granted real-time rights.
     pub(crate) fn finish(
         self,
         statistics: &RunStatistics,

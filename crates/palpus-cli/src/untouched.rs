@@ -21,7 +21,7 @@ pub(crate) struct Untouched {
     path: HandPath,
     /// Contact tolerance, m.
     tolerance: f64,
-    /// Other bodies may be the target of the hand.
+    /// True if the scene has objects, which may be the target of the hand.
     has_objects: bool,
 }
 

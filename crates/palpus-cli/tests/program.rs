@@ -249,7 +249,7 @@ fn heavy_pair_is_reported_before_the_run() {
         let text = fs::read_to_string(&file)
             .expect("the scene can be read")
             .replace("[contact]", "[contact]\ntime_budget = 1");
-        fs::write(&file, text).expect("the scene can be read");
+        fs::write(&file, text).expect("the scene can be written");
         let file = file.to_str().expect("the path is valid UTF-8");
         let run = palpus(&folder.0, &["run", file, "--headless", "--no-realtime", "--duration", "0.01", "--lenient"]);
         let said = String::from_utf8_lossy(&run.stderr).into_owned() + &String::from_utf8_lossy(&run.stdout);

@@ -245,7 +245,7 @@ fn two_meshes_are_opened_together_and_saved() {
         let vertices = |side: i32, z: i32| corners.map(|[x, y]| format!("v {} {} {z}\n", x * side, y * side)).concat();
         for (name, side, height) in [("pin.obj", 10, 60), ("plate.obj", 90, 8)] {
             let mesh = vertices(side, 0) + &vertices(side, height) + faces;
-            fs::write(display.folder.join(name), mesh).expect("the mesh can be read");
+            fs::write(display.folder.join(name), mesh).expect("the mesh can be written");
         }
         let run = display.show(&["run", "box-table", "--no-realtime", "--lenient"]);
         display.wait_for("box", 300, &SCENE, orange);

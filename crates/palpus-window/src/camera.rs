@@ -21,17 +21,17 @@ pub enum View {
     /// From the front, the right and above.
     #[default]
     Oblique,
-    /// Along +y.
+    /// Looks along +y.
     Front,
-    /// Along −y.
+    /// Looks along −y.
     Back,
-    /// Along +x.
+    /// Looks along +x.
     Left,
-    /// Along −x.
+    /// Looks along −x.
     Right,
-    /// Along −z.
+    /// Looks along −z.
     Top,
-    /// Along +z.
+    /// Looks along +z.
     Bottom,
 }
 

@@ -7,10 +7,11 @@
 //! * a vertex is the *region* between the arcs of its edges.
 //!
 //! The piece is the hull of a patch of the mesh. Faces that only the hull has are not part of the
-//! surface. The admissible directions, which the mesh has there ([`palpus::body::OwnNormals`]), are
-//! coloured. At a vertex, they are the directions along which no neighbour on the mesh is higher.
-//! At an edge, they are the arc up to the neighbour's true normal, which may end before the hull's
-//! arc. At faces, they are the normals of the mesh. Everything else is grey: the piece does not
+//! surface. The admissible directions, which are normals of the mesh, are coloured
+//! ([`palpus::body::OwnNormals`]). At a vertex, they are the directions along which no neighbour on
+//! the mesh is higher. At an edge, they are the arc up to the neighbour's true normal, which may
+//! end before the hull's arc. At faces, they are the normals of the mesh. All other directions are
+//! grey: the piece does not push in them.
 //! push in these directions.
 //!
 //! 1. Each sample of a disc is a direction. It gets the colour of the vertex that is farthest along
@@ -48,7 +49,7 @@ const OWN_ARC: f64 = 0.0072;
 const FACE_POINT: f64 = 0.021;
 const RIM_POINT: f64 = 0.011;
 const BORROWED_POINT: f64 = 0.015;
-/// Share of a point's radius that is filled with another colour.
+/// Share of the radius of a hollow point that is filled with another colour.
 const HOLLOW: f64 = 0.5;
 /// Darkness of the sphere at its rim.
 const SLANT_SHADE: f64 = 0.42;
@@ -251,7 +252,7 @@ fn draw_half(picture: &mut Picture, body: &Body, piece: u32, axes: &[DVec3; 3], 
     draw_points(picture, &own, axes, disc, &palette);
 }
 
-/// Step 1.
+/// Draws the regions (step 1).
 fn draw_regions(picture: &mut Picture, own: &OwnNormals<'_>, axes: &[DVec3; 3], disc: &Disc, palette: &Palette) {
     let rows = span(disc.y, disc.radius, picture.height());
     let columns = span(disc.x, disc.radius, picture.width());
@@ -295,7 +296,7 @@ fn span(middle: f64, radius: f64, end: usize) -> std::ops::Range<usize> {
     low.min(end)..((middle + radius).ceil().max(0.0) as usize).min(end)
 }
 
-/// Step 2.
+/// Draws the arcs (step 2).
 fn draw_arcs(picture: &mut Picture, own: &OwnNormals<'_>, axes: &[DVec3; 3], disc: &Disc, palette: &Palette) {
     let polytope = own.polytope();
     let hull = polytope.edges().map(|edge| [edge.left, edge.right].map(|f| polytope.plane(f).normal));
@@ -342,7 +343,7 @@ fn draw_run(picture: &mut Picture, run: &mut Vec<(f64, f64)>, radius: f64, colou
     run.clear();
 }
 
-/// Step 3.
+/// Draws the points (step 3).
 fn draw_points(picture: &mut Picture, own: &OwnNormals<'_>, axes: &[DVec3; 3], disc: &Disc, palette: &Palette) {
     let mut point = |direction: DVec3, size: f64, colour: Rgb, within: Rgb| {
         if let Some((x, y)) = disc.place(axes, direction) {

@@ -139,7 +139,7 @@ fn lines(letter: char) -> Vec<Vec<(f64, f64)>> {
     strokes(letter).split('|').map(|line| line.split(' ').map(place).collect()).collect()
 }
 
-/// Grid steps from a letter to the next.
+/// Returns the grid steps from a letter to the next.
 fn advance(letter: char) -> f64 {
     if letter == ' ' {
         return SPACE + GAP;

@@ -59,9 +59,9 @@ pub struct Moment {
     pub wrench: Wrench,
     /// Number of all contacts, including those beyond the capacity.
     pub contact_count: usize,
-    /// Dots.
+    /// Contacts, drawn as dots.
     pub contacts: Vec<ShownContact>,
-    /// Arrows.
+    /// Clusters, drawn as arrows.
     pub clusters: Vec<ShownCluster>,
     /// Points with friction.
     pub anchors: Vec<ShownAnchor>,

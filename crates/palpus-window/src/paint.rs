@@ -9,8 +9,8 @@
 //! 5. *Marks* in a separate layer. Marks that a body hides stay visible in a paler colour.
 //! 6. Samples are averaged to pixels, and text is drawn on top.
 //!
-//! Two lamps that move with the camera, and a sky, give the light, so a surface that faces the
-//! viewer is never dark.
+//! The light comes from a sky and from two lamps that move with the camera, so a surface that faces
+//! the viewer is never dark.
 
 mod words;
 
@@ -31,9 +31,10 @@ use words::{WORD_SIZE, words};
 
 /// Samples along each side of a pixel.
 const FINENESS: usize = 2;
-/// Pixels.
+/// Length, pixels.
 const WIRE_WIDTH: f64 = 0.7;
-/// Distance of a patch before its point, in radii: a patch is flat, but the surface may be curved.
+/// Distance from a patch to its point, towards the viewer, in radii: a patch is flat, but the
+/// surface may be curved.
 const PATCH_BEFORE: f64 = 0.5;
 /// Width in pixels, and strength of the lines of the grid and of the lines through its middle.
 const GRID_WIDTH: f64 = 1.1;
@@ -173,7 +174,7 @@ impl Brush {
         }
     }
 
-    /// A body, or one of its sides.
+    /// Draws a body, or one of its sides.
     fn body(&self, layer: &mut Layer, body: &ShownBody, pose: &Pose, name: u16, facing: Facing, cover: Cover) {
         let solid = &body.solid;
         let points: Vec<DVec3> = solid.vertices.iter().map(|v| pose.point(*v)).collect();
@@ -194,7 +195,7 @@ impl Brush {
         }
     }
 
-    /// Opacity of a fragment; `None` if it is not drawn in this step.
+    /// Returns the opacity of a fragment; `None` if it is not drawn in this step.
     fn covered(&self, cover: Cover, fragment: &Fragment) -> Option<f64> {
         match cover {
             Cover::Whole => Some(1.0),
@@ -252,7 +253,7 @@ impl Brush {
         }
     }
 
-    /// Dots and arrows.
+    /// Draws dots and arrows.
     fn marks(&self, layer: &mut Layer, marks: &Marks) {
         for dot in &marks.dots {
             self.dot(layer, dot);
@@ -289,8 +290,8 @@ fn as_light(light: DVec3, covered: f64) -> Light {
     [light.x as f32, light.y as f32, light.z as f32, covered as f32]
 }
 
-/// Light: a warm lamp from the left, a cool lamp from the right, a sky, a highlight, and a rim at
-/// grazing angles.
+/// Computes the light: a warm lamp from the left, a cool lamp from the right, a sky, a highlight,
+/// and a rim at grazing angles.
 fn lit(colour: DVec3, fragment: &Fragment) -> DVec3 {
     let n = fragment.normal;
     let key = DVec3::new(-0.45, 0.62, 0.64);
@@ -304,13 +305,13 @@ fn lit(colour: DVec3, fragment: &Fragment) -> DVec3 {
     colour * (sky + lamps) + DVec3::splat(0.15 * gloss) + DVec3::new(0.06, 0.065, 0.07) * slant.powi(3)
 }
 
-/// Opacity of a translucent surface.
+/// Returns the opacity of a translucent surface.
 fn glass(fragment: &Fragment, square: f64, along: f64) -> f64 {
     let slant = 1.0 - fragment.normal.dot(fragment.to_eye).clamp(0.0, 1.0);
     square + (along - square) * slant * slant
 }
 
-/// A vertical gradient.
+/// Returns a vertical gradient.
 fn background(colours: &Colours, width: usize, height: usize) -> Vec<[f32; 3]> {
     let (above, below) = (linear(colours.above), linear(colours.below));
     let mut light = Vec::with_capacity(width * height);
@@ -335,7 +336,7 @@ fn cover(light: &mut [[f32; 3]], layer: &Layer, part: impl Fn(usize) -> f32) {
     }
 }
 
-/// The mean of the samples of each pixel.
+/// Returns the mean of the samples of each pixel.
 fn pixels(light: &[[f32; 3]], width: usize, height: usize) -> Picture {
     let mut picture = Picture::new(width, height, [0; 3]);
     for y in 0..height {

@@ -75,7 +75,7 @@ fn spread_direction(i: usize) -> DVec3 {
 /// Golden angle, π (3 − √5), rad.
 const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
 
-/// The sum of the signed tetrahedra between the middle and the faces.
+/// Returns the volume: the sum of the signed tetrahedra between the middle and the faces.
 fn volume(polytope: &Polytope) -> f64 {
     let middle = polytope.centroid();
     let of_face = |f: u32| {

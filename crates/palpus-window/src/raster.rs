@@ -43,7 +43,7 @@ pub(crate) enum Facing {
     Back,
 }
 
-/// Light, and the opacity.
+/// Light (red, green, blue) and opacity.
 pub(crate) type Light = [f32; 4];
 
 /// The transformation of the world into samples of the camera.
@@ -185,8 +185,8 @@ impl Layer {
         }
     }
 
-    /// Draws a round dot of `radius` samples at a point of the world, `nearer` metres before it.
-    /// `light` gets the distance from its middle, in radii.
+    /// Draws a round dot of `radius` samples at a point of the world, `nearer` metres nearer to the
+    /// camera. `light` gets the distance from the dot's middle, in radii.
     pub(crate) fn dot(
         &mut self,
         lens: &Lens,
@@ -223,8 +223,8 @@ impl Layer {
         }
     }
 
-    /// Mixes `colour` into the samples where a drawn body ends before something farther away,
-    /// except where it was `cut` to be seen through.
+    /// Mixes `colour` into the samples where a drawn body ends before something farther away.
+    /// Leaves out the places where a body is transparent (`cut`).
     pub(crate) fn outline(&mut self, colour: DVec3, strength: f64, cut: impl Fn(DVec2) -> bool) {
         let (width, height) = (self.width, self.height);
         let mut edges = Vec::new();
@@ -288,17 +288,17 @@ impl Flat {
         self.area < 0.0
     }
 
-    /// Twice the signed area of the triangle of two corners and a point.
+    /// Returns twice the signed area of the triangle of two corners and a point.
     fn twice_area(&self, i: usize, j: usize, x: f64, y: f64) -> f64 {
         (self.x[j] - self.x[i]) * (y - self.y[i]) - (self.y[j] - self.y[i]) * (x - self.x[i])
     }
 
-    /// Weight of each corner at a position.
+    /// Returns the weight of each corner at a position.
     fn weights(&self, x: f64, y: f64) -> [f64; 3] {
         [(1, 2), (2, 0), (0, 1)].map(|(i, j)| self.twice_area(i, j, x, y) / self.area)
     }
 
-    /// Distance in samples from a point inside to the nearest side.
+    /// Returns the distance in samples from a point inside to the nearest side.
     fn to_side(&self, x: f64, y: f64) -> f64 {
         let distance = |(i, j): (usize, usize)| {
             let length = (self.x[j] - self.x[i]).hypot(self.y[j] - self.y[i]);

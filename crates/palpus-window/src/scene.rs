@@ -63,7 +63,7 @@ pub struct Scene {
 }
 
 impl Default for Scene {
-    /// An empty scene.
+    /// Returns an empty scene.
     fn default() -> Self {
         Self {
             bodies: Vec::new(),
@@ -104,7 +104,7 @@ pub enum BodyPart {
 }
 
 impl BodyPart {
-    /// Name of the role.
+    /// Returns the name of the role.
     pub fn name(self) -> String {
         match self {
             Self::Probe => "probe".to_owned(),
@@ -114,7 +114,7 @@ impl BodyPart {
         }
     }
 
-    /// Colour of the role in a theme.
+    /// Returns the colour of the role in a theme.
     pub fn colour(self, theme: Theme) -> Rgb {
         let colours = theme.colours();
         match self {
@@ -169,7 +169,7 @@ impl Scene {
         apart(low).max(apart(high)) > APART * (high - low).length()
     }
 
-    /// True if the grip of the hand is so far from the grip of the tool that both are marked.
+    /// True if the grip of the hand is so far from the grip of the tool that both grips are marked.
     pub(crate) fn is_grip_apart(&self) -> bool {
         let (Some(moment), Some(probe)) = (&self.moment, self.bodies.first()) else { return false };
         let (low, high) = probe.solid.bounds();

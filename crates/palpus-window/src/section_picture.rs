@@ -14,7 +14,7 @@ use crate::section_panel::{
 use crate::sheet::{Area, Sheet, WORD_SIZE};
 use crate::style::Style;
 
-/// Nominal pixels.
+/// Lengths, nominal pixels.
 const SCALE_ROOM: f64 = 104.0;
 const SCALE_WIDTH: f64 = 16.0;
 const GAP: f64 = 12.0;

@@ -202,7 +202,7 @@ fn grip_is_marked_where_the_hand_has_it() {
     moment.hand += DVec3::X * 0.02;
     let (hand, tool) = (moment.hand, moment.grip);
     let apart = taken(&scene, view, &style);
-    // At the hand, and half way from there to the tool.
+    // The place of the hand's grip, and the place half way from there to the tool's grip.
     let changed = differences(&together, &apart);
     for point in [hand, hand.lerp(tool, 0.5)] {
         let place = camera.project(point, WIDTH as f64, HEIGHT as f64).expect("ahead of the eye");

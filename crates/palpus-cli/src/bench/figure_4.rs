@@ -55,7 +55,7 @@ pub(super) fn figure_4(out: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The tick of the script that is most like the paper's.
+/// Returns the moment of the script that is most like the paper's picture.
 fn choose(stage: &Stage, renderer: &mut Renderer) -> (Moment, Description) {
     let clock = WallClock::new();
     let mut best: Option<(f64, Moment, Description)> = None;

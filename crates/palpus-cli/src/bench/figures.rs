@@ -91,11 +91,11 @@ fn figure_5(out: &Path) -> anyhow::Result<()> {
     write_svg(&figure, &out.join("figure5.svg"))
 }
 
-/// Every pass computes the same. The shortest time of each stage of each tick counts, which removes
-/// delays by the operating system.
+/// Number of passes over the same ticks. The shortest time of each stage of each tick counts, which
+/// removes delays by the operating system.
 const PASSES: usize = 5;
 
-/// The number of ticks of one pass along the scripted path.
+/// Runs one pass along the scripted path, and returns the summary of each tick.
 fn pass(stage: &Stage, renderer: &mut Renderer) -> Vec<TickSummary> {
     let clock = WallClock::new();
     (0..ticks(stage))

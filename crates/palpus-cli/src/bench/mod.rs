@@ -64,5 +64,5 @@ fn settings(tolerance: f64) -> Settings {
     }
 }
 
-/// As in the built-in scenes.
+/// Cluster radius in contact tolerances, as in the built-in scenes.
 const CLUSTER_TOLERANCES: f64 = 4.0;

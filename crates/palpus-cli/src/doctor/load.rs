@@ -20,7 +20,7 @@ pub(crate) struct Snapshot {
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Program {
     name: String,
-    /// Cores' worth of work.
+    /// Load by the program, in cores.
     cores: f64,
 }
 
@@ -28,7 +28,7 @@ pub(crate) struct Program {
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Load {
     pub(crate) cores: u64,
-    /// Cores' worth of work by others.
+    /// Load by other programs, in cores.
     pub(crate) others_cores: f64,
     /// Share of the time that the host of a virtual machine took (steal time).
     pub(crate) stolen_share: f64,

@@ -76,7 +76,7 @@ impl Machine {
         [("limits", limits), ("cores", cores), ("governor", governors), ("kernel", kernel)]
     }
 
-    /// Cores whose frequency does not stay up.
+    /// Returns true if the governor of a core may lower its frequency.
     pub(super) fn has_slow_governor(&self) -> bool {
         self.governors.iter().flatten().any(|(name, _)| name != "performance")
     }

@@ -29,7 +29,7 @@ use palpus_io::{RecordRow, RecordingHeader};
 use crate::engine::Detail;
 use crate::{files, output, tools, when};
 pub(crate) use pen::first_part;
-use pen::{Pen, Told};
+use pen::{Messages, Pen};
 
 /// Entries that may wait for the writer: half a second at the highest rate.
 const QUEUED: usize = 1 << 15;
@@ -152,7 +152,7 @@ pub(crate) fn of_run(file: &Path, tools: usize, keep: &Keep) -> Vec<PathBuf> {
 pub(crate) struct Recording {
     /// The end of the queue for the servo thread.
     pub(crate) rows: Rows,
-    /// Tells the writer to end.
+    /// The writer's thread.
     pub(crate) writing: Writing,
 }
 
@@ -160,7 +160,7 @@ pub(crate) struct Recording {
 pub(crate) struct Writing {
     path: PathBuf,
     thread: palpus_device::Recording,
-    told: Arc<Told>,
+    messages: Arc<Messages>,
 }
 
 impl Recording {
@@ -172,11 +172,11 @@ impl Recording {
             std::fs::remove_file(path).with_context(problem)?;
         }
         let header = RecordingHeader { start_utc: Some(when::rfc_3339(when::utc_ns())), ..header.clone() };
-        let told = Arc::new(Told::default());
-        let pen = Pen::new(path, header, keep.limit, Arc::clone(&told)).with_context(problem)?;
+        let messages = Arc::new(Messages::default());
+        let pen = Pen::new(path, header, keep.limit, Arc::clone(&messages)).with_context(problem)?;
         let (queue, thread) = record(QUEUED, pen);
         let rows = Rows { queue, waiting: None };
-        Ok(Self { rows, writing: Writing { path: path.to_owned(), thread, told } })
+        Ok(Self { rows, writing: Writing { path: path.to_owned(), thread, messages } })
     }
 }
 
@@ -189,7 +189,7 @@ impl Writing {
     /// The write error, if there was one; the file ends at that point.
     #[cfg(feature = "window")]
     pub(crate) fn trouble(&self) -> Option<String> {
-        self.told.trouble()
+        self.messages.trouble()
     }
 
     /// Writes the rest of the queue, and returns notes about the recording, one for each line. If a
@@ -197,7 +197,7 @@ impl Writing {
     pub(crate) fn finish(self) -> Vec<String> {
         let written = self.thread.finish();
         let path = self.path.display();
-        let mut notes: Vec<String> = self.told.parts().into_iter().collect();
+        let mut notes: Vec<String> = self.messages.parts().into_iter().collect();
         if let Some(error) = written.error {
             notes.push(format!(
                 "note: {path} is not complete: writing failed before the end of the run ({error}); the last {} ticks are missing",

@@ -106,7 +106,7 @@ fn about_contacts(stage: &Stage, moment: &Moment) -> Option<Vec<DVec3>> {
     Some((0..8).map(|k| middle + DVec3::new(sign(k & 1), sign(k & 2), sign(k & 4))).collect())
 }
 
-/// Description of the picture.
+/// Returns a description of the picture.
 pub(super) fn caption(moment: &Moment) -> String {
     format!(
         "{} s: {} in {}, {} N and {} mN·m at the grip",

@@ -16,7 +16,7 @@ use palpus_device::{ContactAccount, Cut, DeviceState, SafetyChain};
 use palpus_io::{ContentHash, Recording, read_recording};
 use palpus_window::Moment;
 
-use self::one::{check_rows, crease_angle, elapsed, has_stepped, stage_of, state, told, work_allowed};
+use self::one::{check_rows, crease_angle, elapsed, has_stepped, recorded_cuts, stage_of, state, work_allowed};
 use self::places::Places;
 use crate::divergence::{Comparison, Report};
 use crate::engine::{Answer, Engine};
@@ -167,8 +167,8 @@ fn run_again(recordings: &[&Recording], engine: &mut Engine, each: Each<'_>) -> 
     let mut works = vec![[0.0; 2]; recordings.len()];
     let ticks = recordings.iter().map(|recording| recording.rows.len()).max().unwrap_or_default();
     for k in 0..ticks {
-        // Only recordings with rows left. A lost device has no more rows, and its tool stays in
-        // place.
+        // Takes only recordings with rows left. A lost device has no more rows, and its tool stays
+        // in place.
         let rows = || recordings.iter().filter_map(|recording| recording.rows.get(k));
         for (held, recording) in states.iter_mut().zip(recordings) {
             *held = recording.rows.get(k).map_or(DeviceState { twist: Twist::default(), ..*held }, state);
@@ -186,7 +186,7 @@ fn run_again(recordings: &[&Recording], engine: &mut Engine, each: Each<'_>) -> 
             let dt = rows().next().map_or(0.0, |row| row.dt);
             engine.step(&states, dt, &mut answers);
         }
-        if rows().any(|row| told(row).has(Cut::Panic)) {
+        if rows().any(|row| recorded_cuts(row).has(Cut::Panic)) {
             engine.forget();
         }
         for (work, answer) in works.iter_mut().zip(&answers) {
@@ -195,15 +195,15 @@ fn run_again(recordings: &[&Recording], engine: &mut Engine, each: Each<'_>) -> 
         contact.pass(&mut works);
         for (which, recording) in recordings.iter().enumerate() {
             let Some(row) = recording.rows.get(k) else { continue };
-            let (told, answer) = (told(row), answers[which].as_ref());
+            let (recorded_cuts, answer) = (recorded_cuts(row), answers[which].as_ref());
             let computed = answer.map_or(Wrench::ZERO, |answer| answer.wrench);
             let mut wrench = computed;
             if let Some(chain) = &mut chains[which] {
                 let own = answer.map_or([0.0; 2], |answer| answer.received);
                 chain.receive([works[which][0] + own[0], works[which][1] + own[1]]);
-                let shaped = chain.shape(&states[which], &computed, told, elapsed(row));
+                let shaped = chain.shape(&states[which], &computed, recorded_cuts, elapsed(row));
                 // In the tick in which a device was lost, its last wrench was the brake's.
-                let lost = told.has(Cut::Device);
+                let lost = recorded_cuts.has(Cut::Device);
                 engine.set_available(which, if lost { &Limits::UNLIMITED } else { &shaped.available });
                 wrench = if lost { Wrench::ZERO } else { shaped.wrench };
             }
@@ -222,7 +222,7 @@ fn chains(recordings: &[&Recording]) -> anyhow::Result<Vec<Option<SafetyChain>>>
         let header = &recording.header;
         let chain = safety::of_recording(&header.scene.more, 1.0 / header.rate_hz)?;
         if chain.is_none() && recordings.len() > 1 {
-            bail!("the recording's header does not say enough of its safety chain");
+            bail!("the recording's header lacks values of its safety chain");
         }
         Ok(chain)
     };

@@ -1,5 +1,5 @@
-//! Input of a replay from a recording: its scene, a check that all its ticks exist, and the content
-//! of each row.
+//! Input of a replay from a recording: its scene, a check that all its ticks exist, and the
+//! content of each row.
 
 use std::num::NonZeroU64;
 use std::path::Path;
@@ -55,7 +55,7 @@ pub(crate) fn state(row: &RecordRow) -> DeviceState {
 
 /// Recorded input of the safety chain: faults that come from the device, the clock and the step.
 /// The chain computes everything else again.
-pub(crate) fn told(row: &RecordRow) -> Cuts {
+pub(crate) fn recorded_cuts(row: &RecordRow) -> Cuts {
     Cuts::from_bits(row.faults).and(Cuts::INPUTS)
 }
 

@@ -53,7 +53,7 @@ impl<'a> Places<'a> {
         others: &[ContentHash],
     ) -> anyhow::Result<Stage> {
         let mut file = parse_scene(text, path, self.policy)?;
-        // Hands and start poses are as recorded.
+        // Hands and start poses stay as recorded.
         file.gaps.places = false;
         (file.probe.pose, file.environment.pose) = (scene.probe.pose, scene.environment.pose);
         for (object, recorded) in file.objects.iter_mut().zip(&scene.objects) {

@@ -26,7 +26,7 @@ pub(crate) struct Live {
     pub(crate) separation: f64,
     pub(crate) force: f64,
     pub(crate) torque: f64,
-    /// Recent values: the step over the period, and the share of extrapolated contacts.
+    /// Recent step time divided by the period, and recent share of extrapolated contacts.
     pub(crate) load: f64,
     pub(crate) carried: f64,
     pub(crate) overruns: u64,
@@ -35,7 +35,7 @@ pub(crate) struct Live {
     pub(crate) phase: Phase,
     /// Motion of the probe that enables the force, while the engagement waits for it.
     pub(crate) way_out: Option<WayOut>,
-    /// The same motion in the first tick.
+    /// This motion, as computed in the first tick.
     pub(crate) start: Option<WayOut>,
     /// True if the device leads the probe out of the part, or has done so.
     pub(crate) led: bool,
@@ -136,7 +136,7 @@ const LIVE_PERIOD: Duration = Duration::from_millis(100);
 pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instant>, said_heavy: bool) {
     let shown = output::watched();
     keys::take(session.control());
-    let (mut told, mut told_heavy) = (false, said_heavy);
+    let (mut reported, mut reported_heavy) = (false, said_heavy);
     let mut last = session.live().ticks;
     while !session.is_over() {
         std::thread::sleep(LIVE_PERIOD);
@@ -144,9 +144,9 @@ pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instan
             stop.store(true, Ordering::Relaxed);
         }
         let live = session.live();
-        tell_start(&live, &mut told);
-        if live.carried > heavy::HEAVY && !told_heavy {
-            told_heavy = true;
+        tell_start(&live, &mut reported);
+        if live.carried > heavy::HEAVY && !reported_heavy {
+            reported_heavy = true;
             output::note(heavy::IN_WORDS);
         }
         if shown {
@@ -161,21 +161,21 @@ pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instan
         }
         last = live.ticks;
     }
-    tell_start(&session.live(), &mut told);
+    tell_start(&session.live(), &mut reported);
     if shown {
         output::live_end();
     }
 }
 
 /// Reports once that the probe started inside the part.
-fn tell_start(live: &Live, told: &mut bool) {
-    if let Some(words) = live.start_in_words().filter(|_| !*told) {
-        *told = true;
+fn tell_start(live: &Live, reported: &mut bool) {
+    if let Some(words) = live.start_in_words().filter(|_| !*reported) {
+        *reported = true;
         output::note(words);
     }
 }
 
-/// Reason for a missing or reduced force.
+/// Returns the reason for a missing or reduced force.
 fn said(phase: Phase) -> &'static str {
     match phase {
         Phase::Engaged => "",

@@ -32,7 +32,8 @@ pub(super) type Ends = (rtrb::Consumer<Order>, rtrb::Producer<Rows>);
 const PATIENCE: Duration = Duration::from_millis(50);
 
 impl Recordings {
-    /// The recordings of device `which`. `header`: header of a recording that begins with the run.
+    /// Creates the recordings of device `which`. `header`: header of a recording that begins with
+    /// the run.
     pub(super) fn new(header: RecordingHeader, which: usize, keep: Keep) -> (Self, Ends) {
         let (orders, ordered) = rtrb::RingBuffer::new(ORDERS);
         // Capacity for the first recording and all later requests.

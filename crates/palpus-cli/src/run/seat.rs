@@ -1,4 +1,4 @@
-//! One device of a session: its controls, its newest values, and its results.
+//! A *seat* is one device of a session: its controls, its newest values, and its results.
 
 use std::path::PathBuf;
 

@@ -197,7 +197,7 @@ impl Run {
         Ok((statistics, claims))
     }
 
-    /// Description of the device in the recording.
+    /// Returns the recording header for the simulated device.
     fn header(&self, stage: &Stage, settings: Settings, spec: &DeviceSpec, safety: &SafetyOptions) -> RecordingHeader {
         let mut header = stage.header(settings, "sim", self.rate_hz);
         let (limits, engagement) = (safety.limits(spec, self.rate_hz), safety.engagement(spec));

@@ -47,10 +47,10 @@ mod tests {
         let folder = std::env::temp_dir().join(format!("palpus-outside-{}", std::process::id()));
         let inner = folder.join("scene");
         std::fs::create_dir_all(&inner).expect("the folder can be created");
-        std::fs::write(folder.join("a.obj"), "v 0 0 0\n").expect("the mesh can be read");
+        std::fs::write(folder.join("a.obj"), "v 0 0 0\n").expect("the mesh can be written");
         let file = inner.join("scene.toml");
         let text = "unit = \"mm\"\n[probe]\nmesh = \"../a.obj\"\n[environment]\nmesh = \"../a.obj\"\n";
-        std::fs::write(&file, text).expect("the scene can be read");
+        std::fs::write(&file, text).expect("the scene can be written");
         file
     }
 

@@ -46,7 +46,7 @@ pub(super) struct Steered<'a> {
     loader: Loader<Next>,
     /// The next scene and its moments, until the window takes them.
     next: Option<(Scene, Newest<Moment>)>,
-    /// The last shown values.
+    /// Device, settings and numbers of the session, as last shown.
     spec: DeviceSpec,
     settings: Settings,
     live: Live,
@@ -55,7 +55,7 @@ pub(super) struct Steered<'a> {
     /// The background search for the reason of a missing contact.
     untouched: Option<Receiver<String>>,
     recent: Recent,
-    /// True if the window chose the start of the run; the next run keeps it.
+    /// True if the window chose the start: of the current run, and of the next one.
     is_moved: [bool; 2],
     /// Files that are being loaded; they enter the list of recent files if that succeeds.
     opened: Vec<PathBuf>,
@@ -102,7 +102,7 @@ impl<'a> Steered<'a> {
         Ok(self.ended)
     }
 
-    /// The current run.
+    /// Returns the current run.
     pub(super) fn into_session(self) -> Option<Session> {
         self.session
     }
@@ -181,7 +181,7 @@ fn prepared(
     if let Some(start) = start {
         saved::begin_at(&mut stage, start)?;
     }
-    tell("making ready", None);
+    tell("opening the device", None);
     let is_hardware = |device: &String| device != "sim" && !device.starts_with("replay:");
     let mut devices = arguments.device.iter().chain(&arguments.second_device);
     if devices.any(is_hardware) {
@@ -302,8 +302,8 @@ impl Run for Steered<'_> {
     }
 
     fn untouched(&mut self) -> Option<String> {
-        if let Some(told) = &self.untouched {
-            return told.try_recv().ok();
+        if let Some(receiver) = &self.untouched {
+            return receiver.try_recv().ok();
         }
         let seconds = self.live.time;
         let session = self.session.as_ref().filter(|_| !self.live.touched)?;
@@ -311,11 +311,11 @@ impl Run for Steered<'_> {
             return None;
         }
         let untouched = Untouched::of(session.stage());
-        let (tell, told) = channel();
+        let (tell, receiver) = channel();
         // Many queries on large meshes take longer than a frame.
         let work = move || tell.send(untouched.reason(true, seconds));
         let begun = session.can_guide() && std::thread::Builder::new().spawn(work).is_ok();
-        self.untouched = begun.then_some(told);
+        self.untouched = begun.then_some(receiver);
         None
     }
 
@@ -411,7 +411,7 @@ impl Run for Steered<'_> {
             }
             self.loader.end(result);
         }
-        self.loader.told()
+        self.loader.progress()
     }
 
     fn replaced(&mut self) -> Option<(Scene, Newest<Moment>)> {

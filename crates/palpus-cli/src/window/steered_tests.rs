@@ -21,7 +21,7 @@ use crate::args::RunArguments;
 use crate::run::{self, Ready};
 use crate::stage;
 
-/// The timeout is long, since the machine may be busy.
+/// Timeout. It is long, since the machine may be busy.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 /// Polls like a window, once per frame, until `done` returns true.

@@ -2,7 +2,7 @@
 //! are dropped.
 //!
 //! In each frame, the window may send a request and poll for an answer; it never waits. A new
-//! request makes the current one *superseded*; long work checks for this regularly.
+//! request makes the current one *superseded*. Long work checks this regularly.
 
 use std::sync::{Arc, Condvar, Mutex};
 use std::thread::JoinHandle;
@@ -30,7 +30,7 @@ struct Slots<Q, A> {
 
 impl<Q: Send + 'static, A: Send + 'static> Behind<Q, A> {
     /// Starts the thread. `work` is called with each request, and may give several answers, each
-    /// better than the one before. `wake` is called after each.
+    /// better than the previous one. `wake` is called after each answer.
     pub(super) fn new(
         wake: impl Fn() + Send + Sync + 'static,
         mut work: impl FnMut(Q, &Desk<Q, A>) + Send + 'static,

@@ -12,7 +12,7 @@ use super::view3d::colour;
 use crate::scene::Scene;
 use crate::style::Style;
 
-/// Points.
+/// Lengths, points.
 const LETTERS: f32 = 15.0;
 const MARGIN: f32 = 12.0;
 

@@ -19,7 +19,7 @@ pub(super) enum Kind {
 }
 
 impl Kind {
-    /// Returns the next one, cyclically.
+    /// Returns the next representation, cyclically.
     pub(super) fn next(self) -> Self {
         match self {
             Self::Size => Self::Parts,

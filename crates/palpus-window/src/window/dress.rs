@@ -12,7 +12,7 @@ use super::view3d::colour;
 use crate::picture::Rgb;
 use crate::style::Theme;
 
-/// Points.
+/// Lengths, points.
 const SMALL: f32 = 13.0;
 const BODY: f32 = 15.5;
 const HEADING: f32 = 18.0;
@@ -134,22 +134,22 @@ fn dyed(mut visuals: Visuals, cloth: &Cloth) -> Visuals {
     visuals
 }
 
-/// Text that is legible from a distance.
+/// Returns text that is legible from a distance.
 pub(super) fn large(text: impl Into<String>) -> RichText {
     RichText::new(text).size(LARGE)
 }
 
-/// The font of [`large`].
+/// Returns the font of [`large`].
 pub(super) fn large_font() -> FontId {
     FontId::new(LARGE, FontFamily::Proportional)
 }
 
-/// Name of a larger item.
+/// Returns small text, such as the name of a larger item.
 pub(super) fn small(text: impl Into<String>) -> RichText {
     RichText::new(text).small().weak()
 }
 
-/// A translucent colour with the opacity `part`.
+/// Returns a translucent colour with the opacity `part`.
 pub(super) fn thin(rgb: Rgb, part: f32) -> Color32 {
     colour(rgb).gamma_multiply(part)
 }

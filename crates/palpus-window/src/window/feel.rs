@@ -14,7 +14,7 @@ use super::quantity::{Fitting, Quantity};
 use super::run::{Preset, Run};
 use super::run_keys::Action;
 
-/// Points.
+/// Lengths, points.
 const SLIDER: f32 = 84.0;
 const CAPTION: f32 = 84.0;
 /// Default crease angle, degrees, and default coefficients.
@@ -44,8 +44,8 @@ impl Feel {
         Self { presets, fitting, chosen: 0, kept: None, before: Vec::new() }
     }
 
-    /// Returns the settings that are compared with `now`, and the names of both: the kept settings,
-    /// else the paper's, or palpus's own if the paper's are felt.
+    /// Returns the names of both compared settings, and the settings to compare with `now`: the
+    /// kept settings, else the paper's, or palpus's own if the paper's are felt.
     pub(super) fn other(&self, now: &Settings) -> ([&'static str; 2], Settings) {
         let is_of =
             |preset: &Preset| Settings { limits: now.limits, capacity: now.capacity, ..preset.settings } == *now;
@@ -245,8 +245,8 @@ impl Feel {
         Ok(())
     }
 
-    /// Default value of a quantity: from palpus's own settings, or from the paper's for direct
-    /// rendering.
+    /// Returns the default value of a quantity: from palpus's own settings, or from the paper's for
+    /// direct rendering.
     fn usual(&self, quantity: Quantity, now: &Settings) -> Option<f64> {
         let alike = |preset: &&Preset| preset.settings.coupling.is_some() == now.coupling.is_some();
         quantity.get(&self.presets.iter().find(alike)?.settings)
@@ -286,7 +286,7 @@ impl Feel {
     }
 }
 
-/// Name of a row of choices.
+/// Writes the name of a row of choices.
 fn caption(ui: &mut Ui, words: &str) {
     let size = vec2(CAPTION, ui.spacing().interact_size.y);
     ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {

@@ -16,7 +16,7 @@ const PARTS: i32 = 16;
 const LINE: f64 = 0.17;
 const AXIS_LINE: f64 = 0.34;
 
-/// Weaker shade is not drawn.
+/// Shade below which nothing is drawn.
 const LEAST_SHADE: f64 = 2e-3;
 
 /// Draws the grid and the shadow.

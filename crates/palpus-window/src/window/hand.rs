@@ -1,16 +1,16 @@
 //! The hand in the window: mouse, keys and a SpaceMouse move the target pose at which the simulated
 //! hand holds the probe.
 //!
-//! 1. *Mouse*: a drag that starts on the probe moves it in the view's plane. The wheel moves it
-//!    nearer and farther. With the right button, Shift or Alt, the drag turns the probe about the
-//!    grabbed point; with Ctrl it rolls the probe.
-//! 2. *Keys*: arrows, PageUp and PageDown move along the view's axes; with Ctrl they turn about
-//!    them.
+//! 1. *Mouse*: a drag that starts on the probe moves the probe in the view's plane. The wheel moves
+//!    the probe nearer and farther. With the right button, Shift or Alt, the drag turns the probe
+//!    about the grabbed point; with Ctrl it rolls the probe.
+//! 2. *Keys*: arrows, PageUp and PageDown move the probe along the view's axes; with Ctrl they turn
+//!    it about these axes.
 //! 3. *SpaceMouse*: moves along and about the view's axes, with a speed that follows from the push.
 //!
-//! The first of these takes the probe over from the script at the device's pose. When the mouse
-//! releases the probe, the hand releases it too, so no force remains. A few seconds later the
-//! script takes the probe again. A probe that was moved by keys or a SpaceMouse stays in place
+//! The first use of any of these takes the probe over from the script, at the device's pose. When
+//! the mouse releases the probe, the hand releases it too, so no force remains. A few seconds later
+//! the script takes the probe again. A probe that was moved by keys or a SpaceMouse stays in place
 //! until the user returns it to the script. The probe follows its target through springs, so
 //! obstacles stop it. The drawn spring goes from the probe to its target.
 
@@ -110,8 +110,8 @@ impl Hand {
     }
 
     /// Moves the held probe by mouse, keys and SpaceMouse. Returns true if the mouse moves the hand
-    /// and not the camera in this frame. `keys`: the arrow keys move the hand, not a control.
-    /// `handles`: request of the handles, if they use the mouse.
+    /// and not the camera in this frame. `keys`: true if the arrow keys move the hand, and not a
+    /// control. `handles`: request of the handles, if they use the mouse.
     #[expect(clippy::too_many_arguments, reason = "the parts of a frame, each of another kind")]
     pub(super) fn act(
         &mut self,
@@ -344,7 +344,7 @@ mod tests {
         hand.go(&scene(), &Motion { linear: DVec3::Y, turn: DQuat::IDENTITY });
         hand.let_go();
         assert!(hand.guide == Guide::Released && hand.holds(), "the script must not hold the probe either");
-        // Taken again, the probe starts at the device's new pose.
+        // When the hand takes the probe again, the probe starts at the device's new pose.
         hand.go(&scene(), &Motion { linear: DVec3::ZERO, turn: DQuat::IDENTITY });
         assert_eq!(hand.held().expect("the hand holds the probe").translation, DVec3::new(2.0, 2.0, 3.0));
     }

@@ -44,14 +44,14 @@ pub(crate) struct Interval {
 #[derive(Debug, Default)]
 pub(crate) struct History {
     ticks: VecDeque<SeenTick>,
-    /// These ticks, computed with other settings.
+    /// The same ticks, computed with other settings.
     compared: VecDeque<ComparedTick>,
     moments: VecDeque<Moment>,
 }
 
 impl History {
-    /// Adds a tick that is newer than all others, and removes old ticks. If it is older than the
-    /// last one, the history starts again.
+    /// Adds a tick that is newer than all others, and removes old ticks. If the tick is older than
+    /// the last one, the history starts again.
     pub(crate) fn push(&mut self, tick: SeenTick) {
         if self.ticks.back().is_some_and(|last| last.time >= tick.time) {
             self.clear();
@@ -81,7 +81,7 @@ impl History {
         }
     }
 
-    /// Time of the newest tick, s.
+    /// Returns the time of the newest tick, s.
     pub(crate) fn end(&self) -> f64 {
         self.ticks.back().map_or(0.0, |tick| tick.time)
     }

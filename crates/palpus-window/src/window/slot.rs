@@ -33,9 +33,9 @@ enum Reading {
 pub(super) enum Content {
     /// No path: the current body stays.
     Empty,
-    /// It is being read.
+    /// The file is being read.
     Busy,
-    /// It cannot be opened.
+    /// The file cannot be opened.
     Bad,
     Scene(PathBuf),
     Mesh(MeshFile),
@@ -82,7 +82,7 @@ impl Unit {
 }
 
 impl Slot {
-    /// A slot with a file, or an empty one.
+    /// Creates a slot with a file, or an empty one.
     pub(super) fn new(path: Option<&Path>) -> Self {
         let path = path.map_or(String::new(), |path| path.display().to_string());
         Self { path, read: None, unit: Unit::Millimetre }
@@ -127,8 +127,8 @@ impl Slot {
         *reading = Reading::Done(kind);
     }
 
-    /// Draws its line and the known facts about the file. Returns true if Enter was pressed in it.
-    /// `focus`: the line gets the keyboard.
+    /// Draws the line of the path and the known facts about the file. Returns true if Enter was
+    /// pressed in the line. `focus`: the line gets the keyboard.
     pub(super) fn show(&mut self, ui: &mut Ui, hint: &str, focus: bool) -> bool {
         let edit = TextEdit::singleline(&mut self.path).desired_width(f32::INFINITY).hint_text(hint);
         let response = ui.add(edit);
@@ -168,7 +168,7 @@ impl Slot {
     }
 }
 
-/// The sides of a box in a suitable unit.
+/// Formats the sides of a box in a suitable unit.
 fn sides(metres: DVec3) -> String {
     let (times, unit, figures) = match metres.max_element() {
         largest if largest >= 1.0 => (1.0, "m", 2),

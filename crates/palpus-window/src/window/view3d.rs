@@ -45,7 +45,7 @@ const KEY_ZOOM: f32 = 1.0;
 const LONGEST_FRAME: f32 = 0.1;
 /// Largest number of drawn dots; more could not be distinguished.
 const MOST_DOTS: usize = 1000;
-/// Points.
+/// Length, points.
 const LETTERS: f32 = 14.0;
 /// Height of titles, points.
 const TITLE: f32 = 36.0;
@@ -94,7 +94,7 @@ pub(super) struct Ray {
 }
 
 impl Area {
-    /// Position, points.
+    /// Returns width and height, points.
     pub(super) fn size(&self) -> (f64, f64) {
         (f64::from(self.rect.width()).max(1.0), f64::from(self.rect.height()).max(1.0))
     }
@@ -196,7 +196,7 @@ impl View3d {
         self.easel.lock().ok()?.trouble.take()
     }
 
-    /// Statistics of drawing so far.
+    /// Returns the statistics of drawing so far.
     pub(super) fn painted(&self) -> Painted {
         let Ok(easel) = self.easel.lock() else { return Painted::default() };
         let seconds = easel.drawn.map_or(0.0, |[first, last]| (last - first).as_secs_f64());
@@ -217,7 +217,7 @@ impl View3d {
         }
     }
 
-    /// Uses all the space of `ui`.
+    /// Gives the view all the space of `ui`.
     pub(super) fn place(&mut self, ui: &mut egui::Ui, scene: &Scene) -> Area {
         let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
         let area = Area { rect, response };
@@ -233,8 +233,8 @@ impl View3d {
         area
     }
 
-    /// Uses the space for one picture, or for two of the same size side by side with the same
-    /// camera.
+    /// Divides the space of `ui` for one picture, or for two of the same size side by side with the
+    /// same camera.
     pub(super) fn place_beside(&mut self, ui: &mut egui::Ui, scene: &Scene, two: bool) -> (Area, Option<Area>) {
         if !two {
             return (self.place(ui, scene), None);
@@ -251,8 +251,8 @@ impl View3d {
         (area, Some(Area { rect: right, response }))
     }
 
-    /// The mouse moves the camera: a drag turns it, with Shift or another button it moves the
-    /// camera, and the wheel zooms. Alt with arrows, PageUp and PageDown does the same.
+    /// Moves the camera with the mouse: a drag turns it, a drag with Shift or another button shifts
+    /// it, and the wheel zooms. Alt with arrows, PageUp and PageDown does the same.
     pub(super) fn navigate(&mut self, ui: &egui::Ui, area: &Area) {
         let response = &area.response;
         let moved = response.drag_delta();
@@ -388,7 +388,7 @@ impl View3d {
         (drawing, marks.labels)
     }
 
-    /// Values next to the marks, each at the right of its point.
+    /// Draws values next to the marks, each at the right of its point.
     fn label(&self, ui: &egui::Ui, area: &Area, labels: &[Label], style: &Style) {
         let painter = ui.painter_at(area.rect);
         let halo = colour(style.theme.colours().below).gamma_multiply(0.75);
@@ -428,7 +428,7 @@ impl Easel {
     }
 }
 
-/// Simplified copies of the bodies of a scene, with so few triangles that the shadow can be
+/// Returns simplified copies of the bodies of a scene, with so few triangles that the shadow can be
 /// computed in every frame.
 fn shadowed(scene: &Scene) -> Vec<Arc<Solid>> {
     let few = |solid: &Arc<Solid>| solid.coarse(MOST_SHADOWING).map_or_else(|| Arc::clone(solid), Arc::new);
@@ -442,10 +442,10 @@ fn shadowed(scene: &Scene) -> Vec<Arc<Solid>> {
     scene.bodies.iter().map(of_body).collect()
 }
 
-/// Triangles of a body.
+/// Largest number of triangles of a body for the shadow.
 const MOST_SHADOWING: usize = 3000;
 
-/// As egui writes it.
+/// Converts a colour to egui's type.
 pub(super) fn colour(rgb: Rgb) -> Color32 {
     Color32::from_rgb(rgb[0], rgb[1], rgb[2])
 }

@@ -2,8 +2,8 @@
 //! the error of the wrench.
 //!
 //! Each case is two bodies and a motion (`cases`). Ticks are timed with the processor time of their
-//! thread, so that other programs have little effect. The counters are those of the tick. At some
-//! ticks, the wrench is compared (`measure`) with the same contact law without memory at the same
+//! thread, so that other programs have little effect. The counters come from the engine's tick. At
+//! some ticks, `measure` compares the wrench with the same contact law without memory at the same
 //! pose, and with the analytic force of the case.
 
 mod cases;

@@ -27,7 +27,7 @@ pub(super) const HANDS: [(&str, HandImpedance); 4] = [
 /// One tick of a closed loop.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LoopTick {
-    /// Length of the tick, s.
+    /// Time of the tick, s.
     pub(super) time: f64,
     /// True pose of the probe.
     pub(super) pose: Pose,
@@ -39,7 +39,7 @@ pub(super) struct LoopTick {
     pub(super) work: [f64; 2],
 }
 
-/// The device's motion, apart from the method.
+/// Influences on the motion of the device besides the method.
 pub(super) struct Drive<'a> {
     pub(super) hand: HandImpedance,
     /// Intended pose of the probe as a function of the time in seconds.
@@ -65,7 +65,7 @@ pub(super) fn run(
 ) -> anyhow::Result<Vec<LoopTick>> {
     let mut method = entry.build(ground, &Tuning { limits: limits(), ..*tuning })?;
     let default = SimulationSettings::default();
-    // The load is not part of the force that the device can give.
+    // The load is not limited by the largest force of the device.
     let spec = DeviceSpec { force_max: f64::INFINITY, torque_max: f64::INFINITY, ..default.spec.clone() };
     let jitter = Some(Jitter::logged(PACE_SEED));
     let settings = SimulationSettings { hand: drive.hand, spec, jitter, ..default.clone() };

@@ -1,5 +1,5 @@
 //! The plots of a scene: the force of every method on the same poses, and the force on the normal
-//! hand while it held still.
+//! hand while this hand held still.
 
 use super::Outcome;
 use super::ground::{Ground, JUDGED};

@@ -36,15 +36,15 @@ const LINES: [Line; 6] = [
         1.0,
         "N/m",
     ),
-    line("the same, without a hand", "box-rest", "none", "greatest stable stiffness", 1.0, "N/m"),
     line(
-        "deepest that bodies are shown in each other, ball in gut",
-        "intestine",
-        "normal",
-        "deepest in the loop",
-        1e3,
-        "mm",
+        "greatest stable contact stiffness, box on table, without a hand",
+        "box-rest",
+        "none",
+        "greatest stable stiffness",
+        1.0,
+        "N/m",
     ),
+    line("deepest visible overlap, ball in intestine", "intestine", "normal", "deepest in the loop", 1e3, "mm"),
 ];
 
 /// Methods, and their names for readers.

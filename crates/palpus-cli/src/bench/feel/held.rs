@@ -67,7 +67,7 @@ impl Held {
 enum State {
     Still,
     Moving,
-    /// True if the probe passed through the surface, so that the force is small or zero.
+    /// The probe passed through the surface, so that the force is small or zero.
     Lost,
 }
 

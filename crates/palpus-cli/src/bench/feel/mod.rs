@@ -10,7 +10,7 @@
 //!    stiffness, also as a function of damping and hand (Z-width).
 //!
 //! This module reads no clock: the same seed gives the same numbers. Each thread processes one pair
-//! of scene and method at a time.
+//! (a scene and a method) at a time.
 
 mod closed;
 mod columns;

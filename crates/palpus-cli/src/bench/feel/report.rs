@@ -39,7 +39,7 @@ struct Document<'a> {
     rows: &'a [Row],
 }
 
-/// The measures and their subjects.
+/// All measures, with their scenes and methods.
 #[derive(Clone, Copy)]
 pub(super) struct Measured<'a> {
     pub(super) grounds: &'a [Ground],
@@ -248,7 +248,7 @@ fn stiffness(value: f64, column: &Column) -> String {
 /// Smaller values, in the unit of the table, are rounding errors.
 const NOTHING: f64 = 1e-7;
 
-/// Returns the value with that many significant digits.
+/// Returns the value with `digits` significant digits.
 fn short(value: f64, digits: usize) -> String {
     if value.abs() < NOTHING {
         return "0".to_owned();

@@ -1,5 +1,5 @@
-//! Measures the error of a step with limited work: it compares the wrench on the hand with the
-//! wrench without a limit, on the same motion of the device, both behind the default coupling.
+//! Measures the error of a step with limited work. It compares the wrench on the hand with the
+//! wrench without a limit, for the same motion of the device, both behind the default coupling.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use serde::Serialize;
 use super::pairs::{self, Pair};
 use crate::bench::TICK;
 
-/// Work limit of a step: what fits into 0.6 ms at 100 ns for each unit.
+/// Work limit of a step, in units of work: 0.6 ms at 100 ns for each unit.
 pub(super) const ALLOWED: u64 = 6000;
 /// Ticks of the comparison. Without a limit, a tick of a thread takes a tenth of a second.
 const TICKS: usize = 600;
@@ -137,7 +137,7 @@ pub(super) fn text(rows: &[Hurried]) -> String {
         for (what, scale, unit, d) in [("force", 1.0, "N", force), ("torque", 1e3, "mN·m", torque)] {
             let said = |x: f64| format!("{:.3}", x * scale);
             text += &format!(
-                "  {what}: to {} {unit}; off by {} in the mean, {} at 99 %, {} at most; largest step {}, and {} so\n",
+                "  {what}: to {} {unit}; off by {} in the mean, {} at 99 %, {} at most; largest step {} without the limit, {} with it\n",
                 said(d.most),
                 said(d.mean),
                 said(d.p99),

@@ -60,8 +60,8 @@ pub(in crate::bench) const PAIRS: [Pair; 6] = [
         tolerance: 0.002,
         amplitude: 0.002,
     },
-    // Seated against the upper flank of the thread and turned to and fro by 3 degrees. The 0.06 mm
-    // of play is on one side.
+    // The nut lies on the upper flank of the thread and turns to and fro by 3 degrees. The 0.06
+    // mm of play are on one side.
     Pair {
         name: "nut-bolt",
         a: Model { file: "nut_m16_loose.obj", scale: 1.0 },
@@ -77,7 +77,7 @@ pub(in crate::bench) const PAIRS: [Pair; 6] = [
         tolerance: 0.000_005,
         amplitude: 0.0,
     },
-    // Meshed, with 0.18 mm of play between the teeth. The rotation uses up the play on both sides.
+    // The teeth mesh with 0.18 mm of play. The rotation uses up the play on both sides.
     Pair {
         name: "gears",
         a: Model { file: "gear_medium.obj", scale: 1.0 },
@@ -118,7 +118,7 @@ impl Pair {
     }
 }
 
-/// Writes the files from which another library computes the same poses.
+/// Files from which another library computes the same poses.
 #[derive(Debug, Serialize)]
 pub(super) struct Repeat {
     a: PathBuf,

@@ -64,7 +64,7 @@ impl Columns {
     }
 }
 
-/// Quantile of the finite `values`; NaN without any.
+/// Returns a quantile of the finite `values`; NaN without any.
 pub(super) fn quantile(values: &[f64], share: f64) -> f64 {
     let mut finite: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
     palpus::algebra::quantile(&mut finite, share).unwrap_or(f64::NAN)

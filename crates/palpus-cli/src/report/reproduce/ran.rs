@@ -47,7 +47,7 @@ pub(super) const SAID: &str = "said.txt";
 /// Runs the step. If it fails, the page says so and the other steps still run.
 pub(super) fn run(step: &Step, wanted: &Wanted<'_>, run: &str) -> anyhow::Result<Ran> {
     let folder = wanted.folder(step.id);
-    // Removes the files of an earlier run, so that they are not taken for new ones.
+    // Removes the files of an earlier run, so that they do not count as results of this one.
     if folder.exists() {
         fs::remove_dir_all(&folder).with_context(|| format!("{} could not be emptied", folder.display()))?;
     }

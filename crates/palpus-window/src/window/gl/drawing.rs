@@ -21,7 +21,7 @@ pub(crate) struct DrawnBody {
     pub(crate) solid: usize,
     /// Transformation from the body's frame to the view's.
     pub(crate) model_view: DMat4,
-    /// Colour, if its pieces have none.
+    /// Colour of the body, if its pieces have no colours.
     pub(crate) colour: Rgb,
     pub(crate) pieces: bool,
     pub(crate) wireframe: bool,
@@ -83,7 +83,7 @@ impl Drawing {
     }
 }
 
-/// Distance before the surface, in radii: patches are flat, but surfaces may be curved.
+/// Distance from a patch to its surface, in radii: patches are flat, but surfaces may be curved.
 const PATCH_BEFORE: f64 = 0.5;
 
 /// Returns the transformation from the view's frame to a picture `aspect` times as wide as it is

@@ -8,13 +8,13 @@ use crate::window::keys::{self, Pressed, SceneAction, of_scene, pressed};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Action {
     Play,
-    /// By this many ticks.
+    /// Moves by this many ticks.
     Step(i64),
-    /// By this many seconds.
+    /// Moves by this many seconds.
     Jump(f64),
     Begin,
     End,
-    /// To the previous or the next mark.
+    /// Moves to the previous or the next mark.
     EarlierMark,
     LaterMark,
     Strongest,
@@ -67,9 +67,9 @@ pub(super) fn asked(context: &egui::Context, elsewhere: bool) -> Vec<Action> {
     pressed.filter_map(|pressed| meant(&pressed)).collect()
 }
 
-/// While a key is held, only actions that move in time repeat.
+/// Returns the action of a key. While a key is held, only actions that move in time repeat.
 fn meant(pressed: &Pressed) -> Option<Action> {
-    // Which of the two keys a question mark is depends on the keyboard.
+    // A question mark needs Shift only on some keyboards, so Shift is ignored.
     let shift = pressed.shift && pressed.key != Key::Questionmark;
     let own = KEYS.iter().find(|(key, with_shift, ..)| *key == pressed.key && *with_shift == shift);
     let of_scene = || of_scene(pressed.key).filter(|_| !shift).map(Action::Scene);
@@ -78,7 +78,7 @@ fn meant(pressed: &Pressed) -> Option<Action> {
     (moves || !pressed.again).then_some(action)
 }
 
-/// The list that `?` shows.
+/// Writes the list that `?` shows.
 pub(super) fn list(ui: &mut egui::Ui) {
     let own = KEYS.iter().map(|(_, _, _, name, words)| (*name, *words)).filter(|(name, _)| !name.is_empty());
     keys::list(ui, own, MOUSE);

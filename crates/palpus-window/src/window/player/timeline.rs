@@ -47,16 +47,16 @@ struct Columns {
     marked: Vec<Option<Mark>>,
 }
 
-/// Points.
+/// Length, points.
 const LABEL: f32 = 108.0;
-/// A lower strip has its name and its value side by side.
+/// A strip lower than this has its name and its value side by side.
 const LOW: f32 = 30.0;
 const GAP: f32 = 3.0;
 const WORDS: f32 = 11.5;
 const LEAST_RANGE: f64 = 1e-9;
 
 impl Timeline {
-    /// The curves and marks of a run.
+    /// Makes the curves and marks of a run.
     pub(super) fn of(ticks: &[ReplayedTick]) -> Self {
         let of = |value: fn(&ReplayedTick) -> f64| ticks.iter().map(value).collect::<Vec<f64>>();
         let curves = vec![
@@ -77,12 +77,12 @@ impl Timeline {
         Self { times, curves, overlapping, marks, columns: None }
     }
 
-    /// Time of the last tick, s.
+    /// Returns the time of the last tick, s.
     pub(super) fn end(&self) -> f64 {
         self.times.last().copied().unwrap_or(0.0)
     }
 
-    /// Time of a tick, s.
+    /// Returns the time of a tick, s.
     pub(super) fn time(&self, tick: usize) -> f64 {
         self.times.get(tick).copied().unwrap_or(0.0)
     }

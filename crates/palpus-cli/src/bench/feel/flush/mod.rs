@@ -41,19 +41,20 @@ pub(super) const SCENES: [(&str, f64); 9] = [
     ("rollers", 3.4),
 ];
 
-/// Measured only if it is named, because preparing it takes long.
+/// A scene that is measured only if it is named, because preparing it takes long.
 pub(super) const LARGE: (&str, f64) = ("rollers-200k", 3.4);
 
-/// Behind the coupling only. With direct rendering, the probe sinks in as deep as the hand presses,
-/// and fine meshes then have thousands of contacts.
+/// The measured methods, all behind the coupling. With direct rendering, the probe sinks in as deep
+/// as the hand presses, and fine meshes then have thousands of contacts.
 const METHODS: [&str; 2] = ["coupled", "coupled-smooth"];
 
-/// Length of the intervals in which the hum is measured, at rest and anywhere, s.
+/// Lengths of the intervals for the hum at rest and for the worst hum, s.
 const AT_REST: f64 = 1.0;
 const ANYWHERE: f64 = 0.5;
 /// Time after which the effects of the start are over, s.
 const BEGUN: f64 = 0.8;
-/// Time between two measurements of the overlap, and the same for meshes of many triangles, s.
+/// Time between two measurements of the overlap, s; the second value is for bodies of at least
+/// [`MANY_TRIANGLES`].
 const JUDGED: f64 = 0.02;
 const JUDGED_LARGE: f64 = 0.1;
 const MANY_TRIANGLES: usize = 10_000;
@@ -128,12 +129,12 @@ impl Judged {
     }
 }
 
-/// The hand follows the scene's path.
+/// Returns the drive of a hand that follows the scene's path.
 fn follow<'a>(hand: HandImpedance, intent: &'a dyn Fn(f64) -> Pose) -> Drive<'a> {
     Drive { hand, intent, load: Wrench::ZERO }
 }
 
-/// Every method on the scenes `names` in every hand of the effort.
+/// Measures every method on the scenes `names`, with every hand of `effort`.
 pub(super) fn measure_all(names: &[&'static str], entries: &[Entry], effort: &Effort) -> anyhow::Result<Vec<Row>> {
     let scenes = names.iter().map(|name| judged(name)).collect::<anyhow::Result<Vec<_>>>()?;
     let entries: Vec<&Entry> = entries.iter().filter(|entry| METHODS.contains(&entry.name)).collect();

@@ -45,7 +45,7 @@ pub(super) struct Fit {
 }
 
 pub(super) const FITS: [Fit; 7] = [
-    // 7.995 mm in 8.1 mm.
+    // A peg of 7.995 mm in a hole of 8.1 mm.
     Fit {
         name: "fit-peg-tight",
         probe: "peg_round_8mm_tight_factory.obj",
@@ -55,8 +55,7 @@ pub(super) const FITS: [Fit; 7] = [
         play: 0.000_052_5,
         is_exact: true,
     },
-    // The hole is stated as 8.1 mm, but the mesh has 9 mm. This is the gap that was measured on the
-    // mesh.
+    // The hole is stated as 8.1 mm, but its mesh has 9 mm. The play was measured on the mesh.
     Fit {
         name: "fit-peg",
         probe: "peg_round_8mm.obj",

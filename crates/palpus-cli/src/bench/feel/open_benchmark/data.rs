@@ -67,7 +67,7 @@ pub(super) fn write(out: &Path, ground: &Ground) -> anyhow::Result<()> {
     files::write(&folder.join("parameters.json"), serde_json::to_string_pretty(&parameters)? + "\n")
 }
 
-/// A built-in scene's polygons as they were made, or the triangles of a model.
+/// Returns the original polygons of a built-in scene, or the triangles of a model.
 fn soup(ground: &Ground, name: &str, body: &Body) -> PolygonSoup {
     match palpus_scenes::scene(ground.name) {
         Some(scene) if name == "probe" => scene.probe,

@@ -272,7 +272,8 @@ mod tests {
         }
     }
 
-    /// Answers that are the refined truth have no error, and others have theirs.
+    /// Answers equal to the refined truth have no error. Turned forces have an error of the same
+    /// angle.
     #[test]
     fn refined_truth_is_judged() {
         let mut ground = Ground::new("rails", 1.5).expect("a built-in scene");
