@@ -120,7 +120,7 @@ fn tell(summary: &Summary<'_>) {
     }
 }
 
-/// The distance if the bodies do not overlap; else minus the upper bound of the depth.
+/// Returns the distance if the bodies do not overlap; else minus the upper bound of the depth.
 fn clearance_of(answer: &DepthBracket) -> f64 {
     if answer.upper > 0.0 { -answer.upper } else { answer.distance.unwrap_or(0.0) }
 }

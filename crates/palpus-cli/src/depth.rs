@@ -193,7 +193,7 @@ fn note_of(name: &str, body: &Body) -> Option<String> {
     Some(format!("{name} has {}; {meaning}", counted(&notice)))
 }
 
-/// The notice without its last part, which applies to haptics only.
+/// Returns the notice without its last part, which applies to haptics only.
 fn counted(notice: &Notice) -> String {
     let text = notice.to_string();
     text.split(':').next().unwrap_or_default().to_owned()

@@ -134,7 +134,8 @@ fn library(place: Option<&str>) -> Place {
     place.map_or(Place::Usual, |file| Place::File(file.into()))
 }
 
-/// Options of a Haply device. Only an address that the user types may be on another machine.
+/// Returns the options of a Haply device. Only an address that the user types may be on another
+/// machine.
 fn haply(which: Option<&str>, place: Option<&str>, real_time: bool) -> HaplyOptions {
     HaplyOptions {
         address: place.unwrap_or(HAPLY_ADDRESS).to_owned(),
@@ -144,7 +145,8 @@ fn haply(which: Option<&str>, place: Option<&str>, real_time: bool) -> HaplyOpti
     }
 }
 
-/// Priority of a device's own thread: one more than the loop's, because the loop waits for it.
+/// Returns the priority of a device's own thread: one more than the loop's, because the loop waits
+/// for it.
 fn above_loop(real_time: bool) -> Option<u8> {
     RealTimeOptions::default().priority.filter(|_| real_time).map(|priority| priority + 1)
 }

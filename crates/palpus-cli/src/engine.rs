@@ -86,7 +86,7 @@ impl Engine {
         self
     }
 
-    /// Crease angle for which shading can be turned on, rad.
+    /// Returns the crease angle for which shading can be turned on, rad.
     pub(crate) fn crease_angle(&self) -> Option<f64> {
         self.tools.iter().find_map(|tool| self.world.crease_angle(tool.id))
     }
@@ -117,7 +117,7 @@ impl Engine {
         }
     }
 
-    /// The capacity that a [`Moment`] needs for a tick of this engine.
+    /// Returns the capacity that a [`Moment`] needs for a tick of this engine.
     pub(crate) fn capacity(&self) -> usize {
         self.tools.iter().map(|tool| self.world.tool_settings(tool.id).capacity).sum()
     }
@@ -254,7 +254,7 @@ pub(crate) struct Frame {
 }
 
 impl Frame {
-    /// The transforms for an environment with this pose.
+    /// Creates the transforms for an environment with this pose.
     pub(crate) fn new(environment: Pose) -> Self {
         Self { environment, from_world: environment.inverse() }
     }

@@ -112,7 +112,7 @@ impl FaultLog {
     }
 }
 
-/// The user's folder for logs.
+/// Returns the user's folder for logs.
 fn of_user() -> Option<PathBuf> {
     files::of_user("faults.jsonl")
 }

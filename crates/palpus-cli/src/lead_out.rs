@@ -109,7 +109,7 @@ impl LeadOut {
         Some(Led { wrench: Wrench { force, ..Wrench::ZERO }, work, forget: now && !passed })
     }
 
-    /// Description for a recording's header.
+    /// Writes a description into a recording's header.
     pub(crate) fn record(&self, into: &mut Table) {
         let vector = |v: DVec3| Value::from(v.to_array().to_vec());
         let mut table = Table::new();

@@ -58,7 +58,7 @@ impl Objects {
         self.time += dt;
     }
 
-    /// Poses of the objects, in the engine's frame.
+    /// Returns the poses of the objects, in the engine's frame.
     pub(crate) fn poses<'a>(&'a self, world: &'a World) -> impl Iterator<Item = Pose> {
         self.ids.iter().map(|&id| world.pose(id))
     }

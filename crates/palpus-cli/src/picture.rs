@@ -43,7 +43,7 @@ pub(crate) fn write_model(
     write(&scene, asked, &style, file)
 }
 
-/// Name of a model file in pictures.
+/// Returns the name of a model file in pictures.
 pub(crate) fn model_name(model: &Path) -> String {
     model.file_name().unwrap_or(model.as_os_str()).to_string_lossy().into_owned()
 }

@@ -41,7 +41,7 @@ fn chosen_tick(recording: &Recording, at: Option<f64>) -> anyhow::Result<usize> 
     }
 }
 
-/// Name of the recorded scene.
+/// Returns the name of the recorded scene.
 fn name(recording: &Recording) -> String {
     use palpus_io::record::SceneSource;
     match &recording.header.scene.source {
@@ -54,7 +54,7 @@ fn name(recording: &Recording) -> String {
 #[cfg(feature = "window")]
 const INSTEAD: &str = "--screenshot FILE --at S makes a picture without one";
 
-/// Without windows, only the line with the alternatives is printed.
+/// Prints only the line with the alternatives, because this build has no windows.
 #[cfg(not(feature = "window"))]
 pub(crate) fn show(_: &Recording, _: &Places<'_>, _: &ReplayArguments) -> anyhow::Result<()> {
     crate::view_window::expect_one("--screenshot FILE --at S makes a picture without one")

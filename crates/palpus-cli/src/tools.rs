@@ -13,8 +13,8 @@ use crate::files;
 
 const NAMES: [&str; 8] = ["first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth"];
 
-/// Name of tool number `which` (from 0 on) and of its hand. Files, pages and documents use the same
-/// name.
+/// Returns the name of tool number `which` (from 0 on) and of its hand. Files, pages and documents
+/// use the same name.
 pub(crate) fn name(which: usize) -> Cow<'static, str> {
     NAMES.get(which).map_or_else(|| format!("{}th", which + 1).into(), |name| (*name).into())
 }

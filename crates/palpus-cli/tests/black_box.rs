@@ -242,7 +242,8 @@ fn recording_is_replayed_from_any_folder() {
     for mesh in ["tool.obj", "part.obj"] {
         fs::copy(folder.0.join("scene").join(mesh), other.join(mesh)).expect("the file can be copied");
     }
-    fs::write(folder.0.join("scene/tool.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").expect("the mesh can be written");
+    fs::write(folder.0.join("scene/tool.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+        .expect("the mesh can be written");
     identical(&[]);
     // A mesh gets another name, in a folder given by `--meshes`.
     fs::rename(other.join("tool.obj"), other.join("deep/renamed.obj")).expect("the file can be moved");

@@ -192,7 +192,7 @@ const WITHIN_SQUARE: f64 = 0.96;
 /// Share of the page for the piece itself.
 const LEFT: f64 = 0.27;
 
-/// Text about the piece below the picture.
+/// Returns the text about the piece below the picture.
 fn caption(numbers: &PieceNumbers, unit: Unit) -> [String; 2] {
     let PieceNumbers { faces, original_faces, virtual_faces, rims, vertices, edges, arcs, volume, owned, .. } = numbers;
     let rims = if *rims > 0 { format!(", {rims} of no width") } else { String::new() };

@@ -61,7 +61,7 @@ impl Ground {
         eye.z > self.middle.z
     }
 
-    /// Strength of grid lines at `point` of the plane: 1 in the middle, 0 outside.
+    /// Returns the strength of grid lines at `point` of the plane: 1 in the middle, 0 outside.
     pub(crate) fn strength(&self, point: DVec3) -> f64 {
         let part = 1.0 - (point - self.middle).truncate().length() / self.reach;
         part.clamp(0.0, 1.0)

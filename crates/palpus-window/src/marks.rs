@@ -74,7 +74,7 @@ pub(crate) struct Patch {
 }
 
 impl Patch {
-    /// Opacity at this distance from the middle, in radii.
+    /// Returns the opacity at this distance from the middle, in radii.
     pub(crate) fn cover_at(&self, radii: f64) -> f64 {
         let inside = (1.0 - radii * radii).max(0.0);
         self.cover * inside * inside

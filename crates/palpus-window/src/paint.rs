@@ -141,7 +141,7 @@ enum Part {
 }
 
 impl Brush {
-    /// The grid and the shadow.
+    /// Draws the grid and the shadow.
     fn ground(&self, light: &mut [[f32; 3]], width: usize, scene: &Scene, ground: &Ground) {
         let shadow = ground.shadow(scene.bodies.iter().map(|body| (&*body.solid, body.pose)));
         let (shade, ink) = (linear(self.colours.shadow), linear(self.colours.ink));

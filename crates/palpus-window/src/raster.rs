@@ -283,7 +283,8 @@ impl Flat {
         (flat.area != 0.0 && flat.area.is_finite()).then_some(flat)
     }
 
-    /// Rows count downwards, so a counter-clockwise triangle has a negative area.
+    /// True if the triangle faces the viewer. Rows count downwards, so a counter-clockwise triangle
+    /// has a negative area.
     fn is_front(&self) -> bool {
         self.area < 0.0
     }

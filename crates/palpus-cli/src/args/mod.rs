@@ -98,7 +98,7 @@ pub(crate) enum Command {
 }
 
 impl Command {
-    /// The command that runs if none is given.
+    /// Returns the command that runs if none is given.
     pub(crate) fn demonstration() -> Self {
         Self::Run(Box::new(RunArguments { scene: "spoon-cup".into(), ..RunArguments::parse_from(["run"]) }))
     }
@@ -115,7 +115,7 @@ pub(crate) struct ManArguments {
     pub(crate) markdown: bool,
 }
 
-/// The program's commands, as a tree.
+/// Returns the program's commands, as a tree.
 pub(crate) fn command_tree() -> clap::Command {
     let mut tree = Arguments::command();
     tree.build();

@@ -90,7 +90,7 @@ pub(crate) fn find(folder: &Path, file: &str) -> Option<PathBuf> {
     folders.into_iter().map(|inner| inner.join(file)).find(|path| path.is_file())
 }
 
-/// The table as text.
+/// Returns the table as text.
 pub(super) fn text(rows: &[Row]) -> String {
     let mut table = Table::new();
     table.load_preset(UTF8_BORDERS_ONLY);

@@ -33,7 +33,7 @@ pub(super) fn page(findings: &[Finding]) -> Vec<String> {
     lines
 }
 
-/// Opening sentence: which devices were found, and that palpus works without one.
+/// Returns the opening sentence: which devices were found, and that palpus works without one.
 fn opening(findings: &[Finding]) -> String {
     let hardware = |finding: &&Finding| finding.is_found() && finding.backend != "simulated";
     match findings.iter().filter(hardware).count() {
@@ -59,7 +59,7 @@ fn missing(lines: &mut Vec<String>, backend: &str, (looked_for, why): (&str, &st
     entry(lines, "looked for", &format!("{looked_for}; {why}"));
 }
 
-/// The name as the title of a section.
+/// Returns the title of a section: the name of the device.
 fn title(finding: &Finding) -> String {
     let Finding { backend, name, .. } = finding;
     if name == backend { format!("  {name}") } else { format!("  {name} ({backend})") }
@@ -140,7 +140,7 @@ fn safety(spec: &DeviceSpec, rate_hz: f64) -> String {
     )
 }
 
-/// A named line with a hanging indent.
+/// Adds a named line with a hanging indent.
 fn entry(lines: &mut Vec<String>, name: &str, text: &str) {
     for (k, part) in wrapped(text, WIDTH - MARGIN - 4).into_iter().enumerate() {
         lines.push(format!("  {:>MARGIN$}  {part}", if k == 0 { name } else { "" }));

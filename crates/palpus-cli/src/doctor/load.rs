@@ -87,15 +87,15 @@ impl Snapshot {
     }
 }
 
-/// Name and time from a line of `/proc/PID/stat`. The name is in brackets and may contain any
-/// characters; the times are words 14 and 15.
+/// Returns name and time from a line of `/proc/PID/stat`. The name is in brackets and may contain
+/// any characters; the times are words 14 and 15.
 fn program(line: &str) -> Option<(&str, u64)> {
     let (name, rest) = line.split_once('(')?.1.rsplit_once(')')?;
     let words: Vec<&str> = rest.split_whitespace().collect();
     Some((name, words.get(11)?.parse::<u64>().ok()? + words.get(12)?.parse::<u64>().ok()?))
 }
 
-/// All other programs that are visible to this user.
+/// Returns all other programs that are visible to this user.
 fn programs() -> Vec<(u32, String, u64)> {
     let Ok(folder) = std::fs::read_dir("/proc") else { return Vec::new() };
     let numbers = folder.flatten().filter_map(|entry| entry.file_name().to_str()?.parse::<u32>().ok());
@@ -107,7 +107,7 @@ fn programs() -> Vec<(u32, String, u64)> {
     numbers.filter(|number| *number != std::process::id()).filter_map(read).collect()
 }
 
-/// The programs with the highest load, in cores. Programs of the same name are added up.
+/// Returns the programs with the highest load, in cores. Programs of the same name are added up.
 fn busiest(before: &Snapshot, after: &Snapshot, ticks_per_core: f64) -> Vec<Program> {
     let spent = |(number, name, time): &(u32, String, u64)| {
         // A program that started during the measurement used all of its time within it.
@@ -127,7 +127,7 @@ fn busiest(before: &Snapshot, after: &Snapshot, ticks_per_core: f64) -> Vec<Prog
     all
 }
 
-/// Load by other programs between two instants.
+/// Returns the load by other programs between two instants.
 pub(crate) fn between(before: Option<Snapshot>, after: Option<Snapshot>) -> Option<Load> {
     let (before, after) = before.zip(after)?;
     let all = after.all.saturating_sub(before.all).max(1) as f64;
@@ -142,7 +142,7 @@ pub(crate) fn between(before: Option<Snapshot>, after: Option<Snapshot>) -> Opti
     })
 }
 
-/// Running or waiting threads of the machine, over the last minute.
+/// Returns the mean number of running or waiting threads of the machine over the last minute.
 pub(crate) fn load_average() -> Option<f64> {
     read_to_string("/proc/loadavg").ok()?.split_whitespace().next()?.parse().ok()
 }

@@ -44,7 +44,7 @@ impl Machine {
         }
     }
 
-    /// Names and values, for people.
+    /// Returns names and values, for people.
     pub(super) fn lines(&self) -> [(&'static str, String); 4] {
         let unknown = || "not known here".to_owned();
         let of = |value: &Option<String>| value.clone().unwrap_or_else(unknown);
@@ -82,13 +82,13 @@ impl Machine {
     }
 }
 
-/// The first of the two values of a limit in `/proc/self/limits`.
+/// Returns the first of the two values of a limit in `/proc/self/limits`.
 fn soft_limit(text: &str, name: &str) -> Option<String> {
     let line = text.lines().find_map(|line| line.strip_prefix(name))?;
     line.split_whitespace().next().map(str::to_owned)
 }
 
-/// Governors of all cores, counted.
+/// Counts the cores with each governor.
 fn governors() -> Option<Vec<(String, usize)>> {
     let mut counted: Vec<(String, usize)> = Vec::new();
     for core in 0..std::thread::available_parallelism().map_or(1, usize::from) {

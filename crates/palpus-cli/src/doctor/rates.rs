@@ -60,12 +60,12 @@ fn judge(hz: f64, timer: &Timer, late_share: f64, step_us: f64) -> Rate {
     Rate { hz, p50_us, p99_us, p999_us, max_us, late_share, room_us, holds: why.is_none(), why }
 }
 
-/// The fastest rate that the machine holds.
+/// Returns the fastest rate that the machine holds.
 pub(super) fn fastest(rates: &[Rate]) -> Option<f64> {
     rates.iter().filter(|rate| rate.holds).map(|rate| rate.hz).max_by(f64::total_cmp)
 }
 
-/// The rates as a table, one line for each.
+/// Returns the rates as a table, one line for each.
 pub(super) fn table(rates: &[Rate]) -> Vec<String> {
     let mut table = Table::new();
     table.load_preset(NOTHING);

@@ -48,7 +48,7 @@ impl SceneTimes {
     }
 }
 
-/// The scene, prepared for a run. Preparing takes time at the first use.
+/// Prepares the scene for a run. This takes time at the first use.
 pub(super) fn prepare(name: &str) -> anyhow::Result<Stage> {
     stage::prepare(name, FilePolicy::Inside)
 }
@@ -93,7 +93,7 @@ pub(super) fn measure(name: &str, stage: &Stage, duration: f64) -> anyhow::Resul
     })
 }
 
-/// A tool's simulated device in the scene's simulated hand.
+/// Returns a tool's simulated device in the scene's simulated hand.
 fn simulated(stage: &Stage) -> anyhow::Result<Box<dyn HapticDevice + Send>> {
     let settings = SimulationSettings { rate_hz: RATE_HZ, hand: stage.hand(None)?, ..SimulationSettings::default() };
     Ok(Box::new(SimulatedDevice::new(settings, stage.intent())?))

@@ -141,12 +141,12 @@ impl Figure {
         Self { title: title.into(), x_label, log_x: false, bands: Vec::new(), marks: Vec::new(), panels }
     }
 
-    /// Points with their positions on the horizontal axis.
+    /// Returns the points with their positions on the horizontal axis.
     fn on_axis(&self, points: &[(f64, f64)]) -> Vec<(f64, f64)> {
         points.iter().map(|&(x, y)| (self.place(x), y)).collect()
     }
 
-    /// Position of x on the horizontal axis.
+    /// Returns the position of x on the horizontal axis.
     fn place(&self, x: f64) -> f64 {
         if self.log_x { x.log10() } else { x }
     }
@@ -166,7 +166,7 @@ impl Figure {
 }
 
 impl Panel {
-    /// A panel of curves.
+    /// Creates a panel of curves.
     pub(crate) fn lines(title: &'static str, unit: &'static str, series: Vec<Series>) -> Self {
         Self { title, unit, series, drawn: Drawn::Lines }
     }

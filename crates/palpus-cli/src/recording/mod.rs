@@ -114,7 +114,7 @@ fn row(tick: &ServoTick, detail: Option<&Detail>) -> RecordRow {
 const NOWHERE: Pose =
     Pose { rotation: DQuat::from_xyzw(f64::NAN, f64::NAN, f64::NAN, f64::NAN), translation: DVec3::NAN };
 
-/// The raw state, if the step got a different one.
+/// Returns the raw state, if the step got a different one.
 fn raw(tick: &ServoTick) -> Option<RawState> {
     let DeviceState { pose, twist, .. } = tick.read;
     // A state with NaN is unequal to itself, so it counts as replaced.
@@ -181,12 +181,12 @@ impl Recording {
 }
 
 impl Writing {
-    /// The file, or the first of several.
+    /// Returns the file, or the first of several.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The write error, if there was one; the file ends at that point.
+    /// Returns the write error, if there was one; the file ends at that point.
     #[cfg(feature = "window")]
     pub(crate) fn trouble(&self) -> Option<String> {
         self.messages.trouble()

@@ -35,13 +35,13 @@ struct Words {
 }
 
 impl Messages {
-    /// The write error after which nothing is written.
+    /// Returns the write error after which nothing is written.
     #[cfg(feature = "window")]
     pub(super) fn trouble(&self) -> Option<String> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).trouble.clone()
     }
 
-    /// Names the files of the later parts.
+    /// Returns a note with the files of the later parts.
     pub(super) fn parts(&self) -> Option<String> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).parts.clone()
     }

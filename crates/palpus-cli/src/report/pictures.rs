@@ -94,7 +94,7 @@ const PITCH: f64 = 0.3;
 /// Smallest sideways force that turns the view, as a share of the smallest force with an arrow.
 const SIDEWAYS: f64 = 0.2;
 
-/// Corners of a box around all contacts, world.
+/// Returns the corners of a box around all contacts, world.
 fn about_contacts(stage: &Stage, moment: &Moment) -> Option<Vec<DVec3>> {
     let points: Vec<DVec3> =
         moment.contacts.iter().map(|contact| stage.environment_pose.point(contact.point)).collect();

@@ -65,7 +65,7 @@ impl<'a> Rerun<'a> {
         Ok((stage, Self { which, named, others, engine }))
     }
 
-    /// The recording of the first tool.
+    /// Returns the recording of the first tool.
     pub(crate) fn first(&self) -> &Recording {
         in_order(self.which, self.named, &self.others)[0]
     }
@@ -110,7 +110,7 @@ impl<'a> Rerun<'a> {
         self.engine.shown(period)
     }
 
-    /// The capacity that a moment needs.
+    /// Returns the capacity that a moment needs.
     #[cfg(feature = "window")]
     pub(crate) fn capacity(&self) -> usize {
         self.engine.capacity()
@@ -216,7 +216,7 @@ fn run_again(recordings: &[&Recording], engine: &mut Engine, each: Each<'_>) -> 
     Ok(())
 }
 
-/// The safety chain of each recording. Old recordings of a single tool had none.
+/// Returns the safety chain of each recording. Old recordings of a single tool had none.
 fn chains(recordings: &[&Recording]) -> anyhow::Result<Vec<Option<SafetyChain>>> {
     let chain = |recording: &&Recording| {
         let header = &recording.header;

@@ -44,7 +44,7 @@ pub(crate) struct Live {
 }
 
 impl Live {
-    /// Values before the first tick of a run that starts inside the part.
+    /// Creates the values before the first tick of a run that starts inside the part.
     pub(crate) fn new(rate_hz: f64, inside: Option<InsideStart>) -> Self {
         Self {
             ticks: 0,
@@ -71,7 +71,7 @@ impl Live {
         }
     }
 
-    /// Message for a probe that starts inside the part.
+    /// Returns the message for a probe that starts inside the part.
     pub(crate) fn start_in_words(&self) -> Option<String> {
         let start = self.start.filter(|start| start.depth > 0.0)?;
         let depth = start.depth * 1e3;

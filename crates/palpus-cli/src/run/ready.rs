@@ -33,7 +33,7 @@ impl Ready {
         Ok(Self { plans, engine })
     }
 
-    /// The first device's plan.
+    /// Returns the first device's plan.
     pub(crate) fn plan(&self) -> &Plan {
         &self.plans[0]
     }

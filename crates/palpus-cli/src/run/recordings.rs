@@ -44,12 +44,12 @@ impl Recordings {
         )
     }
 
-    /// The file that is being written.
+    /// Returns the file that is being written.
     pub(super) fn path(&self) -> Option<&Path> {
         self.writing.as_ref().map(Writing::path)
     }
 
-    /// The error after which nothing is written.
+    /// Returns the error after which nothing is written.
     #[cfg(feature = "window")]
     pub(super) fn trouble(&self) -> Option<String> {
         self.writing.as_ref().and_then(Writing::trouble)

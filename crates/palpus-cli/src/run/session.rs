@@ -175,17 +175,17 @@ impl Session {
         self.seats[0].watched.iter_mut().flat_map(|queue| std::iter::from_fn(|| queue.pop().ok()))
     }
 
-    /// Ticks per second.
+    /// Returns the ticks per second.
     pub(crate) fn rate_hz(&self) -> f64 {
         self.rate_hz
     }
 
-    /// Description of the first device.
+    /// Returns the description of the first device.
     pub(crate) fn spec(&self) -> &DeviceSpec {
         &self.seats[0].spec
     }
 
-    /// The stage.
+    /// Returns the stage.
     pub(crate) fn stage(&self) -> &Stage {
         &self.stage
     }

@@ -15,7 +15,8 @@ pub(super) fn read_asking(path: &Path, policy: FilePolicy) -> anyhow::Result<Sce
     read(path, policy, &answer)
 }
 
-/// See [`read_asking`]; `answer` asks the question, and returns `None` without a terminal.
+/// Does the work of [`read_asking`]; `answer` asks the question, and returns `None` without a
+/// terminal.
 fn read(path: &Path, policy: FilePolicy, answer: &dyn Fn() -> Option<bool>) -> anyhow::Result<SceneFile> {
     let inside = match (read_scene(path, policy), policy) {
         (Err(error), FilePolicy::Inside) => error,
@@ -42,7 +43,7 @@ fn ask(input: &mut dyn BufRead, output: &mut dyn Write) -> bool {
 mod tests {
     use super::*;
 
-    /// A scene in a folder of its own, with meshes outside of this folder.
+    /// Returns a scene in a folder of its own, with meshes outside of this folder.
     fn scene() -> std::path::PathBuf {
         let folder = std::env::temp_dir().join(format!("palpus-outside-{}", std::process::id()));
         let inner = folder.join("scene");

@@ -87,7 +87,7 @@ mod here {
         Ok((session, scene, moments))
     }
 
-    /// Content of the window before the run.
+    /// Returns the content of the window before the run.
     fn scene(plan: &Plan) -> Scene {
         let (stage, limits) = (&plan.stage, &plan.settings.limits);
         let look = Look { xray: true, ..Look::default() };

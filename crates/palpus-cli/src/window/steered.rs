@@ -190,7 +190,7 @@ fn prepared(
     Ready::new(arguments, &name, stage, true).map(|ready| Next::Run(Box::new(ready)))
 }
 
-/// Folder for scenes that are made in the window, next to the recordings.
+/// Returns the folder for scenes that are made in the window, next to the recordings.
 fn scenes_folder(arguments: &RunArguments) -> PathBuf {
     arguments.record.parent().unwrap_or(Path::new("")).join("scenes")
 }

@@ -316,7 +316,7 @@ fn rounded(value: f64, _: RangeInclusive<usize>) -> String {
     }
 }
 
-/// Inverse of [`rounded`].
+/// Reads a number that [`rounded`] has written.
 fn parsed(text: &str) -> Option<f64> {
     let text = text.trim();
     let (digits, factor) = match (text.strip_suffix('k'), text.strip_suffix('M')) {

@@ -9,8 +9,8 @@
 //!    translucent bodies, and then the marks. Hidden parts of marks are drawn in a paler colour,
 //!    before the visible parts.
 //!
-//! The light is the same as in `paint`. Positions are transformed into the view's frame in `f64`,
-//! so that `f32` is precise enough there.
+//! The light is the same as in `paint`. Positions are transformed into the view's frame in `f64`.
+//! In this frame, `f32` is precise enough.
 #![allow(unsafe_code)] // This file and `shader` talk to the graphics library; every call is glow's, on the thread that owns the context.
 
 mod drawing;

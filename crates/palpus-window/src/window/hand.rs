@@ -201,7 +201,7 @@ impl Hand {
         true
     }
 
-    /// The mouse releases the probe.
+    /// Lets the hand release the probe after the mouse has released it.
     fn let_go(&mut self) {
         self.grabbed = None;
         self.released = Some(Instant::now());

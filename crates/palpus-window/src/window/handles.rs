@@ -48,7 +48,7 @@ impl Moves {
         }
     }
 
-    /// Message about the mode.
+    /// Returns the message about the mode.
     pub(super) fn words(self) -> &'static str {
         match self {
             Self::Nothing => "no handles",

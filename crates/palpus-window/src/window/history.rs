@@ -10,7 +10,7 @@ pub(crate) const SPAN: f64 = 10.0;
 /// Largest number of kept moments: those of the span at the fastest frame rate.
 const MOST_MOMENTS: usize = 700;
 
-/// State of contact: D and P of the paper's Figure 5.
+/// State of contact: free, or disjoint (D) or penetrating (P) as in the paper's Figure 5.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum State {
     /// No contact.

@@ -153,7 +153,7 @@ pub trait Run {
     /// True if the window closes when the loop has ended.
     fn closes_when_over(&self) -> bool;
 
-    /// Called when the window closes, with statistics of its frames.
+    /// Gets statistics of the frames when the window closes.
     fn painted(&mut self, _: Painted) {}
 }
 

@@ -295,7 +295,7 @@ impl Errors {
     }
 }
 
-/// Angle in °; `None` if one of the forces is zero.
+/// Returns the angle in °; `None` if one of the forces is zero.
 fn angle(one: DVec3, other: DVec3) -> Option<f64> {
     (one.length() > 0.0 && other.length() > 0.0).then(|| one.angle_between(other).to_degrees())
 }

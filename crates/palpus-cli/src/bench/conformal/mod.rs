@@ -53,7 +53,7 @@ pub(super) fn conformal(
     Ok(ExitCode::SUCCESS)
 }
 
-/// Three tables: time, work, and error of the wrench.
+/// Returns three tables: time, work, and error of the wrench.
 fn text(rows: &[Row]) -> String {
     let mut time = table(&[
         "step, µs of processor time",

@@ -48,7 +48,7 @@ pub(super) struct Drive<'a> {
     pub(super) load: Wrench,
 }
 
-/// The limits of the simulated device.
+/// Returns the limits of the simulated device.
 fn limits() -> Limits {
     let spec = SimulationSettings::default().spec;
     Limits { force: spec.force_max, torque: spec.torque_max }
@@ -120,7 +120,7 @@ fn within_limits(felt: &Wrench) -> Wrench {
     Wrench { torque: felt.torque.clamp_length_max(torque), force: felt.force.clamp_length_max(force) }
 }
 
-/// The rotation vector from one pose to the next, for small turns.
+/// Returns the rotation vector from one pose to the next, for small turns.
 pub(super) fn turned(from: &Pose, to: &Pose) -> DVec3 {
     let turn = to.rotation * from.rotation.conjugate();
     turn.xyz() * (2.0 * turn.w.signum())

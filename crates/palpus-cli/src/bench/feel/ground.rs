@@ -137,7 +137,7 @@ impl Ground {
         })
     }
 
-    /// Direction and strength of the hand's press `seconds` after the start of the script.
+    /// Returns direction and strength of the hand's press `seconds` after the start of the script.
     pub(super) fn press(&self, seconds: f64) -> DVec3 {
         let place = (seconds / (JUDGED as f64 * TICK)).max(0.0);
         let at = |k: usize| self.presses.get(k).or(self.presses.last()).copied().unwrap_or_default();
@@ -232,13 +232,13 @@ impl Judge {
         Self { query: ContactQuery::new(a.clone(), b.clone(), settings) }
     }
 
-    /// The deepest contact.
+    /// Returns the deepest contact.
     pub(super) fn deepest(&mut self, pose_ba: &Pose) -> Option<Contact> {
         self.query.clear();
         self.query.contacts(pose_ba).iter().min_by(|a, b| a.separation.total_cmp(&b.separation)).copied()
     }
 
-    /// The overlap, m; negative when apart.
+    /// Returns the overlap, m; negative when apart.
     pub(super) fn depth(&mut self, pose_ba: &Pose) -> f64 {
         self.deepest(pose_ba).map_or(-self.query.settings().tolerance, |contact| -contact.separation)
     }

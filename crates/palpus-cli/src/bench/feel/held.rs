@@ -46,7 +46,7 @@ pub(super) struct Held {
 }
 
 impl Held {
-    /// The limit cycle as a share of the mean force; NaN where the contact was lost.
+    /// Returns the limit cycle as a share of the mean force; NaN where the contact was lost.
     pub(super) fn share(&self) -> f64 {
         if self.state() == State::Lost { f64::NAN } else { self.force_cycle / self.mean_force }
     }
@@ -112,7 +112,7 @@ pub(super) fn hold(
 /// a second, so frequencies from 10 Hz on remain.
 const HALF_WINDOW: usize = 50;
 
-/// Root mean square of the components above 10 Hz.
+/// Returns the root mean square of the components above 10 Hz.
 pub(super) fn cycle(felt: &[Wrench], of: impl Fn(&Wrench) -> DVec3) -> f64 {
     let values: Vec<DVec3> = felt.iter().map(of).collect();
     let width = (2 * HALF_WINDOW + 1) as f64;
@@ -123,8 +123,8 @@ pub(super) fn cycle(felt: &[Wrench], of: impl Fn(&Wrench) -> DVec3) -> f64 {
     super::row::mean(&squares).sqrt()
 }
 
-/// The greatest stiffness at which the probe lies still, N/m; 0 if it does not lie still even at
-/// the smallest one. `halvings`: number of bisection steps after the doubling.
+/// Returns the greatest stiffness at which the probe lies still, N/m; 0 if it does not lie still
+/// even at the smallest one. `halvings`: number of bisection steps after the doubling.
 pub(super) fn greatest_stiffness(
     ground: &Ground,
     entry: &Entry,

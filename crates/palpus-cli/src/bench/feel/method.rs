@@ -54,7 +54,7 @@ pub(super) struct Tuning {
 }
 
 impl Tuning {
-    /// The scene's own parameters, without a device's limits.
+    /// Returns the scene's own parameters, without a device's limits.
     pub(super) fn of(ground: &Ground) -> Self {
         Self {
             stiffness: None,
@@ -301,7 +301,7 @@ impl Ground {
         (self.probe.clone(), self.environment.clone())
     }
 
-    /// The voxel map of the environment, made once.
+    /// Returns the voxel map of the environment, made once.
     fn voxels(&self) -> anyhow::Result<Voxel> {
         let made = self.voxels.get_or_init(|| {
             let (a, b) = self.bodies();

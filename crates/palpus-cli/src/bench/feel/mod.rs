@@ -101,7 +101,7 @@ pub(super) fn feel(wanted: &Wanted<'_>) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The selected scenes: all except the large one, or the named one.
+/// Returns the selected scenes: all except the large one, or the named one.
 fn chosen_scenes(only: Option<&str>) -> anyhow::Result<Vec<&'static str>> {
     let mut usual = SCENES.to_vec();
     usual.extend(flush::SCENES.map(|(name, _)| name));
@@ -110,7 +110,7 @@ fn chosen_scenes(only: Option<&str>) -> anyhow::Result<Vec<&'static str>> {
     chosen("--scene", only, &usual)
 }
 
-/// The selected names: all, or the named one.
+/// Returns the selected names: all, or the named one.
 fn chosen(option: &str, only: Option<&str>, all: &[&'static str]) -> anyhow::Result<Vec<&'static str>> {
     let Some(only) = only else { return Ok(all.to_vec()) };
     match all.iter().find(|name| **name == only) {

@@ -63,8 +63,8 @@ pub(super) fn measure(ground: &Ground, entry: &Entry, rows: &mut Rows) -> anyhow
     Ok(Curve { times, wrenches: played.wrenches })
 }
 
-/// Friction is as in the scene. In scenes with a known truth it is off, because the truth has no
-/// friction.
+/// Returns the parameters of the methods. Friction is as in the scene. In scenes with a known truth
+/// it is off, because the truth has no friction.
 pub(super) fn tuning(ground: &Ground) -> Tuning {
     Tuning { friction: ground.truth.is_none() && ground.refined.is_none(), ..Tuning::of(ground) }
 }
@@ -136,7 +136,8 @@ fn steps(ground: &Ground, wrenches: &[Wrench], add: Add<'_>) {
 /// s.
 const MERGING: [f64; 2] = [0.9, 3.5];
 
-/// The largest step while the knife stays at its depth and its two contacts approach each other.
+/// Adds the largest step while the knife stays at its depth and its two contacts approach each
+/// other.
 fn merging(ground: &Ground, wrenches: &[Wrench], add: Add<'_>) {
     let [first, last] = MERGING.map(|time| (((time - ground.begin) / TICK).max(0.0) as usize).min(wrenches.len()));
     let within = &wrenches[first..last.max(first)];
@@ -147,12 +148,12 @@ fn merging(ground: &Ground, wrenches: &[Wrench], add: Add<'_>) {
     }
 }
 
-/// Angle in degrees. It is exact for small angles, unlike an angle from the cosine.
+/// Returns the angle in degrees. It is exact for small angles, unlike an angle from the cosine.
 pub(super) fn angle_between(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b)).to_degrees()
 }
 
-/// Upper bound of the motion of any point of the probe, m.
+/// Returns the upper bound of the motion of any point of the probe, m.
 fn motion(from: &ProbeState, to: &ProbeState, reach: f64) -> f64 {
     let turned = to.pose_ba.rotation.angle_between(from.pose_ba.rotation);
     to.pose_ba.translation.distance(from.pose_ba.translation) + reach * turned

@@ -69,7 +69,7 @@ pub(super) fn write(out: &Path, measured: &Measured<'_>) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// All rows as a table of values.
+/// Returns all rows as a table of values.
 pub(super) fn csv(rows: &[Row]) -> String {
     let mut csv = String::from("scene,method,hand,measure,unit,value\n");
     for Row { scene, method, hand, measure, unit, value } in rows {

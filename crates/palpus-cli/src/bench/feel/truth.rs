@@ -104,7 +104,7 @@ pub(super) fn measure(ground: &Ground, skin: Skin, wrenches: &[Wrench], still: &
     compare(&sprung, still, Some(1.0), &REST, add);
 }
 
-/// The true wrench on contacts of unit stiffness.
+/// Returns the true wrench on contacts of unit stiffness.
 pub(super) fn direct(truth: &Truth, settings: &Settings, skin: f64, probe: &ProbeState) -> True {
     let grip = probe.pose_ba.point(settings.grip_a);
     let mut sum = True { force: DVec3::ZERO, torque: Some(DVec3::ZERO) };
@@ -116,8 +116,8 @@ pub(super) fn direct(truth: &Truth, settings: &Settings, skin: f64, probe: &Prob
     sum
 }
 
-/// The wrench of a refined truth on contacts of unit stiffness in tick `k`. `None` if the tick is
-/// not judged, or if the two searches for its contacts disagree.
+/// Returns the wrench of a refined truth on contacts of unit stiffness in tick `k`. `None` if the
+/// tick is not judged, or if the two searches for its contacts disagree.
 pub(super) fn shared(ground: &Ground, skin: f64, k: usize) -> Option<True> {
     if !k.is_multiple_of(JUDGED) {
         return None;

@@ -28,7 +28,7 @@ const SIZE: usize = 100_000;
 /// Tolerances of the sweep over contacts, m.
 const TOLERANCES: [f64; 7] = [0.000_01, 0.000_02, 0.000_04, 0.000_08, 0.000_16, 0.000_32, 0.000_64];
 
-/// Step times for a growing number of triangles.
+/// Measures step times for a growing number of triangles.
 pub(super) fn against_triangles(out: &Path, effort: Effort) -> anyhow::Result<Vec<Row>> {
     let mut rows = Vec::new();
     for triangles in TRIANGLES {
@@ -48,7 +48,7 @@ pub(super) fn against_triangles(out: &Path, effort: Effort) -> anyhow::Result<Ve
     Ok(rows)
 }
 
-/// Step times for a growing number of contacts.
+/// Measures step times for a growing number of contacts.
 pub(super) fn against_contacts(out: &Path, effort: Effort) -> anyhow::Result<Vec<Row>> {
     let bodies = ball_on_scan(SIZE)?;
     let touches = Touches::new(&bodies, effort.ticks);
@@ -67,7 +67,7 @@ pub(super) fn against_contacts(out: &Path, effort: Effort) -> anyhow::Result<Vec
     Ok(rows)
 }
 
-/// A ball of 4 cm on the scanned torus.
+/// Prepares a ball of 4 cm and the scanned torus.
 fn ball_on_scan(triangles: usize) -> anyhow::Result<Bodies> {
     let settings = BodySettings { flatness: BodySettings::HAPTIC, ..BodySettings::default() };
     let body = |name: &str, soup| anyhow::Ok(Arc::new(bodies::prepare_soup(name, &soup, &settings)?.body));

@@ -88,7 +88,7 @@ pub(super) fn measure(pair: &Pair, files: &[PathBuf; 2], ticks: usize) -> anyhow
     })
 }
 
-/// Settings of a scene file that names only two meshes.
+/// Returns the settings of a scene file that names only two meshes.
 fn settings(a: &Body, b: &Body) -> Settings {
     Settings::coupled(Settings::default().limits, TICK, TOLERANCE * a.size().min(b.size()))
 }
@@ -124,7 +124,7 @@ impl Gathered {
     }
 }
 
-/// The results of the pairs as text.
+/// Returns the results of the pairs as text.
 pub(super) fn text(rows: &[Hurried]) -> String {
     let mut text = format!("with {ALLOWED} units of work in a step, compared with no limit:\n");
     for row in rows {

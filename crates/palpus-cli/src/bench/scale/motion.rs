@@ -143,8 +143,9 @@ impl Orbit {
         Pose { translation: self.touch.translation + shift, ..self.touch }
     }
 
-    /// At phase 0 the bodies touch. At half a period they are deeper by one amplitude along the
-    /// normal. On curved surfaces, the sideways motion and the rotation may still separate them.
+    /// Returns the pose at `phase`. At phase 0 the bodies touch. At half a period they are deeper
+    /// by one amplitude along the normal. On curved surfaces, the sideways motion and the rotation
+    /// may still separate them.
     fn pose(&self, phase: f64) -> Pose {
         let (sin, cos) = phase.sin_cos();
         let spin = DQuat::from_scaled_axis(self.spin * (ORBIT_TURN * sin));

@@ -131,7 +131,7 @@ pub(super) struct Repeat {
     seed: u64,
 }
 
-/// The bodies of a pair, and `ticks` of its motion.
+/// Returns the bodies of a pair, and `ticks` of its motion.
 pub(in crate::bench) fn posed(
     pair: &Pair,
     files: &[PathBuf; 2],

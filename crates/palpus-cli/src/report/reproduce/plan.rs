@@ -121,7 +121,7 @@ pub(super) fn plan(wanted: &Wanted<'_>) -> Vec<Step> {
 }
 
 impl Wanted<'_> {
-    /// Folder of a step's files.
+    /// Returns the folder of a step's files.
     pub(super) fn folder(&self, id: &str) -> PathBuf {
         self.out.join("data").join(id)
     }
@@ -132,8 +132,8 @@ impl Wanted<'_> {
     }
 }
 
-/// The path of this program. If the file has been replaced since the start, or Python runs the
-/// program, it is found by its name.
+/// Returns the path of this program. If the file has been replaced since the start, or Python runs
+/// the program, the name of the program is returned.
 fn program() -> PathBuf {
     let running = std::env::current_exe().ok().filter(|path| path.file_stem().is_some_and(|name| name == "palpus"));
     running.unwrap_or_else(|| "palpus".into())

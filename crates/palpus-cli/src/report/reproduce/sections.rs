@@ -201,7 +201,7 @@ pub(super) fn pairs(html: &mut Html, data: &Data<'_>, run: &str) {
     });
 }
 
-/// A pair's name is written with either dash.
+/// True if one of `rows` has the name of `row`, written with either dash.
 fn names_same(rows: &[Vec<String>], row: &[String]) -> bool {
     let plain = |name: &str| name.replace('–', "-");
     rows.iter().any(|known| known.first().map(|name| plain(name)) == row.first().map(|name| plain(name)))
@@ -373,7 +373,7 @@ fn governor_names(all: &[Value]) -> String {
     all.iter().filter_map(name).collect::<Vec<_>>().join(", ")
 }
 
-/// The verdict of `palpus doctor` as a badge; empty if that step was not run.
+/// Returns the verdict of `palpus doctor` as a badge; empty if that step was not run.
 pub(super) fn fitness(data: &Data<'_>) -> Option<(Tone, &'static str)> {
     let found = data.json::<Value>("doctor", SAID)?;
     match word(&found, &["verdict", "fitness"])? {

@@ -92,7 +92,7 @@ impl Measures {
         }
     }
 
-    /// Ticks in which a fault removed the force.
+    /// Returns the number of ticks in which a fault removed the force.
     pub(super) fn fault_ticks(&self) -> u64 {
         self.cuts.iter().filter(|cut| cut.cut.is_fault()).map(|cut| cut.ticks).sum()
     }

@@ -114,14 +114,14 @@ impl Judged {
         Ok(Felt { rest, worst, energy, overlap, mean_force })
     }
 
-    /// Hum within `span` (s); `None` if the loop ended before it.
+    /// Returns the hum within `span` (s); `None` if the loop ended before it.
     fn hum(&self, ticks: &[LoopTick], span: Range<f64>) -> Option<[f64; 2]> {
         let within: Vec<Wrench> = ticks.iter().filter(|tick| span.contains(&tick.time)).map(|tick| tick.felt).collect();
         let whole = ticks.last().is_some_and(|tick| tick.time >= span.end - 0.01);
         whole.then(|| [cycle(&within, |felt| felt.force), cycle(&within, |felt| felt.torque)])
     }
 
-    /// The largest true overlap, m.
+    /// Returns the largest true overlap, m.
     fn overlap(&self, ticks: &[LoopTick]) -> f64 {
         let step = (self.period / crate::bench::TICK) as usize;
         let judged = ticks.iter().step_by(step);

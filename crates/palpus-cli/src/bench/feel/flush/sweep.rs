@@ -89,7 +89,7 @@ impl Case {
 
 const CASE_HEAD: [&str; 7] = ["seed", "scene", "hand", "play (mm)", "twist (°)", "tolerance (mm)", "stiffness (kN/m)"];
 
-/// The measures, in the order of [`BARS`].
+/// Returns the measures, in the order of [`BARS`].
 fn judged_values(felt: &Felt) -> [f64; 4] {
     [felt.rest[0], felt.rest[1], felt.energy, felt.overlap]
 }
@@ -99,7 +99,7 @@ fn passes(felt: &Felt) -> bool {
     judged_values(felt).iter().zip(BARS).all(|(value, bar)| *value <= bar)
 }
 
-/// The largest ratio of a value to its limit.
+/// Returns the largest ratio of a value to its limit.
 fn badness(felt: &Felt) -> f64 {
     judged_values(felt).iter().zip(BARS).map(|(value, bar)| value / bar).fold(0.0, f64::max)
 }

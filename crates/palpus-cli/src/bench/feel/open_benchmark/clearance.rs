@@ -111,7 +111,7 @@ const CLUSTER: f64 = 0.1;
 /// Force above which contact counts as felt, N: the stiffness times a micrometre.
 const FELT: f64 = 1e-3;
 
-/// Unit vectors across the play. The first one is not along an axis of the mesh.
+/// Returns the `k`-th unit vector across the play. The first one is not along an axis of the mesh.
 fn direction(k: usize) -> DVec3 {
     let (sin, cos) = ((k as f64 + 0.25) / DIRECTIONS as f64 * TAU).sin_cos();
     DVec3::new(cos, sin, 0.0)
@@ -163,7 +163,7 @@ impl Fit {
         }
     }
 
-    /// Distance of the probe from the middle in tick `k` of a round, m.
+    /// Returns the distance of the probe from the middle in tick `k` of a round, m.
     fn travel(&self, k: usize) -> f64 {
         let end = self.play + PRESS;
         match k {
@@ -174,8 +174,8 @@ impl Fit {
         }
     }
 
-    /// Vector opposite to the direction of motion, with the length by which the probe is beyond
-    /// first touch, m.
+    /// Returns a vector opposite to the direction of motion. Its length is the distance by which
+    /// the probe is beyond first touch, m.
     pub(super) fn overlap(&self, probe: &ProbeState) -> DVec3 {
         let way = probe.pose_ba.translation;
         -way.normalize_or_zero() * (way.length() - self.play).max(0.0)

@@ -106,8 +106,8 @@ fn truth(ground: &Ground) -> Option<String> {
     Some(text)
 }
 
-/// The poses of the probe's mesh in the environment's frame: time (s), translation (m), unit
-/// quaternion.
+/// Returns the poses of the probe's mesh in the environment's frame: time (s), translation (m),
+/// unit quaternion.
 fn motion(ground: &Ground) -> String {
     let mut text = String::from("time,tx,ty,tz,qx,qy,qz,qw\n");
     for (k, probe) in ground.script.iter().enumerate() {
