@@ -1,4 +1,4 @@
-//! Default path of the simulated hand for scenes without one: to the environment and back.
+//! Default path of the simulated hand, for scenes without a path: to the environment and back.
 
 use std::sync::Arc;
 
@@ -89,8 +89,8 @@ pub(crate) fn approach(
 const MOST_ADVANCES: usize = 200;
 /// Distance by which the hand presses beyond touch, in contact tolerances.
 const PRESS_TOLERANCES: f64 = 3.0;
-/// Smallest press, m; the device's friction hides a smaller one. Without a coupling, the hand could
-/// pass through a small body, so [`LEAST_PRESS_SHARE`] of the smaller body is the limit.
+/// Smallest press, m; the device's friction hides a smaller press. Without a coupling, the hand
+/// could pass through a small body, so [`LEAST_PRESS_SHARE`] of the smaller body is the limit.
 const LEAST_PRESS: f64 = 3e-3;
 const LEAST_PRESS_SHARE: f64 = 0.1;
 /// Mean speed of the hand, m/s.

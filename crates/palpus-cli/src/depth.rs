@@ -44,7 +44,7 @@ struct Deepest {
     upper: f64,
 }
 
-/// Two models and the poses of the first one.
+/// Two models and the poses of the first model.
 pub(crate) struct Pair {
     pub(crate) a: Body,
     pub(crate) b: Body,

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::output;
 
-/// Number of ticks that are shown before and after the first different one.
+/// Number of ticks that are shown before and after the first different tick.
 const AROUND: usize = 3;
 
 /// Changes of settings are shown if they are within this number of ticks of the first different
@@ -23,7 +23,7 @@ pub(crate) struct Comparison<'a> {
     identical: usize,
     /// Row of the first different tick.
     first: Option<usize>,
-    /// The last ticks before the first different one, this tick, and the first tick after it.
+    /// The last ticks before the first different tick, this tick, and the first tick after it.
     around: VecDeque<Replayed>,
 }
 
@@ -97,7 +97,7 @@ pub(crate) struct Report {
 }
 
 impl Report {
-    /// True if every wrench is the recorded one.
+    /// True if every wrench equals the recorded wrench.
     pub(crate) fn is_identical(&self) -> bool {
         self.first_divergence.is_none()
     }
@@ -106,9 +106,9 @@ impl Report {
 #[derive(Serialize)]
 struct Divergence {
     tick: u64,
-    /// Ticks near the first different one.
+    /// Ticks near the first different tick.
     around: Vec<Compared>,
-    /// Changes of settings near it, in the order of the ticks.
+    /// Changes of settings near this tick, in the order of the ticks.
     settings_changes: Vec<Change>,
 }
 

@@ -4,7 +4,7 @@
 //! 1. The servo thread passes every tick to [`FaultWatch::see`]. It puts an entry into a bounded
 //!    queue when new faults begin and when the force may return. It never waits.
 //! 2. A separate thread writes each entry as a line of JSON and syncs it to the disk before it
-//!    takes the next one.
+//!    takes the next entry.
 //! 3. [`FaultLog::finish`] returns the path of the log, if anything was written.
 //!
 //! The file is opened only at the first fault. A large log is renamed to `faults.jsonl.old` at the

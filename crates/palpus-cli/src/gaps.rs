@@ -1,6 +1,6 @@
 //! Chooses values that a scene file leaves out, from its meshes.
 //!
-//! 1. *Tolerance*: 1 mm, or a hundredth of the smaller body if that is less. On bodies of one
+//! 1. *Tolerance*: 1 mm, or a hundredth of the smaller body if this is smaller. On bodies of one
 //!    millimetre, 1 mm would be the whole body.
 //! 2. *Start poses*: if neither body has a pose and their boxes would overlap, the probe starts
 //!    above the environment, without overlap in any orientation. Its distance from first touch is

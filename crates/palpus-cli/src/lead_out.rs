@@ -120,7 +120,7 @@ impl LeadOut {
         into.insert(SECTION.into(), Value::Table(table));
     }
 
-    /// Reads the description from a recording's header; `None` if the run had none.
+    /// Reads the description from a recording's header; `None` if the run had no lead-out.
     pub(crate) fn of_recording(more: &Table) -> Option<Self> {
         let table = more.get(SECTION)?.as_table()?;
         let number = |name: &str| table.get(name)?.as_float().filter(|value| value.is_finite() && *value >= 0.0);

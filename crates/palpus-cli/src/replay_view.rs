@@ -12,7 +12,7 @@ use crate::plots::seconds;
 use crate::rerun::Rerun;
 use crate::rerun::places::Places;
 
-/// Draws a tick: the tick at `--at`, or the last one.
+/// Draws the tick at `--at`, or the last tick.
 pub(crate) fn write_tick(
     recording: &Recording,
     places: &Places<'_>,

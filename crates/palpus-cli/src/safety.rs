@@ -129,7 +129,7 @@ pub(crate) fn of_recording(more: &Table, period: f64) -> anyhow::Result<Option<S
         loosened: false,
         after_fault: if is_set("stop_after_fault")? { AfterFault::Stop } else { AfterFault::Reengage },
         after_panic: if is_set("stop_after_panic")? { AfterPanic::Stop } else { AfterPanic::AsFault },
-        // Recordings from before the latch have no such value.
+        // Older recordings, which had no latch, do not have this value.
         rearm: match table.get("latch").and_then(Value::as_bool) {
             Some(true) => Rearm::ByPerson,
             _ => Rearm::Automatic,

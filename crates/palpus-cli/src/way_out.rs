@@ -118,7 +118,8 @@ impl InsideStart {
         (self.from, self.out.way)
     }
 
-    /// Returns the rest of the way for a device at `grip` (world, m); `None` if it is past the end.
+    /// Returns the rest of the way for a device at `grip` (world, m); `None` if the device is past
+    /// the end.
     pub(crate) fn left(&self, grip: DVec3) -> Option<WayOut> {
         let way = self.from + self.out.way - grip;
         (way.dot(self.out.way) > 0.0).then_some(WayOut { way, ..self.out })

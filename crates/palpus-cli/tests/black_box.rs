@@ -238,7 +238,7 @@ fn recording_is_replayed_from_any_folder() {
     assert!(identical(&[]).contains("scene.toml has changed since the recording"));
     fs::remove_file(&scene).expect("the file can be deleted");
     identical(&[]);
-    // The meshes lie beside the recording, and those at the old place have changed.
+    // The meshes lie beside the recording, and the meshes at the old place have changed.
     for mesh in ["tool.obj", "part.obj"] {
         fs::copy(folder.0.join("scene").join(mesh), other.join(mesh)).expect("the file can be copied");
     }

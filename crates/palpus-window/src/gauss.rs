@@ -16,7 +16,7 @@
 //!
 //! 1. Each sample of a disc is a direction. It gets the colour of the vertex that is farthest along
 //!    it.
-//! 2. All arcs are drawn thin, and the admissible ones are drawn thick over them.
+//! 2. All arcs are drawn thin. Then the admissible arcs are drawn thick over them.
 //! 3. Points of faces are drawn, and points of the neighbours' normals at the ends of admissible
 //!    arcs.
 //!
@@ -93,7 +93,8 @@ impl Palette {
     }
 }
 
-/// Returns the colours of a piece's faces: those of the mesh, and those that only the hull has.
+/// Returns the colours of a piece's faces: the colour of the mesh's faces, and the colour of
+/// faces that only the hull has.
 #[cfg(feature = "gui")]
 pub(crate) fn piece_colours(theme: Theme) -> [Rgb; 2] {
     let palette = Palette::of(theme);
@@ -316,8 +317,8 @@ fn draw_arc(picture: &mut Picture, ends: [DVec3; 2], axes: &[DVec3; 3], disc: &D
     let parts = (angle / ARC_PART).ceil().max(1.0);
     let at = |k: f64| {
         let (part, sin) = (k / parts, angle.sin());
-        // For a very short arc, uses the chord. A half circle has no shorter arc, and pieces have
-        // none.
+        // For a very short arc, uses the chord. A half circle has no shorter arc, but pieces have
+        // no half circles.
         let direction = if sin.abs() < SHORT_ARC {
             ends[0].lerp(ends[1], part)
         } else {

@@ -117,7 +117,7 @@ impl Moment {
         self.show(tick, &known);
     }
 
-    /// Appends the contacts of the tick, except those that are `known`.
+    /// Appends the contacts of the tick, except the contacts `known`.
     fn show(&mut self, tick: &Tick, known: &Range<usize>) {
         let contacts = tick.contacts.iter().enumerate().filter(|(k, _)| !known.contains(k));
         append(&mut self.contacts, contacts, |(_, contact)| ShownContact {

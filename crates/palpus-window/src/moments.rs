@@ -46,7 +46,7 @@ impl Moments {
         Self { most_bytes, store: Mutex::new(store) }
     }
 
-    /// Adds the next tick. `same`: its wrench equals the recorded one.
+    /// Adds the next tick. `same`: its wrench equals the recorded wrench.
     pub fn push(&self, moment: &Moment, same: bool) {
         let Ok(mut store) = self.store.lock() else { return };
         let tick = store.progress.ticks;
@@ -73,7 +73,7 @@ impl Moments {
         }
     }
 
-    /// Returns the last kept moment up to `tick`, and its tick; `None` before the first one.
+    /// Returns the last kept moment up to `tick`, and its tick; `None` before the first moment.
     pub fn at(&self, tick: usize) -> Option<(usize, Moment)> {
         let store = self.store.lock().ok()?;
         if tick >= store.progress.ticks {

@@ -4,8 +4,9 @@
 //! 2. The *ground*: its grid, and the shadow of the bodies.
 //! 3. *Bodies* in one layer, with outlines where they end.
 //! 4. *Translucent bodies*, bodies around the probes that they hide, and the probe at the device's
-//!    pose if the proxy is elsewhere. Their nearest inner sides are drawn first, then their nearest
-//!    outer sides. Surfaces that are seen at a grazing angle are more opaque, as with glass.
+//!    pose if the proxy is elsewhere. The nearest inner sides of these bodies are drawn first, then
+//!    their nearest outer sides. Surfaces that are seen at a grazing angle are more opaque, as with
+//!    glass.
 //! 5. *Marks* in a separate layer. Marks that a body hides stay visible in a paler colour.
 //! 6. Samples are averaged to pixels, and text is drawn on top.
 //!
@@ -42,8 +43,8 @@ const GRID_LINE: f64 = 0.17;
 const AXIS_LINE: f64 = 0.34;
 /// Visibility of a mark behind a body.
 pub(crate) const HIDDEN: f32 = 0.38;
-/// A mark that is less than this share of its depth behind a surface counts as before it, because
-/// contacts lie between two surfaces.
+/// A mark that is less than this share of its depth behind a surface counts as before the surface,
+/// because contacts lie between two surfaces.
 const BEFORE: f32 = 0.997;
 const OUTLINE_STRENGTH: f64 = 0.6;
 const WIRE_STRENGTH: f64 = 0.55;

@@ -92,8 +92,8 @@ pub fn richest_piece(body: &Body) -> Option<u32> {
     (0..body.polytopes().len()).rev().max_by_key(faces).map(|k| k as u32)
 }
 
-/// Returns the faces of piece `k` that belong to the mesh's surface, and those that only the hull
-/// has.
+/// Returns the faces of piece `k` that belong to the mesh's surface, and the faces that only the
+/// hull has.
 pub(crate) fn piece_solids(body: &Body, k: u32) -> [Solid; 2] {
     let polytope = &body.polytopes()[k as usize];
     [Provenance::Original, Provenance::Virtual].map(|provenance| {

@@ -95,7 +95,7 @@ pub(crate) struct Layer {
     /// Inverse of the depth, 1/m; 0 where nothing is drawn.
     pub(crate) nearness: Vec<f32>,
     pub(crate) light: Vec<Light>,
-    /// Number of the body that is drawn there; 0 for none.
+    /// Number of the body that is drawn there; 0 if no body is drawn.
     pub(crate) name: Vec<u16>,
 }
 

@@ -34,7 +34,7 @@ pub struct ShownBody {
     pub solid: Arc<Solid>,
     /// Pose of the body in the world.
     pub pose: Pose,
-    /// Its colour, if its pieces have none.
+    /// Colour of the body, if its pieces have no colours.
     pub colour: Rgb,
     /// Its drawing style.
     pub look: Look,

@@ -104,7 +104,7 @@ pub fn contour_step(deepest: f64, unit: Unit) -> f64 {
 /// This factor brings the number of contours, after rounding down, close to [`CONTOURS`].
 const STEP_UP: f64 = 1.5;
 
-/// Returns the colour of a depth that is the share `part` of the deepest one.
+/// Returns the colour of a depth that is the share `part` of the deepest depth.
 pub fn depth_colour(part: f64) -> Rgb {
     let at = part.clamp(0.0, 1.0) * (DEPTHS.len() - 1) as f64;
     let k = (at as usize).min(DEPTHS.len() - 2);

@@ -1,8 +1,8 @@
 //! Transparency of bodies around a probe that they hide.
 //!
-//! In the picture, the probe is a capsule about its longest axis. A body is transparent where it is
-//! nearer to the camera than the capsule and covers it, and opaque beyond a soft edge. The touched
-//! place is therefore visible, and the body keeps its shape.
+//! In the picture, the probe is a capsule about its longest axis. A body is transparent where it
+//! covers the capsule and is nearer to the camera, and opaque beyond a soft edge. The touched place
+//! is therefore visible, and the body keeps its shape.
 
 use glam::{DVec2, DVec3};
 use palpus::algebra::Pose;

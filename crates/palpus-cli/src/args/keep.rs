@@ -48,7 +48,7 @@ fn size(text: &str) -> Result<Size, String> {
 }
 
 impl KeepArguments {
-    /// Returns the file of the fault log: `Some(None)` for the default one, `None` for no log.
+    /// Returns the file of the fault log: `Some(None)` for the default file, `None` for no log.
     pub(crate) fn fault_log(&self) -> Option<Option<&Path>> {
         match self.fault_log.as_deref() {
             Some(file) if file == Path::new("none") => None,

@@ -53,8 +53,8 @@ pub(crate) fn bench(command: &BenchCommand) -> anyhow::Result<ExitCode> {
 /// Length of a tick, s.
 const TICK: f64 = 1e-3;
 
-/// Returns a renderer's settings with this tolerance: those of `palpus run`, without a device's
-/// limits.
+/// Returns a renderer's settings with this tolerance: the settings of `palpus run`, without a
+/// device's limits.
 fn settings(tolerance: f64) -> Settings {
     Settings {
         contact_tolerance: tolerance,

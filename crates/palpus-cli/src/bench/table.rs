@@ -78,7 +78,7 @@ fn row(model: &'static str, source: String, prepared: &Prepared) -> Row {
     }
 }
 
-/// Returns the file in the folder or in one of the folders in it.
+/// Returns the file in the folder or in one of its subfolders.
 pub(crate) fn find(folder: &Path, file: &str) -> Option<PathBuf> {
     let direct = folder.join(file);
     if direct.is_file() {

@@ -3,7 +3,7 @@
 use palpus_device::{Axes, DeviceSpec, Finding, FindingState, SafetyLimits};
 use serde_json::{Map, Value, json};
 
-/// Width of the page in columns: that of the narrowest common terminal.
+/// Width of the page in columns: the narrowest common terminal has this width.
 const WIDTH: usize = 80;
 /// Width of the names of lines, in columns.
 const MARGIN: usize = 14;
@@ -49,7 +49,7 @@ fn opening(findings: &[Finding]) -> String {
 /// Lists the requirements of a device, and the places that were searched.
 fn missing(lines: &mut Vec<String>, backend: &str, (looked_for, why): (&str, &str), mend: &str) {
     if is_command(mend) {
-        // On a line of its own, to be copied.
+        // The command is on its own line, so that it can be copied.
         entry(lines, "do this", "in a shell:");
         lines.push(format!("    {mend}"));
     } else {

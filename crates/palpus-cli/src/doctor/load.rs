@@ -1,4 +1,4 @@
-//! Load of the machine by other programs. Known on Linux; `None` elsewhere.
+//! Load of the machine by other programs. Known on Linux; `None` on other systems.
 
 use std::fs::read_to_string;
 
@@ -34,7 +34,8 @@ pub(crate) struct Load {
     pub(crate) stolen_share: f64,
     /// Running or waiting threads, over the last minute.
     pub(crate) load_average: Option<f64>,
-    /// The programs with the highest load, of those that ran during the whole measurement.
+    /// The programs with the highest load, among the programs that ran during the whole
+    /// measurement.
     pub(crate) busiest: Vec<Program>,
 }
 

@@ -17,7 +17,8 @@ pub(super) struct Machine {
     pub(super) governors: Option<Vec<(String, usize)>>,
     /// True for a kernel with `PREEMPT_RT`, in which real-time threads preempt also kernel code.
     pub(super) real_time_kernel: Option<bool>,
-    /// The highest real-time priority that the user may have; 0: none.
+    /// The highest real-time priority that the user may have; 0 if the user may have no such
+    /// priority.
     pub(super) priority_limit: Option<String>,
     /// Amount of memory that the user may lock: bytes or `unlimited`.
     pub(super) memory_limit: Option<String>,

@@ -82,8 +82,8 @@ pub(crate) fn seconds(row: &RecordRow) -> f64 {
     row.time_ns as f64 * 1e-9
 }
 
-/// Returns the curve without outliers, because pauses of the operating system would flatten the
-/// rest of it.
+/// Returns the curve without outliers, because pauses of the operating system would flatten all
+/// other values.
 fn cut(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     let mut values: Vec<f64> = points.iter().map(|point| point.1).collect();
     if let Some(ceiling) = quantile(&mut values, 0.99) {

@@ -114,7 +114,7 @@ fn row(tick: &ServoTick, detail: Option<&Detail>) -> RecordRow {
 const NOWHERE: Pose =
     Pose { rotation: DQuat::from_xyzw(f64::NAN, f64::NAN, f64::NAN, f64::NAN), translation: DVec3::NAN };
 
-/// Returns the raw state, if the step got a different one.
+/// Returns the raw state, if the step got a different state.
 fn raw(tick: &ServoTick) -> Option<RawState> {
     let DeviceState { pose, twist, .. } = tick.read;
     // A state with NaN is unequal to itself, so it counts as replaced.
@@ -136,7 +136,7 @@ pub(crate) fn free(file: &Path, tools: usize) -> Vec<PathBuf> {
     all(&files::first_free(file, |path| all(path).iter().all(|path| !path.exists())))
 }
 
-/// Returns the names of the recordings of a run: the requested ones, or free ones with a message.
+/// Returns the names of the recordings of a run: the requested names, or free names with a message.
 pub(crate) fn of_run(file: &Path, tools: usize, keep: &Keep) -> Vec<PathBuf> {
     if keep.overwrite {
         return tools::recordings(file.to_owned(), tools);
@@ -193,7 +193,7 @@ impl Writing {
     }
 
     /// Writes the rest of the queue, and returns notes about the recording, one for each line. If a
-    /// recording could not be written, a note says so, and the run's summary is complete.
+    /// recording could not be written, a note reports it; the run's summary is still complete.
     pub(crate) fn finish(self) -> Vec<String> {
         let written = self.thread.finish();
         let path = self.path.display();

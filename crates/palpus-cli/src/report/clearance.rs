@@ -1,4 +1,4 @@
-//! The page of `palpus clearance`: clearance along the poses, and pictures of the tightest ones.
+//! The page of `palpus clearance`: clearance along the poses, and pictures of the tightest poses.
 
 use std::sync::Arc;
 

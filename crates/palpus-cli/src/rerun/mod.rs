@@ -105,7 +105,7 @@ impl<'a> Rerun<'a> {
         self.engine.kept(period)
     }
 
-    /// Returns the moment of the kept tick, or of the last one. `period`: length of a tick, s.
+    /// Returns the moment of the kept tick, or of the last tick. `period`: length of a tick, s.
     pub(crate) fn shown(self, period: f64) -> Moment {
         self.engine.shown(period)
     }
@@ -216,7 +216,8 @@ fn run_again(recordings: &[&Recording], engine: &mut Engine, each: Each<'_>) -> 
     Ok(())
 }
 
-/// Returns the safety chain of each recording. Old recordings of a single tool had none.
+/// Returns the safety chain of each recording. Old recordings of a single tool have no safety
+/// chain.
 fn chains(recordings: &[&Recording]) -> anyhow::Result<Vec<Option<SafetyChain>>> {
     let chain = |recording: &&Recording| {
         let header = &recording.header;

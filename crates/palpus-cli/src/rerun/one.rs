@@ -13,7 +13,7 @@ use super::places::{Places, tell_changes};
 use crate::recording::first_part;
 use crate::stage::{self, Stage};
 
-/// Returns an error if the recorded device poses are not those of the grip, because this version
+/// Returns an error if the recorded device poses do not refer to the grip, because this version
 /// takes device poses at the grip.
 pub(crate) fn check_poses(recording: &Recording) -> anyhow::Result<()> {
     let header = &recording.header;
@@ -59,8 +59,8 @@ pub(crate) fn recorded_cuts(row: &RecordRow) -> Cuts {
     Cuts::from_bits(row.faults).and(Cuts::INPUTS)
 }
 
-/// False if the step panicked, or the loop only damped the grip. Recordings of older formats have
-/// no such ticks.
+/// False if the step panicked, or the loop only damped the grip. Recordings of older formats do not
+/// have these ticks.
 pub(crate) fn has_stepped(row: &RecordRow) -> bool {
     row.servo.is_none_or(|servo| servo.stepped)
 }
@@ -71,8 +71,8 @@ pub(crate) fn work_allowed(row: &RecordRow) -> Option<u64> {
     row.servo.and_then(|servo| servo.work_allowed).map(NonZeroU64::get)
 }
 
-/// True if the tick began so late that the servo loop counts it. Recordings of older formats have
-/// no such value.
+/// True if the tick began so late that the servo loop counts it. Recordings of older formats do not
+/// have this value.
 #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "only the window shows it"))]
 pub(crate) fn is_late(servo: Option<&ServoRecord>) -> bool {
     servo.is_some_and(|servo| servo.lateness_s > LATE.as_secs_f64())

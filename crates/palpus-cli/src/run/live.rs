@@ -130,9 +130,9 @@ const OF_LATE: f64 = 0.02;
 /// Time between two live lines.
 const LIVE_PERIOD: Duration = Duration::from_millis(100);
 
-/// Shows the newest values until the run is over, as a line that is redrawn on a terminal; prints
-/// nothing elsewhere. Stops the run at `end`. `said_heavy`: a note about a heavy pair was printed
-/// before.
+/// Shows the newest values until the run is over, as a line that is redrawn on a terminal; without
+/// a terminal, prints nothing. Stops the run at `end`. `said_heavy`: a note about a heavy pair was
+/// printed before.
 pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instant>, said_heavy: bool) {
     let shown = output::watched();
     keys::take(session.control());

@@ -172,7 +172,7 @@ pub(super) struct Log {
     /// The engine's settings.
     pub(super) in_force: Settings,
     pub(super) orders: rtrb::Consumer<Order>,
-    /// Finished recordings, returned to be freed elsewhere.
+    /// Finished recordings, which another thread frees.
     pub(super) over: rtrb::Producer<Rows>,
 }
 

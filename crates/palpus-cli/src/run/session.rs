@@ -39,7 +39,7 @@ pub(crate) struct Session {
     name: String,
     stage: Stage,
     rate_hz: f64,
-    /// The devices. The window shows and controls the first one.
+    /// The devices. The window shows and controls the first device.
     seats: Vec<Seat>,
     control: Arc<RunControl>,
     claims: Option<RealTimeClaims>,
@@ -80,7 +80,7 @@ pub(crate) struct Ended {
 }
 
 impl Session {
-    /// Starts the loop on a thread of its own. It ends after its duration, on request, or with
+    /// Starts the loop on its own thread. The loop ends after its duration, on request, or with
     /// `stop`.
     pub(crate) fn start(ready: Ready, beginning: &Beginning<'_>, stop: &Arc<AtomicBool>) -> anyhow::Result<Self> {
         let Beginning { record, claims, paused, keep, .. } = *beginning;

@@ -9,7 +9,7 @@ use crate::engine::Detail;
 /// Number of ticks that may wait: several seconds at 1 kHz.
 const ROOM: usize = 1 << 12;
 
-/// A tick as an observer gets it.
+/// Data of a tick for observers.
 #[derive(Clone, Copy)]
 #[cfg_attr(not(feature = "window"), expect(dead_code, reason = "only the window watches"))]
 pub(crate) struct WatchedTick {

@@ -1,5 +1,5 @@
 //! State of the machine during the run: memory of the program, frequency of the cores, other load.
-//! Linux only; `None` elsewhere.
+//! Known on Linux; `None` on other systems.
 
 use std::fs::read_to_string;
 use std::time::Duration;
@@ -82,7 +82,7 @@ impl Watch {
         Self { every: FIRST, next: Duration::ZERO }
     }
 
-    /// Adds a sample if it is time for one.
+    /// Adds a sample if the interval has passed.
     pub(super) fn look(&mut self, elapsed: Duration, samples: &mut Vec<(f64, Sample)>) {
         if elapsed < self.next {
             return;

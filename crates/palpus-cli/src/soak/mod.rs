@@ -7,7 +7,7 @@
 //!    priority as `palpus run`. The hand ([`scene`]) moves about the scene, into and out of
 //!    contact, without end. The same seed gives the same motion.
 //! 3. The servo thread keeps statistics ([`tally`]) in preallocated memory and publishes them once
-//!    in each interval (a minute in a long run). This thread measures the machine meanwhile
+//!    in each interval (a minute in a long run). At the same time, this thread measures the machine
 //!    ([`machine`]): memory, frequency, other load.
 //! 4. After every interval the report ([`report`], [`figures`]) is rewritten, so that a report
 //!    exists after a crash.

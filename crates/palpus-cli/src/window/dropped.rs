@@ -1,4 +1,4 @@
-//! Makes a scene from meshes that were opened in the window: from two new ones, or from one new
+//! Makes a scene from meshes that were opened in the window: from two new meshes, or from one new
 //! mesh and one of the current bodies.
 //!
 //! The scene gets a new folder next to the recordings, with both meshes and a scene file. It is

@@ -1,5 +1,5 @@
-//! Background work of a window on its own thread: the newest request is answered, and older ones
-//! are dropped.
+//! Background work of a window on its own thread: the newest request is answered, and older
+//! requests are dropped.
 //!
 //! In each frame, the window may send a request and poll for an answer; it never waits. A new
 //! request makes the current one *superseded*. Long work checks this regularly.

@@ -81,7 +81,7 @@ pub(super) fn charts(kind: Kind, colours: &Colours, names: Option<[&str; 2]>) ->
             chart.series.extend(parts);
         } else {
             let [felt, compared] = size;
-            // The felt curve is drawn over the compared one.
+            // The felt curve is drawn over the compared curve.
             if let Some([own, other]) = names {
                 chart.names.push((own.to_owned(), felt.colour()));
                 chart.names.push((other.to_owned(), compared.colour()));

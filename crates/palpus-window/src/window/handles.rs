@@ -14,7 +14,7 @@ use super::hand::Motion;
 use super::view3d::{Area, View3d, colour};
 use crate::style::Style;
 
-/// Points: the length of an arrow, and the distance from a handle within which the mouse grabs it.
+/// Length of an arrow, and distance from a handle within which the mouse grabs it, points.
 const LENGTH: f64 = 78.0;
 const REACH: f32 = 7.0;
 /// Relative to the length: the start of an arrow, and the radius of a ring.

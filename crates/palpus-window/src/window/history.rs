@@ -7,7 +7,7 @@ use crate::moment::Moment;
 
 /// Time span of the plots, s.
 pub(crate) const SPAN: f64 = 10.0;
-/// Largest number of kept moments: those of the span at the fastest frame rate.
+/// Largest number of kept moments: enough for the time span at the fastest frame rate.
 const MOST_MOMENTS: usize = 700;
 
 /// State of contact: free, or disjoint (D) or penetrating (P) as in the paper's Figure 5.

@@ -152,7 +152,7 @@ pub(super) fn grid<'a>(
 }
 
 /// Draws buttons for actions that the mouse cannot do otherwise; returns the action of a pressed
-/// one.
+/// button.
 pub(super) fn buttons(ui: &mut egui::Ui) -> Option<SceneAction> {
     let mut asked = None;
     ui.horizontal_wrapped(|ui| {

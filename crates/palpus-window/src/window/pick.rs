@@ -8,9 +8,8 @@ use crate::scene::{Scene, ShownBody};
 use crate::solid::Solid;
 
 /// Returns the point of the probe under `ray`, in the probe's frame: the nearest point on its
-/// triangles or, for thin parts, a corner close to the ray. `None` if a body through which the
-/// probe is not visible is nearer. `metres` returns the largest distance from the ray at a point of
-/// the world.
+/// triangles or, for thin parts, a corner close to the ray. `None` if an opaque body hides this
+/// point. `metres` returns the largest distance from the ray at a point of the world.
 pub(super) fn probe_at(scene: &Scene, ray: &Ray, metres: impl Fn(DVec3) -> f64) -> Option<DVec3> {
     let probe = scene.bodies.first()?;
     let local = ray.within(&probe.pose);

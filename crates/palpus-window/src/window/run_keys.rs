@@ -1,5 +1,5 @@
-//! Actions of the window of a run, and their keys, in addition to those of every window. Keys that
-//! move the probe are in `hand`.
+//! Actions of the window of a run, and their keys, in addition to the keys of every window.
+//! Keys that move the probe are in `hand`.
 
 use eframe::egui::{self, Key};
 

@@ -72,8 +72,8 @@ impl Unit {
         }
     }
 
-    /// Returns the first unit with which the largest side is that of an object that one holds or
-    /// touches.
+    /// Returns the first unit with which the largest side suits an object that people hold or
+    /// touch.
     fn likely(size: DVec3) -> Self {
         let largest = size.max_element();
         let fits = |unit: &Self| (LIKELY[0]..=LIKELY[1]).contains(&(largest * unit.metres()));

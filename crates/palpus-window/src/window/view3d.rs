@@ -56,7 +56,7 @@ pub(super) struct View3d {
     framed: bool,
     /// True if the user has moved the camera.
     is_users: bool,
-    /// True if the next framing keeps the contents of the last one.
+    /// True if the next framing keeps the contents of the last framing.
     widens: bool,
     /// Boxes around all bodies at the last framing, world.
     corners: Vec<DVec3>,
@@ -174,7 +174,7 @@ impl View3d {
         (self.framed, self.widens) = (false, true);
     }
 
-    /// Widens the view if a body leaves it, unless the user has moved the camera.
+    /// Widens the view if a body leaves the view, unless the user has moved the camera.
     pub(super) fn keep_in_view(&mut self, area: &Area, scene: &Scene) {
         let is_out = |corner: DVec3| self.seen_at(area, corner).is_none_or(|at| !area.rect.contains(at));
         if self.framed && !self.is_users && scene.corners().any(is_out) {

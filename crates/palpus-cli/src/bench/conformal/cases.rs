@@ -39,7 +39,7 @@ enum Kind {
 enum Tolerance {
     /// Tolerance, m.
     Given(f64),
-    /// 1 % of the smaller body, the tolerance of a scene file that states none.
+    /// 1 % of the smaller body: the default tolerance of scene files.
     Chosen,
 }
 
@@ -154,7 +154,7 @@ impl Case {
 
 /// Pitch of an M16 thread, m.
 const PITCH: f64 = 0.002;
-/// Tolerance of a scene file that states none, as a share of the smaller body.
+/// Default tolerance of scene files, as a share of the smaller body.
 const CHOSEN: f64 = 0.01;
 /// Number of sides of the peg and of the hole.
 const SIDES: usize = 32;

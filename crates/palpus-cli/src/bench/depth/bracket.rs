@@ -38,7 +38,8 @@ pub(super) fn write(out: &Path) -> anyhow::Result<()> {
     budget(&query, &settings, ring.size(), &out.join("depth_budget.svg"))
 }
 
-/// Returns the pose of a ring that is perpendicular to the other one, `aside` (m) from its centre.
+/// Returns the pose of a ring that is perpendicular to the other ring, `aside` (m) from that ring's
+/// centre.
 fn pose(aside: f64) -> Pose {
     Pose::new(DQuat::from_rotation_x(FRAC_PI_2), DVec3::X * aside)
 }

@@ -1,5 +1,5 @@
 //! The closed loop: a simulated hand holds a simulated device, which gets the method's wrench one
-//! tick late. The tick lengths are those of a recorded servo loop.
+//! tick late. The tick lengths come from a recorded servo loop.
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Wrench};

@@ -55,7 +55,7 @@ const METHODS: [(&str, &str); 4] = [
     ("voxel-coupled", "point shell in voxels, coupled"),
 ];
 
-/// Returns the table as Markdown; empty if none of its numbers was measured.
+/// Returns the table as Markdown; `None` if no number of the table was measured.
 pub(super) fn markdown(rows: &[Row]) -> Option<String> {
     let value = |line: &Line, method: &str| {
         let is_it = |row: &&Row| {

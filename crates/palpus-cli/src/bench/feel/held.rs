@@ -124,7 +124,7 @@ pub(super) fn cycle(felt: &[Wrench], of: impl Fn(&Wrench) -> DVec3) -> f64 {
 }
 
 /// Returns the greatest stiffness at which the probe lies still, N/m; 0 if it does not lie still
-/// even at the smallest one. `halvings`: number of bisection steps after the doubling.
+/// even at the smallest stiffness. `halvings`: number of bisection steps after the doubling.
 pub(super) fn greatest_stiffness(
     ground: &Ground,
     entry: &Entry,

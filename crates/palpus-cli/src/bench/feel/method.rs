@@ -47,7 +47,7 @@ pub(super) struct Tuning {
     pub(super) stiffness: Option<f64>,
     /// Contact damping, N·s/m.
     pub(super) damping: f64,
-    /// True for friction as in the scene, false for none.
+    /// True for friction as in the scene, false for no friction.
     pub(super) friction: bool,
     /// Limits of the wrench.
     pub(super) limits: Limits,

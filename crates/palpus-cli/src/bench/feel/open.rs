@@ -23,7 +23,7 @@ use super::row::{Rows, largest, mean, quantile};
 use super::truth;
 use crate::bench::TICK;
 
-/// Smaller forces, relative to the largest one, have no meaningful direction.
+/// Smaller forces, relative to the largest force, have no meaningful direction.
 pub(super) const FAINT: f64 = 0.05;
 /// Smaller steps, relative to the largest force, are not divided by the motion, because both are
 /// rounding errors.

@@ -27,7 +27,7 @@ const PRESS: f64 = 2.0;
 /// Time for which the run continues after the script's end, because the hand lags, s.
 const AFTER: f64 = 0.5;
 
-/// Follows the script with each hand of `hands`. Returns the trace of the last one.
+/// Follows the script with each hand of `hands`. Returns the trace of the last hand.
 pub(super) fn measure(
     ground: &Ground,
     entry: &Entry,

@@ -1,4 +1,4 @@
-//! Compares a felt wrench with the true one, in scenes whose true contacts are known in closed
+//! Compares a felt wrench with the true wrench, in scenes whose true contacts are known in closed
 //! form.
 //!
 //! Felt and true wrench are compared by three measures: the angle between their forces, their size
@@ -74,8 +74,8 @@ const REST: Names = [
     ["line of action left p99", "line of action left max"],
 ];
 
-/// Adds the differences of `wrenches` from the truth, if the scene has one. `still`: the wrenches
-/// at rest at every [`JUDGED`]th pose, for a method behind palpus's coupling.
+/// Adds the differences of `wrenches` from the truth, if the scene has a known truth. `still`: the
+/// wrenches at rest at every [`JUDGED`]th pose, for a method behind palpus's coupling.
 pub(super) fn measure(ground: &Ground, skin: Skin, wrenches: &[Wrench], still: &[Wrench], add: Add<'_>) {
     let skin = skin.width(ground);
     if ground.refined.is_some() {

@@ -16,7 +16,7 @@ use crate::bench::TICK;
 pub(super) const ALLOWED: u64 = 6000;
 /// Ticks of the comparison. Without a limit, a tick of a thread takes a tenth of a second.
 const TICKS: usize = 600;
-/// Tolerance of a scene without one, as a share of the smaller body.
+/// Default tolerance of a scene, as a share of the smaller body.
 const TOLERANCE: f64 = 0.01;
 
 /// Results for one pair.
@@ -25,7 +25,7 @@ pub(super) struct Hurried {
     name: &'static str,
     ticks: usize,
     /// Share of the ticks in which the limit was reached, and share of the contacts that were
-    /// extrapolated in them.
+    /// extrapolated in these ticks.
     late: f64,
     held: f64,
     force: Difference,
@@ -41,7 +41,7 @@ pub(super) struct Difference {
     mean: f64,
     p99: f64,
     worst: f64,
-    /// Largest change in a tick, without a limit and with it.
+    /// Largest change in a tick, without and with the limit.
     step: f64,
     hurried_step: f64,
 }

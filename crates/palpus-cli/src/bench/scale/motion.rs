@@ -15,7 +15,7 @@ use palpus::algebra::Random;
 pub(super) enum Motion {
     /// Approaches from a random side until it touches. It then moves in and out between first touch
     /// and a depth of one amplitude, and sideways. It never backs off along the approach, so that
-    /// the median tick, like the slowest one, is a tick of contact.
+    /// both the median tick and the slowest tick have contact.
     Orbit,
     /// Turns to and fro about an axis of the environment's frame through `center`, advances with
     /// the turn like a screw, and sways.

@@ -40,8 +40,7 @@ const SEED: u64 = 0x5ca1_e001;
 /// Newell's tea set, scaled to the usual size.
 const TEA: f64 = 0.08;
 
-/// The pairs. Their sizes are those of hand-held objects. The tolerances are typical choices of a
-/// user.
+/// The pairs have the sizes of hand-held objects. The tolerances are typical choices of a user.
 pub(in crate::bench) const PAIRS: [Pair; 6] = [
     // As in the paper, about 1 % of the smaller body.
     Pair {

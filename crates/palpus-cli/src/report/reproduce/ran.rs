@@ -44,7 +44,7 @@ pub(super) const FILE: &str = "ran.json";
 /// Output of the command.
 pub(super) const SAID: &str = "said.txt";
 
-/// Runs the step. If it fails, the page says so and the other steps still run.
+/// Runs the step. If the step fails, the page reports it, and the other steps still run.
 pub(super) fn run(step: &Step, wanted: &Wanted<'_>, run: &str) -> anyhow::Result<Ran> {
     let folder = wanted.folder(step.id);
     // Removes the files of an earlier run, so that they do not count as results of this one.

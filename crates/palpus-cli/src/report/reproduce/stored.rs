@@ -1,5 +1,5 @@
 //! Figures of an earlier run, read from the documentation. If this machine cannot measure a figure,
-//! the page shows the stored one and marks it.
+//! the page shows the stored figure and marks it.
 
 use super::super::html::Table;
 

@@ -1,4 +1,4 @@
-//! Actions of the window on a recording, and their keys, in addition to those of every window.
+//! Actions of the window on a recording, and their keys, in addition to the keys of every window.
 
 use eframe::egui::{self, Key};
 
@@ -60,8 +60,8 @@ const MOUSE: [(&str, &str); 4] = [
     ("wheel", "nearer, farther"),
 ];
 
-/// Returns the actions of this frame. `elsewhere`: a control has the focus, and Space belongs to
-/// it.
+/// Returns the actions of this frame. `elsewhere`: a control has the focus, so Space belongs to
+/// this control.
 pub(super) fn asked(context: &egui::Context, elsewhere: bool) -> Vec<Action> {
     let pressed = pressed(context).into_iter().filter(|pressed| !(elsewhere && pressed.key == Key::Space));
     pressed.filter_map(|pressed| meant(&pressed)).collect()

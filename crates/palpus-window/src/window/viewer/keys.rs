@@ -1,4 +1,4 @@
-//! Actions of the window on a model, and their keys, in addition to those of every window.
+//! Actions of the window on a model, and their keys, in addition to the keys of every window.
 
 use eframe::egui::{self, Key};
 

@@ -60,7 +60,7 @@ pub(super) struct SectionAnswer {
     pub(super) picture: Picture,
 }
 
-/// Starts a thread that computes sections, coarse ones first.
+/// Starts a thread that computes sections: first coarse, then finer.
 pub(super) fn section_feeler(
     body: Arc<Body>,
     unit: Unit,

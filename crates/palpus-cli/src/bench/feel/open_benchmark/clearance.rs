@@ -122,7 +122,8 @@ impl Fit {
         FITS.iter().find(|fit| fit.name == name)
     }
 
-    /// Returns the scene of the fit; `None` if its models are not in `folder` or in a folder in it.
+    /// Returns the scene of the fit; `None` if its models are neither in `folder` nor in a
+    /// subfolder.
     pub(super) fn ground(&'static self, folder: &Path) -> anyhow::Result<Option<Ground>> {
         let files = [self.probe, self.environment].map(|file| find(folder, file));
         let [Some(probe), Some(environment)] = files else { return Ok(None) };

@@ -42,7 +42,7 @@ const HAND: &str = "normal";
 pub(in crate::bench) struct Asked<'a> {
     pub(in crate::bench) out: &'a Path,
     pub(in crate::bench) scene: Option<&'a str>,
-    /// Folder with the models of parts with a known play; they may be in folders in it.
+    /// Folder with the models of parts with a known play; they may be in subfolders.
     pub(in crate::bench) models: Option<&'a Path>,
     /// Other engines: a name and the folder of its answers.
     pub(in crate::bench) engines: &'a [(String, PathBuf)],
