@@ -32,7 +32,7 @@ pub(crate) fn use_cache(yes: bool) {
     CACHE.get_or_init(|| if yes { BodyCache::of_user() } else { None });
 }
 
-/// How the progress of preparing is reported.
+/// How progress is reported while a body is prepared.
 pub(crate) enum Teller<'a> {
     /// With a bar in the terminal.
     Bar,

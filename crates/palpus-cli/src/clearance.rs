@@ -34,7 +34,7 @@ pub(crate) struct Place {
     pub(crate) clearance: f64,
     /// Lower bound of the depth: no shorter translation separates the bodies.
     pub(crate) depth_lower: f64,
-    /// Moving A by this translation separates the bodies, in B's frame.
+    /// Translation of A, in B's frame, that separates the bodies.
     pub(crate) way_out: [f64; 3],
     /// Description for people.
     pub(crate) state: &'static str,

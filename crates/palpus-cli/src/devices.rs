@@ -151,7 +151,7 @@ fn above_loop(real_time: bool) -> Option<u8> {
     RealTimeOptions::default().priority.filter(|_| real_time).map(|priority| priority + 1)
 }
 
-/// Describes what a device can do, if it has fewer than six driven axes.
+/// Describes the axes that the device cannot sense or drive; `None` if all six axes are driven.
 pub(crate) fn not_felt(spec: &DeviceSpec) -> Option<String> {
     match (spec.force_max > 0.0, spec.actuated.rotation, spec.sensed.rotation) {
         (false, ..) => Some(format!("{} gives no force: contacts are computed and counted, but not felt", spec.name)),

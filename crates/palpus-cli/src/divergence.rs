@@ -55,7 +55,7 @@ impl<'a> Comparison<'a> {
         self.around.push_back(Replayed { row, wrench: *wrench, contacts });
     }
 
-    /// Returns the lines to print.
+    /// Returns the report.
     pub(crate) fn report(&self) -> Report {
         Report {
             ticks: self.recording.rows.len(),
@@ -90,7 +90,7 @@ impl<'a> Comparison<'a> {
 pub(crate) struct Report {
     ticks: usize,
     identical: usize,
-    /// Changes of the engine's settings in the recording.
+    /// Number of changes of the engine's settings in the recording.
     settings_changes: usize,
     /// The first tick with a different wrench.
     first_divergence: Option<Divergence>,

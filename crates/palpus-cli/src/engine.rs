@@ -1,5 +1,5 @@
 //! The engine as the step of a servo loop: it takes the states of all devices and returns a wrench
-//! for each.
+//! for each device.
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist, Wrench};
@@ -16,8 +16,8 @@ use crate::stage::Stage;
 use crate::way_out::WayOut;
 
 /// Connects a world with devices. The devices' frame is the world frame of the scene; the
-/// environment may have a pose in it. A device's pose and twist are those of the grip, whose axes
-/// are the tool's.
+/// environment may have a pose in this frame. A device's pose and twist refer to the grip, whose
+/// axes are the axes of the tool.
 pub(crate) struct Engine {
     world: World,
     tools: Vec<Tool>,
@@ -161,10 +161,10 @@ impl Engine {
     }
 
     /// Resets the engine after a step that panicked, because its state may be inconsistent. The
-    /// next step then acts like the first one.
+    /// next step then acts like the first step.
     pub(crate) fn forget(&mut self) {
         self.world.clear();
-        // It is unknown whether that step applied other settings.
+        // The failed step may have applied other settings, so the next detail reports them.
         for tool in &mut self.tools {
             tool.unreported = Some(*self.world.tool_settings(tool.id));
         }
@@ -175,7 +175,8 @@ impl Engine {
         self.world.set_available(self.tools[which].id, available);
     }
 
-    /// Computes one tick: takes the states of all devices and returns the wrench for each.
+    /// Computes one tick: takes the states of all devices, and writes the result for each device
+    /// into `answers`.
     pub(crate) fn step(&mut self, states: &[DeviceState], dt: f64, answers: &mut [Answer]) {
         let before = allocations_of_this_thread();
         self.take_settings();

@@ -1,8 +1,8 @@
 //! The fault log: a file with the reasons why the force was removed, whether the run is recorded or
 //! not.
 //!
-//! 1. The servo thread passes every tick to [`FaultWatch::see`]. It puts an entry into a bounded
-//!    queue when new faults begin and when the force may return. It never waits.
+//! 1. The servo thread passes every tick to [`FaultWatch::see`]. This function puts an entry into a
+//!    bounded queue when new faults begin and when the force may return. It never waits.
 //! 2. A separate thread writes each entry as a line of JSON and syncs it to the disk before it
 //!    takes the next entry.
 //! 3. [`FaultLog::finish`] returns the path of the log, if anything was written.
@@ -168,7 +168,7 @@ impl Sink<Entry> for Pen {
     }
 }
 
-/// Description of the run: the same in all lines of a run.
+/// Description of the run, equal in all lines of a run.
 #[derive(Serialize)]
 struct Run {
     /// Name of the hand.
@@ -176,7 +176,7 @@ struct Run {
     palpus: String,
     device: String,
     scene: String,
-    /// Hash of meshes and scene file: the same for the same scene.
+    /// Hash of meshes and scene file; equal scenes have equal hashes.
     scene_hash: String,
     rate_hz: f64,
 }

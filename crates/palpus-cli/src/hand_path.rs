@@ -12,7 +12,7 @@ use crate::output;
 /// Seconds between two poses of a file without times.
 pub(crate) const POSE_PERIOD: f64 = 0.5;
 /// A note warns if the hand moves farther than this from its start, in sizes of the probe, because
-/// it will hardly touch anything.
+/// the probe will hardly touch anything.
 const FAR_SIZES: f64 = 20.0;
 
 /// Options for following a file.

@@ -69,7 +69,8 @@ pub(crate) fn print(spec: &DeviceSpec, limits: &SafetyLimits, json: bool) -> any
     Ok(())
 }
 
-/// Prints what the operating system did not grant, one line for each, with a remedy.
+/// Prints the rights that the operating system did not grant, one line for each right, with a
+/// remedy.
 pub(crate) fn tell_claims(claims: &RealTimeClaims) {
     let granted: Vec<String> = claims
         .lines()

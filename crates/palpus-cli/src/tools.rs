@@ -76,13 +76,13 @@ fn each<'a>(
     Ok((0..tools).map(|which| typed.get(which).or(second(which)).map(String::as_str)).collect())
 }
 
-/// Returns the recording files of this many tools; the first tool's is `file`.
+/// Returns the recording files of this many tools; `file` is the recording of the first tool.
 pub(crate) fn recordings(file: PathBuf, tools: usize) -> Vec<PathBuf> {
     let others: Vec<PathBuf> = (1..tools).map(|which| files::beside(&file, name(which))).collect();
     std::iter::once(file).chain(others).collect()
 }
 
-/// Header key under which one of several recordings names the others.
+/// Header key under which a recording names the recordings of the other tools.
 const SECTION: &str = "tools";
 /// The header key that older versions used for recordings of two tools.
 const SECTION_OF_TWO: &str = "other_tool";
@@ -102,8 +102,8 @@ fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Returns the tool number of `recording`, and the file names of the recordings of all tools (its
-/// own is empty); `None` if there is only one tool.
+/// Returns the tool number of `recording`, and the file names of the recordings of all tools (the
+/// name of `recording` itself is empty); `None` if there is only one tool.
 pub(crate) fn named_by(recording: &Recording) -> Option<(usize, Vec<&str>)> {
     let more = &recording.header.scene.more;
     if let Some(two) = more.get(SECTION_OF_TWO).and_then(Value::as_table) {

@@ -26,7 +26,7 @@ const BUDGET: u64 = 30_000;
 /// Largest number of translations of a way out. A way with more translations is not shown.
 const MOST_LEGS: usize = 8;
 
-/// A device that starts within this distance of the expected start counts as being there, m.
+/// Largest distance from the expected start at which a device counts as being there, m.
 const AT_START: f64 = 1e-3;
 
 /// An overlap and the way out of it.
@@ -65,7 +65,7 @@ impl WayOut {
 pub(crate) struct InsideStart {
     /// Position of the grip, world, m.
     from: DVec3,
-    /// Way out of the whole bodies, with a proven depth.
+    /// Way out, computed from the whole bodies with a proven depth.
     pub(crate) out: WayOut,
     /// True if one body lies inside the other and the surfaces do not touch, so that there is no
     /// contact.

@@ -228,7 +228,7 @@ fn recording_is_replayed_from_any_folder() {
         assert_eq!(json(&output)["identical"], 1000, "{}", text(&output.stderr));
         text(&output.stderr)
     };
-    // The recording is moved; the scene is where it was.
+    // The recording is moved; the scene stays in its folder.
     fs::rename(folder.0.join("scene/run.csv"), other.join("run.csv")).expect("the file can be moved");
     identical(&[]);
     // The scene file changes. Then it is deleted, together with the hand's file.

@@ -202,7 +202,8 @@ fn run_is_summarised_recorded_and_replayed_bit_for_bit() {
     let replay = json(&palpus(&folder.0, &["replay", "run.csv", "--json"]));
     assert_eq!(replay["identical"], 3000);
 
-    // A run with the recording as its device has as many ticks and gives identical wrenches.
+    // A run with the recording as its device has the same number of ticks and gives identical
+    // wrenches.
     let arguments = ["run", "box-table", "--fast", "--device", "replay:run.csv", "--record", "again.csv", "--json"];
     assert_eq!(json(&palpus(&folder.0, &arguments))["ticks"], 3000);
     let replay = json(&palpus(&folder.0, &["replay", "again.csv", "--json"]));
@@ -323,7 +324,7 @@ fn body_is_cached_and_prepared_again_if_damaged() {
     assert!(!is_cached(&again));
     assert!(text(&again.stderr).contains("damaged"), "{}", text(&again.stderr));
     assert!(is_cached(&prepare(&[])));
-    // The same shape in another file content is another body.
+    // Other file content is another body, which is not in the cache.
     folder.file("cube.obj", &CUBE.replace("v -1 -1 -1", "v -1 -1 -1.5"));
     assert!(!is_cached(&prepare(&[])));
 }

@@ -192,8 +192,8 @@ const LEFT: Part = Part { low: [20, 110], high: [460, 660] };
 const RIGHT: Part = Part { low: [480, 110], high: [930, 660] };
 const FORCE_CHART: Part = Part { low: [12, 722], high: [236, 855] };
 
-/// A key shows the paper's method beside the usual one, with the same hand, and adds its force to
-/// the plot. A drag on the plots shows the past while the loop continues.
+/// A key shows the paper's method beside the usual method, with the same hand, and adds its force
+/// to the plot. A drag on the plots shows the past while the loop continues.
 #[test]
 #[ignore = "needs Xvfb, Mesa and xdotool"]
 fn paper_method_is_shown_beside_and_plots_show_the_past() {

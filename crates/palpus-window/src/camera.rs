@@ -113,7 +113,7 @@ impl Camera {
         self.target += (up * downwards - right * rightwards) * metres;
     }
 
-    /// Moves nearer by this factor.
+    /// Moves the camera nearer to the target by this factor.
     pub fn zoom(&mut self, factor: f64) {
         self.distance /= factor;
     }

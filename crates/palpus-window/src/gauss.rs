@@ -11,11 +11,10 @@
 //! ([`palpus::body::OwnNormals`]). At a vertex, they are the directions along which no neighbour on
 //! the mesh is higher. At an edge, they are the arc up to the neighbour's true normal, which may
 //! end before the hull's arc. At faces, they are the normals of the mesh. All other directions are
-//! grey: the piece does not push in them.
-//! push in these directions.
+//! grey: the piece does not push in these directions.
 //!
-//! 1. Each sample of a disc is a direction. It gets the colour of the vertex that is farthest along
-//!    it.
+//! 1. Each sample of a disc is a direction, and gets the colour of the vertex that is farthest
+//!    along this direction.
 //! 2. All arcs are drawn thin. Then the admissible arcs are drawn thick over them.
 //! 3. Points of faces are drawn, and points of the neighbours' normals at the ends of admissible
 //!    arcs.
@@ -206,8 +205,8 @@ fn caption(numbers: &PieceNumbers, unit: Unit) -> [String; 2] {
     ]
 }
 
-/// Returns the camera before the mesh part of the piece's surface, or the oblique view if that part
-/// has no mean direction.
+/// Returns a camera in front of the mesh part of the piece's surface, or the oblique view if that
+/// part has no mean direction.
 pub fn before_own_faces(body: &Body, piece: u32) -> Camera {
     let mut camera = Camera::framing([DVec3::ZERO].into_iter(), View::Oblique, 1.0);
     let mesh = body.mesh();

@@ -129,7 +129,7 @@ impl Shadow {
             for column in low.x as usize..(high.x + 1.0).max(0.0) as usize {
                 let at = DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
                 let side = |i: usize, j: usize| (flat[j] - flat[i]).perp_dot(at - flat[i]) * area;
-                // A triangle that is smaller than a cell shades it whole.
+                // A triangle that is smaller than a cell shades the whole cell.
                 let is_small = area.abs() < 1.0;
                 if is_small || (side(0, 1) >= 0.0 && side(1, 2) >= 0.0 && side(2, 0) >= 0.0) {
                     let cell = &mut self.shades[row * SIDE + column];

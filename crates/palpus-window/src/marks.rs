@@ -27,7 +27,7 @@ const LONGEST_ARROW: f64 = 150.0;
 const TURNING_CIRCLE: f64 = 42.0;
 /// The smallest turning arrow, relative to the largest.
 const LEAST_TURN: f64 = 0.35;
-/// Torques below this share of the largest one are noise and have no arrow.
+/// Torques below this share of the largest torque are noise and have no arrow.
 const NO_TURN: f64 = 0.004;
 
 /// Patches: radius for a force of zero and for the largest force, radius of the halo, and
@@ -122,8 +122,8 @@ pub(crate) struct Marks {
 }
 
 impl Marks {
-    /// Makes the marks of the scene's moment, if it has one. `metres` returns the length of this
-    /// many pixels at a point of the world.
+    /// Makes the marks of the scene's moment, if the scene has a moment. `metres` returns the
+    /// length of this many pixels at a point of the world.
     pub(crate) fn of(scene: &Scene, style: &Style, metres: &impl Fn(DVec3, f64) -> f64) -> Self {
         let mut marks = Self::default();
         let Some(moment) = &scene.moment else { return marks };
@@ -190,8 +190,8 @@ impl Marks {
         marks
     }
 
-    /// Patches at contact forces. A larger force has a redder and larger patch. Each patch has a
-    /// halo, so that a light touch is visible too.
+    /// Adds patches at contact forces. A larger force has a redder and larger patch. Each patch has
+    /// a halo, so that a light touch is visible too.
     fn press(&mut self, forces: impl Iterator<Item = (DVec3, DVec3)> + Clone, colours: &Colours) {
         let largest = forces.clone().map(|(_, force)| force.length()).fold(0.0, f64::max);
         for (point, force) in forces {

@@ -21,7 +21,7 @@ pub struct ShownContact {
 /// A cluster as an arrow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShownCluster {
-    /// Point of the force.
+    /// Point at which the force acts.
     pub point: DVec3,
     /// Force on the probe, N.
     pub force: DVec3,
@@ -53,11 +53,11 @@ pub struct Moment {
     pub others: Vec<Pose>,
     /// Position of the grip on the proxy.
     pub grip: DVec3,
-    /// The grip at the pose of the hand.
+    /// Position of the grip at the pose of the hand.
     pub hand: DVec3,
     /// Commanded wrench about the grip.
     pub wrench: Wrench,
-    /// Number of all contacts, including those beyond the capacity.
+    /// Number of all contacts, including contacts beyond the capacity.
     pub contact_count: usize,
     /// Contacts, drawn as dots.
     pub contacts: Vec<ShownContact>,

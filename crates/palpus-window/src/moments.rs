@@ -31,7 +31,7 @@ struct Store {
 pub struct Progress {
     /// Number of replayed ticks.
     pub ticks: usize,
-    /// Number of replayed ticks whose wrench differs from the recorded one in any bit.
+    /// Number of replayed ticks whose wrench differs from the recorded wrench in any bit.
     pub differing: usize,
     /// The first tick with such a difference.
     pub first_difference: Option<usize>,
@@ -66,7 +66,7 @@ impl Moments {
         }
     }
 
-    /// Ends the list, with the reason.
+    /// Ends the list early, for the reason `why`.
     pub fn fail(&self, why: String) {
         if let Ok(mut store) = self.store.lock() {
             store.progress.failed = Some(why);

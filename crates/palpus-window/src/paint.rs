@@ -3,10 +3,10 @@
 //! 1. Every pixel has four samples.
 //! 2. The *ground*: its grid, and the shadow of the bodies.
 //! 3. *Bodies* in one layer, with outlines where they end.
-//! 4. *Translucent bodies*, bodies around the probes that they hide, and the probe at the device's
-//!    pose if the proxy is elsewhere. The nearest inner sides of these bodies are drawn first, then
-//!    their nearest outer sides. Surfaces that are seen at a grazing angle are more opaque, as with
-//!    glass.
+//! 4. *Translucent bodies*, the parts of bodies that hide a probe, and the probe at the device's
+//!    pose if the proxy has another pose. The nearest inner sides of these bodies are drawn first,
+//!    then their nearest outer sides. Surfaces that are seen at a grazing angle are more opaque, as
+//!    with glass.
 //! 5. *Marks* in a separate layer. Marks that a body hides stay visible in a paler colour.
 //! 6. Samples are averaged to pixels, and text is drawn on top.
 //!
@@ -32,7 +32,7 @@ use words::{WORD_SIZE, words};
 
 /// Samples along each side of a pixel.
 const FINENESS: usize = 2;
-/// Length, pixels.
+/// Width of the lines of a wireframe, pixels.
 const WIRE_WIDTH: f64 = 0.7;
 /// Distance from a patch to its point, towards the viewer, in radii: a patch is flat, but the
 /// surface may be curved.
@@ -43,12 +43,12 @@ const GRID_LINE: f64 = 0.17;
 const AXIS_LINE: f64 = 0.34;
 /// Visibility of a mark behind a body.
 pub(crate) const HIDDEN: f32 = 0.38;
-/// A mark that is less than this share of its depth behind a surface counts as before the surface,
-/// because contacts lie between two surfaces.
+/// A mark that is less than this share of its depth behind a surface counts as in front of the
+/// surface, because contacts lie between two surfaces.
 const BEFORE: f32 = 0.997;
 const OUTLINE_STRENGTH: f64 = 0.6;
 const WIRE_STRENGTH: f64 = 0.55;
-/// Opacity of a translucent body seen squarely and at a grazing angle.
+/// Opacity of a translucent body seen along its normal, and at a grazing angle.
 pub(crate) const COVER_SQUARE: f64 = 0.27;
 pub(crate) const COVER_ALONG: f64 = 0.72;
 /// Opacity of the probe at the device's pose.
@@ -128,7 +128,7 @@ struct Brush {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Cover {
     Whole,
-    /// Opacity squarely and at a grazing angle.
+    /// Opacity seen along the normal, and at a grazing angle.
     Glass(f64, f64),
     /// Transparent where it hides a probe.
     AroundProbes(Part),

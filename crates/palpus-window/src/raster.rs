@@ -105,7 +105,7 @@ impl Layer {
         Self { width, height, nearness: vec![0.0; count], light: vec![[0.0; 4]; count], name: vec![0; count] }
     }
 
-    /// Empties the layer. Only fragments nearer than `other` will be drawn.
+    /// Empties the layer. Only fragments nearer than the fragments of `other` will be drawn.
     pub(crate) fn restart_before(&mut self, other: &Self) {
         self.nearness.copy_from_slice(&other.nearness);
         self.name.fill(0);
@@ -308,8 +308,8 @@ impl Flat {
         [(1, 2), (2, 0), (0, 1)].map(distance).into_iter().fold(f64::INFINITY, f64::min)
     }
 
-    /// Returns the columns that the row through `y` may have in the triangle, with one more on both
-    /// sides.
+    /// Returns the columns that the row through `y` may have in the triangle, with one more column
+    /// on each side.
     fn columns(&self, y: f64, width: usize) -> std::ops::Range<usize> {
         let crossings = [(0, 1), (1, 2), (2, 0)].into_iter().filter_map(|(i, j)| {
             let (low, high) = (self.y[i].min(self.y[j]), self.y[i].max(self.y[j]));
@@ -320,7 +320,7 @@ impl Flat {
     }
 }
 
-/// Returns the range from the smallest to the largest value, within 0 to `end`; empty for no
+/// Returns the range from the smallest to the largest value, within 0 to `end`; empty without
 /// values.
 fn span(values: impl Iterator<Item = f64>, end: usize) -> std::ops::Range<usize> {
     let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));

@@ -19,9 +19,9 @@ pub struct Look {
     pub pieces: bool,
     /// True if the triangles' sides are drawn.
     pub wireframe: bool,
-    /// True if bodies behind it are visible through it.
+    /// True if bodies behind this body are visible through it.
     pub translucent: bool,
-    /// True if it is translucent only around a probe that it hides.
+    /// True if the body is translucent only around a probe that it hides.
     pub xray: bool,
 }
 
@@ -40,7 +40,7 @@ pub struct ShownBody {
     pub look: Look,
 }
 
-/// Everything in one picture.
+/// The content of one picture.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// The bodies: in the scene of a run the probe, the environment, the other probes and the
@@ -126,7 +126,7 @@ impl BodyPart {
 }
 
 /// The window lists the drawing styles of at most this many bodies, because a longer list would
-/// fill it.
+/// fill the window.
 #[cfg(feature = "gui")]
 pub(crate) const LISTED: usize = 4;
 
@@ -155,8 +155,8 @@ impl Scene {
         }
     }
 
-    /// Returns the regions of the bodies that hands hold, in a picture of this many pixels;
-    /// `nominal` of them make one pixel of a nominal picture.
+    /// Returns the x-ray regions of the bodies that hands hold, in a picture of `size` pixels;
+    /// `nominal` pixels make one pixel of a nominal picture.
     pub(crate) fn xrays(&self, camera: &Camera, size: [f64; 2], nominal: f64) -> Vec<XRay> {
         let held = self.bodies.iter().filter(|body| matches!(body.part, BodyPart::Probe | BodyPart::OtherProbe(_)));
         held.filter_map(|body| XRay::around(&body.solid, &body.pose, camera, size, nominal)).collect()

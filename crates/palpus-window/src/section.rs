@@ -3,9 +3,10 @@
 //! A *section* is a grid of points on a plane perpendicular to one of the model's axes. At each
 //! point three values are computed:
 //!
-//! * *felt depth*: a probe as small as a point ([`POINT`]) is placed there and queried as in the
-//!   servo loop ([`ContactQuery`], without memory of other points). The felt depth is the depth of
-//!   the deepest contact, which eq. 5 uses, minus the probe's own size. It is zero without contact;
+//! * *felt depth*: a probe as small as a point ([`POINT`]) is placed at the point and queried as in
+//!   the servo loop ([`ContactQuery`], without memory of other points). The felt depth is the
+//!   depth of the deepest contact, which the paper's eq. 5 uses, minus the probe's own size. It is
+//!   zero without contact;
 //! * *distance*: the distance to the nearest point of the mesh, on either side;
 //! * *inside*: whether the point is inside the mesh, if the mesh is closed.
 //!
@@ -125,7 +126,7 @@ impl SectionPlane {
 pub struct Felt {
     /// Distance to the nearest point of the mesh, m.
     pub distance: f64,
-    /// True if the point is inside a closed mesh; false for an open one.
+    /// True if the point is inside a closed mesh; false for an open mesh.
     pub inside: bool,
     /// Depth of the deepest contact, m; zero without contact.
     pub depth: f64,

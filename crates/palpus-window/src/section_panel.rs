@@ -241,8 +241,8 @@ pub(crate) fn outside_colour(theme: Theme, part: f64) -> Rgb {
     encoded(linear(near).lerp(linear(far), (3.0 * part).clamp(0.0, 1.0)))
 }
 
-/// Returns the colour of a missing depth, by its share of the deepest. From a fifth on it is fully
-/// saturated.
+/// Returns the colour of a missing depth, by its share of the deepest depth. From a fifth on, the
+/// colour is fully saturated.
 fn missing_colour(theme: Theme, part: f64) -> Rgb {
     let none = match theme {
         Theme::Light => [246, 246, 246],
@@ -252,7 +252,7 @@ fn missing_colour(theme: Theme, part: f64) -> Rgb {
     encoded(linear(none).lerp(linear(full), (part.abs() / FULLY_MISSING).min(1.0)))
 }
 
-/// Share of the deepest depth that is fully saturated.
+/// Share of the deepest depth from which a missing depth is fully saturated.
 const FULLY_MISSING: f64 = 0.2;
 
 /// Draws contour lines at the multiples of the step, by marching squares over cells whose corners
@@ -273,7 +273,7 @@ fn contours(section: &Section, which: Shown, wanted: Kind, step: f64) -> Vec<[[f
             let [Some(a), Some(b), Some(c), Some(d)] = around.map(|(column, row)| corner(column, row)) else {
                 continue;
             };
-            // Two triangles, so that no cell is ambiguous.
+            // Each cell is divided into two triangles, so that its contour lines are unambiguous.
             for triangle in [[a, b, c], [a, c, d]] {
                 cross_levels(&triangle, step, &mut lines);
             }

@@ -14,7 +14,7 @@ const HEAD: f64 = 98.0;
 const LINE: f64 = 1.7 * WORD_SIZE;
 const FOOT: f64 = 46.0;
 
-/// Pixels: left, top, width, height.
+/// A part of a page, pixels: left, top, width, height.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Area {
     pub(crate) x: f64,
@@ -24,8 +24,8 @@ pub(crate) struct Area {
 }
 
 impl Area {
-    /// Returns the part from `low` to `high` of its width and of its height, with `gap` pixels left
-    /// free on all sides.
+    /// Returns the part between two shares of the width (`across`) and of the height (`down`), with
+    /// `gap` pixels left free on all sides.
     pub(crate) fn part(&self, across: [f64; 2], down: [f64; 2], gap: f64) -> Self {
         Self {
             x: self.x + across[0] * self.width + gap,

@@ -18,7 +18,8 @@ pub struct Style {
     /// instead of their own colour.
     pub clusters_as_contacts: bool,
     /// True if the wrench at the grip is drawn as an arrow and a turning arrow. The grip of the
-    /// tool is marked too, and the grip of the hand if it is elsewhere, with a line between them.
+    /// tool is marked too, and the grip of the hand if it is at another place, with a line between
+    /// both.
     pub wrench: bool,
     /// True if points with friction are drawn.
     pub anchors: bool,
@@ -152,8 +153,8 @@ impl Theme {
     }
 }
 
-/// Converts sRGB to linear light. The curve is a plain square, which is close to sRGB's and exact
-/// on every machine.
+/// Converts sRGB to linear light. The curve is a plain square, which is close to the curve of sRGB
+/// and exact on every machine.
 pub(crate) fn linear(colour: Rgb) -> DVec3 {
     let part = |c: u8| (f64::from(c) / 255.0).powi(2);
     DVec3::new(part(colour[0]), part(colour[1]), part(colour[2]))

@@ -14,7 +14,7 @@ use crate::solid::Solid;
 const AROUND: f64 = 16.0;
 /// Radius at which a body is opaque again, divided by the radius at which it is transparent.
 const SOFT: f64 = 1.45;
-/// Length, pixels.
+/// Distance from the edge within which a pixel counts as on the edge, pixels.
 const EDGE: f64 = 3.0;
 
 /// A capsule in a picture.

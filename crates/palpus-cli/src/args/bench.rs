@@ -117,7 +117,7 @@ pub(crate) enum BenchCommand {
         /// Ticks per case.
         #[arg(long, value_name = "N", default_value_t = 2000, value_parser = ticks)]
         ticks: usize,
-        /// Number of poses of each case at which the wrench is compared with the truth. For
+        /// Number of poses of each case at which the wrench is compared with the truth. For screw
         /// threads, each pose takes seconds.
         #[arg(long, value_name = "N", default_value_t = 24)]
         truths: usize,

@@ -98,7 +98,7 @@ pub(crate) enum Command {
 }
 
 impl Command {
-    /// Returns the command that runs if none is given.
+    /// Returns the command that runs if the user names no command.
     pub(crate) fn demonstration() -> Self {
         Self::Run(Box::new(RunArguments { scene: "spoon-cup".into(), ..RunArguments::parse_from(["run"]) }))
     }

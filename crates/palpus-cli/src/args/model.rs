@@ -68,8 +68,8 @@ pub(crate) struct PairArguments {
     /// The unit of the models' coordinates, for a gap with a unit: m, cm, mm, inch, …
     #[arg(long, value_name = "UNIT", default_value = "mm")]
     pub(crate) unit: String,
-    /// Largest number of evaluations for a pose. If it is reached, the bounds are farther apart
-    /// than the gap and certified is false.
+    /// Largest number of evaluations for a pose. If this number is reached, the bounds are farther
+    /// apart than the gap and certified is false.
     #[arg(long, value_name = "N", default_value_t = DEPTH_BUDGET)]
     pub(crate) budget: u64,
     /// Accepts only translations from which A can leave B in a straight line, not translations into

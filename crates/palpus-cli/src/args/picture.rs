@@ -55,9 +55,9 @@ impl std::str::FromStr for Size {
     }
 }
 
-/// Smallest side of a picture, pixels; in a smaller one nothing is visible.
+/// Smallest side of a picture, pixels; smaller pictures show nothing.
 const MIN_SIDE: usize = 16;
-/// Largest side of a picture, pixels; a larger one needs more memory than most machines have.
+/// Largest side of a picture, pixels; larger pictures need more memory than most machines have.
 const MAX_SIDE: usize = 8192;
 
 /// The side from which a picture is taken.

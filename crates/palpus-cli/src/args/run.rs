@@ -60,7 +60,7 @@ pub(crate) struct RunArguments {
     #[arg(long, value_enum, value_name = "METHOD")]
     pub(crate) clustering: Option<ClusteringMethod>,
     /// Damps as soon as the loop has generated any energy. By default, damping begins above the
-    /// energy of half a millimetre at peak force.
+    /// work of the peak force over half a millimetre.
     #[arg(long)]
     pub(crate) passive: bool,
     /// Opens no window. This is the default without a display, and with --fast, --json or

@@ -1,5 +1,5 @@
 //! `palpus bench`: the paper's table and figures as measured here, and the time of the engine step
-//! as a function of everything on which it could depend.
+//! as a function of triangles, contacts and bodies.
 
 mod conformal;
 mod depth;

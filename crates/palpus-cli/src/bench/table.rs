@@ -1,4 +1,4 @@
-//! Table 1 of the paper: convex pieces of the models, compared with the paper's.
+//! Table 1 of the paper: convex pieces of the models, compared with the paper's numbers.
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::bodies::{self, Prepared};
 
-/// One model, compared with the paper's.
+/// One model, compared with the paper's model.
 #[derive(Debug, Serialize)]
 pub(super) struct Row {
     model: &'static str,

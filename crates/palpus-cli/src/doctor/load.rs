@@ -12,7 +12,7 @@ pub(crate) struct Snapshot {
     stolen: u64,
     own: u64,
     cores: u64,
-    /// Every other program: its process id, its name and its time.
+    /// Every other program: its process id, its name and its time in the kernel's ticks.
     programs: Vec<(u32, String, u64)>,
 }
 
@@ -32,7 +32,7 @@ pub(crate) struct Load {
     pub(crate) others_cores: f64,
     /// Share of the time that the host of a virtual machine took (steal time).
     pub(crate) stolen_share: f64,
-    /// Running or waiting threads, over the last minute.
+    /// Mean number of running or waiting threads over the last minute.
     pub(crate) load_average: Option<f64>,
     /// The programs with the highest load, among the programs that ran during the whole
     /// measurement.
@@ -111,7 +111,8 @@ fn programs() -> Vec<(u32, String, u64)> {
 /// Returns the programs with the highest load, in cores. Programs of the same name are added up.
 fn busiest(before: &Snapshot, after: &Snapshot, ticks_per_core: f64) -> Vec<Program> {
     let spent = |(number, name, time): &(u32, String, u64)| {
-        // A program that started during the measurement used all of its time within it.
+        // A program that started during the measurement used all of its time within the
+        // measurement.
         let then = before.programs.iter().find(|then| then.0 == *number).map_or(0, |then| then.2);
         Program { name: name.clone(), cores: time.saturating_sub(then) as f64 / ticks_per_core }
     };

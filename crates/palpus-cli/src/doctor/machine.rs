@@ -15,14 +15,14 @@ pub(super) struct Machine {
     pub(super) isolated_cores: Option<String>,
     /// Frequency governors of the cores, each with the number of its cores.
     pub(super) governors: Option<Vec<(String, usize)>>,
-    /// True for a kernel with `PREEMPT_RT`, in which real-time threads preempt also kernel code.
+    /// True for a kernel with `PREEMPT_RT`, in which real-time threads also preempt kernel code.
     pub(super) real_time_kernel: Option<bool>,
     /// The highest real-time priority that the user may have; 0 if the user may have no such
     /// priority.
     pub(super) priority_limit: Option<String>,
     /// Amount of memory that the user may lock: bytes or `unlimited`.
     pub(super) memory_limit: Option<String>,
-    /// True if the user may set any priority and lock any memory, whatever the limits are.
+    /// True if the user may set any priority and lock any memory, regardless of the limits.
     pub(super) above_limits: Option<bool>,
     /// True in a virtual machine.
     pub(super) virtual_machine: Option<bool>,
@@ -118,7 +118,7 @@ fn is_above_limits(status: &str) -> Option<bool> {
     Some(held & (IPC_LOCK | SYS_NICE) == IPC_LOCK | SYS_NICE)
 }
 
-/// Returns true if the processor reports a hypervisor; `None` if it cannot tell.
+/// Returns true if the processor reports a hypervisor; `None` if the processor reports no features.
 fn is_virtual(cpuinfo: &str) -> Option<bool> {
     let flags = cpuinfo.lines().find_map(|line| line.strip_prefix("flags")?.split_once(':'))?.1;
     Some(flags.split_whitespace().any(|flag| flag == "hypervisor"))

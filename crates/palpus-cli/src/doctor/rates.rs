@@ -22,11 +22,11 @@ pub(super) struct Rate {
     p99_us: f64,
     p999_us: f64,
     max_us: f64,
-    /// Share of its wake-ups that are late by more than half a period.
+    /// Share of the timer's wake-ups that are late by more than half a period.
     late_share: f64,
     /// Time that remains for a step after the 99th percentile of the lateness, µs.
     room_us: f64,
-    /// True if 99.9 % of the steps fit into this time and few enough wake-ups are late.
+    /// True if 99.9 % of the steps fit into `room_us`, and few enough wake-ups are late.
     pub(super) holds: bool,
     /// The reason why the rate does not hold.
     why: Option<String>,

@@ -33,8 +33,8 @@ pub(super) struct SceneTimes {
     pub(super) bounded_share: f64,
     /// Share of the ticks that wrote their wrench more than a period late.
     pub(super) overrun_share: f64,
-    /// The fastest usual rate that the machine holds ([`super::rates`]). `None` if it does not hold
-    /// 500 Hz, and before the measurement.
+    /// The fastest usual rate that the machine holds ([`super::rates`]). `None` before the
+    /// measurement, and if the machine does not hold 500 Hz.
     pub(super) achievable_hz: Option<f64>,
 }
 

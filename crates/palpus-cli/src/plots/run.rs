@@ -55,7 +55,7 @@ pub(crate) fn run_figure(name: &str, rows: &[RecordRow]) -> Figure {
     }
 }
 
-/// Histograms of the step times, and of the change of force from tick to tick.
+/// Makes histograms of the step times, and of the change of force from tick to tick.
 pub(crate) fn run_histograms(rows: &[RecordRow]) -> [Figure; 2] {
     let one = |title, x_label, label, points| Figure {
         log_x: true,

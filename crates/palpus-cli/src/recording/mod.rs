@@ -3,9 +3,9 @@
 //! 1. The servo thread passes every tick ([`Rows::row`]) and, between two ticks, every change of
 //!    the engine's settings ([`Rows::change`]) to one bounded queue, which keeps their order. It
 //!    never waits.
-//! 2. A separate thread writes them ([`palpus_device::record`]), part by part ([`pen`]). If the
-//!    program is killed, the file is complete except for at most the last second. If writing fails,
-//!    a message is printed at once, and the run goes on.
+//! 2. A separate thread writes rows and changes ([`palpus_device::record`]), part by part
+//!    ([`pen`]). If the program is killed, the file is complete except for at most the last second.
+//!    If writing fails, a message is printed at once, and the run goes on.
 //! 3. [`Writing::finish`] writes the rest and returns notes about missing rows.
 //!
 //! If the queue is full, a row is dropped and counted. A change is kept and put into the queue
@@ -45,7 +45,7 @@ enum Entry {
 /// The servo thread's end of the queue.
 pub(crate) struct Rows {
     queue: Recorder<Entry>,
-    /// A change that found the queue full.
+    /// A change that waits because the queue was full.
     waiting: Option<(u64, Settings)>,
 }
 
@@ -130,7 +130,8 @@ pub(crate) struct Keep {
     pub(crate) limit: Option<u64>,
 }
 
-/// Returns free names for the recordings of this many tools. The first one was requested as `file`.
+/// Returns free names for the recordings of this many tools. `file` is the requested name of the
+/// first recording.
 pub(crate) fn free(file: &Path, tools: usize) -> Vec<PathBuf> {
     let all = |path: &Path| tools::recordings(path.to_owned(), tools);
     all(&files::first_free(file, |path| all(path).iter().all(|path| !path.exists())))
@@ -181,7 +182,7 @@ impl Recording {
 }
 
 impl Writing {
-    /// Returns the file, or the first of several.
+    /// Returns the file, or the first of several files.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }

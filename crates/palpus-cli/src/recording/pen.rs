@@ -110,7 +110,7 @@ impl Pen {
         length + self.piece > if self.part == 1 { limit / 2 } else { limit / 4 }
     }
 
-    /// Ends this file and continues in another one.
+    /// Ends this file and continues in another file.
     fn next_part(&mut self) -> io::Result<()> {
         if let Some(writer) = self.writer.take() {
             writer.finish()?;

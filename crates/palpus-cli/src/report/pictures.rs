@@ -83,7 +83,7 @@ fn look_across(camera: &mut Camera, stage: &Stage, moment: &Moment) {
         return;
     }
     let across = [FRAC_PI_2, -FRAC_PI_2].map(|turn| sideways.y.atan2(sideways.x) + turn);
-    // There are two directions; the one with the smaller turn is used.
+    // Two directions are possible; the camera takes the direction with the smaller turn.
     let from = camera.yaw;
     let turn = |yaw: f64| (yaw - from).sin().atan2((yaw - from).cos()).abs();
     camera.yaw = if turn(across[0]) <= turn(across[1]) { across[0] } else { across[1] };

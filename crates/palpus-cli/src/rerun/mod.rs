@@ -70,7 +70,7 @@ impl<'a> Rerun<'a> {
         in_order(self.which, self.named, &self.others)[0]
     }
 
-    /// Calls `each` with every row of the named recording and its wrench, until it breaks.
+    /// Calls `each` with every row of the named recording and its wrench, until `each` breaks.
     pub(crate) fn run(&mut self, each: &mut dyn FnMut(usize, &Wrench) -> ControlFlow<()>) -> anyhow::Result<()> {
         let which = self.which;
         self.run_all(&mut |tool, k, wrench, _| {
@@ -150,14 +150,14 @@ fn read_others(recording: &Recording, path: &Path) -> anyhow::Result<(usize, Vec
     Ok((which, others))
 }
 
-/// Returns all recordings, the first tool's first. `named` is the recording of tool `which`.
+/// Returns all recordings in the order of their tools. `named` is the recording of tool `which`.
 fn in_order<'a>(which: usize, named: &'a Recording, others: &'a [Recording]) -> Vec<&'a Recording> {
     let mut all: Vec<&Recording> = others.iter().collect();
     all.insert(which.min(all.len()), named);
     all
 }
 
-/// Replays recordings on a prepared engine and calls `each` with every row, until it breaks.
+/// Replays recordings on a prepared engine and calls `each` with every row, until `each` breaks.
 fn run_again(recordings: &[&Recording], engine: &mut Engine, each: Each<'_>) -> anyhow::Result<()> {
     let mut chains = chains(recordings)?;
     let mut contact = ContactAccount::new(chains.iter().flatten().map(SafetyChain::limits));
@@ -202,7 +202,7 @@ fn run_again(recordings: &[&Recording], engine: &mut Engine, each: Each<'_>) -> 
                 let own = answer.map_or([0.0; 2], |answer| answer.received);
                 chain.receive([works[which][0] + own[0], works[which][1] + own[1]]);
                 let shaped = chain.shape(&states[which], &computed, recorded_cuts, elapsed(row));
-                // In the tick in which a device was lost, its last wrench was the brake's.
+                // In the tick in which a device was lost, the brake gave its last wrench.
                 let lost = recorded_cuts.has(Cut::Device);
                 engine.set_available(which, if lost { &Limits::UNLIMITED } else { &shaped.available });
                 wrench = if lost { Wrench::ZERO } else { shaped.wrench };

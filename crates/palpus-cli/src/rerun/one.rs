@@ -65,8 +65,8 @@ pub(crate) fn has_stepped(row: &RecordRow) -> bool {
     row.servo.is_none_or(|servo| servo.stepped)
 }
 
-/// Returns the work limit of the engine's query. Recordings of older formats lack it: their runs
-/// had no limit, or a time limit.
+/// Returns the work limit of the engine's query. Recordings of older formats lack this limit: their
+/// runs had no limit, or a time limit.
 pub(crate) fn work_allowed(row: &RecordRow) -> Option<u64> {
     row.servo.and_then(|servo| servo.work_allowed).map(NonZeroU64::get)
 }

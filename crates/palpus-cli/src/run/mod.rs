@@ -155,7 +155,7 @@ fn finish(arguments: &RunArguments, ended: Vec<Ended>) -> anyhow::Result<ExitCod
 }
 
 /// Summaries and recordings of all devices. The first device's summary is at the top level of the
-/// document, as in a run with one device. The others are below their names.
+/// document, as in a run with one device. The other summaries are below the names of their tools.
 #[derive(Serialize)]
 struct Summaries<'a> {
     #[serde(flatten)]

@@ -55,8 +55,8 @@ impl Recordings {
         self.writing.as_ref().and_then(Writing::trouble)
     }
 
-    /// Creates this device's file, one of the `files` of all devices, and its writer; `settings`
-    /// are the current ones.
+    /// Creates this device's file, one of the `files` of all devices, and its writer; `settings`:
+    /// the current settings.
     pub(super) fn start(&mut self, files: &[PathBuf], settings: &Settings) -> anyhow::Result<Rows> {
         self.header.scene.render = *settings;
         if files.len() > 1 {

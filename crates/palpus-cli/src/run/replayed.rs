@@ -60,7 +60,8 @@ pub(super) fn spec_of(more: &Table) -> DeviceSpec {
     }
 }
 
-/// Reads what [`record_spec`] wrote; `None` if it is incomplete or not a valid device.
+/// Reads the description that [`record_spec`] wrote; `None` if the description is incomplete or not
+/// valid.
 fn written(table: &Table, simulated: &DeviceSpec) -> Option<DeviceSpec> {
     let number = |name: &str| table.get(name).and_then(Value::as_float).filter(|value| *value >= 0.0);
     let counts = |name: &str| -> Option<Axes> {

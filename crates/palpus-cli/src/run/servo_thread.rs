@@ -25,7 +25,8 @@ use crate::summary::Gatherer;
 /// A recording to continue with and the settings in its header; `None` ends recording.
 pub(super) type Order = Option<(Rows, Settings)>;
 
-/// Capacity of the queue of requests. A paused run does not read them while people press buttons.
+/// Capacity of the queue of requests. A paused run does not read requests, but people may still
+/// press buttons.
 pub(super) const ORDERS: usize = 64;
 
 /// All data that the thread needs.
@@ -67,7 +68,7 @@ pub(crate) fn joined<T>(result: thread::Result<T>) -> anyhow::Result<T> {
 }
 
 impl ServoThread {
-    /// Runs the loop from its first tick to its last. Before the first tick it sends the real-time
+    /// Runs the loop from its first to its last tick. Before the first tick it sends the real-time
     /// rights that the system grants to `granted`.
     pub(super) fn turn(self, granted: &mpsc::Sender<Option<RealTimeClaims>>) -> Turned {
         let Self { mut servo, working, mut engine, script, claims, stop } = self;
@@ -100,7 +101,7 @@ impl ServoThread {
     }
 }
 
-/// Results of the previous tick for the step.
+/// Results of the previous tick that the next step needs.
 struct PreviousTick {
     /// Available force and torque of each device.
     available: Vec<Cell<Limits>>,
@@ -193,7 +194,7 @@ impl Log {
         }
     }
 
-    /// Continues with another recording, or with none, from tick `index` on.
+    /// Continues with another recording, or without a recording, from tick `index` on.
     fn begin(&mut self, order: Order, index: u64) {
         if let Some(rows) = self.rows.take() {
             // The queue has room for all requested recordings.

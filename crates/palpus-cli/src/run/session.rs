@@ -49,8 +49,8 @@ pub(crate) struct Session {
 /// Options of the start of a run.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Beginning<'a> {
-    /// File of the recording of the first device. If it exists and must not be overwritten, the
-    /// recording gets a number. The recordings of other devices are in the same folder.
+    /// File of the recording of the first device. If this file exists and must not be overwritten,
+    /// the recording gets a number. The recordings of other devices are in the same folder.
     pub(crate) record: Option<&'a Path>,
     /// Real-time options that the servo thread asks for.
     pub(crate) claims: Option<RealTimeOptions>,
@@ -157,7 +157,7 @@ impl Session {
 #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "a terminal steers nothing"))]
 impl Session {
     /// Keeps the calling thread, and all threads that it starts later, off the servo thread's core,
-    /// if the servo thread has one.
+    /// if the servo thread has its own core.
     pub(crate) fn leave_core(&self) {
         if let Some(claims) = &self.claims {
             leave_core(claims);
@@ -190,7 +190,7 @@ impl Session {
         &self.stage
     }
 
-    /// Returns the engine's settings from the next tick on, of the first device's tool.
+    /// Returns the settings of the first device's tool from the next tick on.
     pub(crate) fn settings(&self) -> &Settings {
         &self.seats[0].settings
     }
@@ -198,8 +198,8 @@ impl Session {
     /// Changes the settings. Capacity, time budget, limits, grip and the crease angle of shading
     /// stay the same, because the engine's memory, the device and the grip decide them. The tool's
     /// contact offset is at most the tolerance. Other devices' tools get the same settings except
-    /// for the coupling: it is switched on or off with the first one's, with the values for their
-    /// own devices.
+    /// for the coupling: their coupling is switched on or off with the first tool's coupling, and
+    /// has the values for their own devices.
     pub(crate) fn set_settings(&mut self, settings: &Settings) -> Result<(), SettingsError> {
         let fit = |(k, seat): (usize, &Seat)| if k == 0 { seat.fit(settings) } else { seat.fit_of_other(settings) };
         let fit: Vec<Settings> = self.seats.iter().enumerate().map(fit).collect();
@@ -219,7 +219,7 @@ impl Session {
     }
 
     /// True if there is a simulated hand that can be moved. If there are several hands, the first
-    /// one is moved.
+    /// hand is moved.
     pub(crate) fn can_guide(&self) -> bool {
         self.seats[0].guide.is_some()
     }

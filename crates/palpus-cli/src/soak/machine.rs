@@ -1,5 +1,5 @@
-//! State of the machine during the run: memory of the program, frequency of the cores, other load.
-//! Known on Linux; `None` on other systems.
+//! State of the machine during the run: memory of the program, frequency of the cores, load by
+//! other programs. Known on Linux; `None` on other systems.
 
 use std::fs::read_to_string;
 use std::time::Duration;
@@ -15,7 +15,7 @@ pub(super) struct Sample {
     pub(super) resident: Option<u64>,
     /// Mean frequency of the cores, MHz.
     pub(super) mhz: Option<f64>,
-    /// Running or waiting threads, over the last minute.
+    /// Mean number of running or waiting threads over the last minute.
     pub(super) load_average: Option<f64>,
 }
 
@@ -37,8 +37,7 @@ fn resident(statm: &str) -> Option<u64> {
     Some(pages * PAGE)
 }
 
-/// Page size on the processors on which palpus runs with Linux. On processors with larger pages,
-/// the memory is underestimated.
+/// Usual page size of Linux, bytes. On processors with larger pages, the memory is underestimated.
 const PAGE: u64 = 4096;
 
 /// Returns the frequency that the kernel has set, MHz.
@@ -64,8 +63,8 @@ pub(super) fn mean(all: &[f64]) -> Option<f64> {
     (!all.is_empty()).then(|| all.iter().sum::<f64>() / all.len() as f64)
 }
 
-/// Samples over a run of any length in fixed memory: when it is full, every second sample is
-/// removed and the interval between samples doubles.
+/// Samples over a run of any length in fixed memory: when the memory is full, every second sample
+/// is removed and the interval between samples doubles.
 #[derive(Debug)]
 pub(super) struct Watch {
     every: Duration,

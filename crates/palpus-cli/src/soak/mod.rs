@@ -8,7 +8,7 @@
 //!    contact, without end. The same seed gives the same motion.
 //! 3. The servo thread keeps statistics ([`tally`]) in preallocated memory and publishes them once
 //!    in each interval (a minute in a long run). At the same time, this thread measures the machine
-//!    ([`machine`]): memory, frequency, other load.
+//!    ([`machine`]): memory, frequency, load by other programs.
 //! 4. After every interval the report ([`report`], [`figures`]) is rewritten, so that a report
 //!    exists after a crash.
 //! 5. When the time is over, or at Ctrl-C, the bare timer is measured again.

@@ -78,7 +78,7 @@ fn found(stage: &Stage, seed: u64) -> anyhow::Result<HandPath> {
     Ok(path.placed(&stage.environment_pose))
 }
 
-/// Writes the scene file of the paper's pair, whose meshes are in `models` or in a folder in it;
+/// Writes the scene file of the paper's pair, whose meshes are in `models` or in a subfolder;
 /// returns its name.
 fn write_pair(models: &Path, out: &Path) -> anyhow::Result<String> {
     let mut meshes = Vec::new();

@@ -42,7 +42,7 @@ pub(crate) struct Stage {
     pub(crate) path: HandPath,
     /// True if the path is followed to its end, back to its start, and so on.
     pub(crate) to_and_fro: bool,
-    /// The scene's hand, if the scene states one.
+    /// Name of the scene's hand, if the scene states a hand.
     pub(crate) hand: Option<&'static str>,
     /// The scene's ticks per second, if the scene states them.
     pub(crate) rate_hz: Option<f64>,

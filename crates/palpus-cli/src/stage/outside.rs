@@ -8,7 +8,7 @@ use anyhow::{Context, bail};
 use palpus_io::scene::{FilePolicy, SceneFile, read_scene};
 
 /// Reads a scene file. If it names files outside its folder and `policy` does not allow this, the
-/// user is asked. Without a terminal, it is an error.
+/// user is asked. Without a terminal, the function fails.
 pub(super) fn read_asking(path: &Path, policy: FilePolicy) -> anyhow::Result<SceneFile> {
     let terminal = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
     let answer = || terminal.then(|| ask(&mut std::io::stdin().lock(), &mut std::io::stderr()));

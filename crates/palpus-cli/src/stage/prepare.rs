@@ -25,7 +25,7 @@ use super::outside::read_asking;
 /// surface.
 const MOST_SHADING_TURN_DEGREES: f64 = 45.0;
 
-/// Finds and prepares the scene called `name`: a built-in one, or a scene file by path.
+/// Finds and prepares the scene called `name`: a built-in scene, or a scene file by its path.
 pub(crate) fn prepare(name: &str, policy: FilePolicy) -> anyhow::Result<Stage> {
     prepare_telling(name, policy, &Teller::Bar)
 }

@@ -28,7 +28,7 @@ use palpus_window::{FileKind, MeshFile};
 use crate::stage::Stage;
 use crate::{bodies, files, gaps};
 
-/// Parts of the current run that the next one keeps.
+/// Parts of the current run that the next run keeps.
 pub(super) struct Present {
     source: SceneSource,
     /// Start pose of the probe and pose of the environment, in the world.

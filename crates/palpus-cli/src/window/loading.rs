@@ -1,4 +1,4 @@
-//! Prepares the next scene on a background job while the current run goes on.
+//! Prepares the next scene in a background job while the current run goes on.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;

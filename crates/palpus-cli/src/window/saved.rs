@@ -1,6 +1,6 @@
 //! Saves the scene of a run as a scene file with the current settings.
 //!
-//! 1. The text is the text of the scene's file, or the export of the built-in scene.
+//! 1. The text comes from the scene's file, or from the export of the built-in scene.
 //! 2. The settings of the window replace the tables `contact` and `coupling`; other keys stay. The
 //!    start and the grip of the probe are taken from the run.
 //! 3. The new file is written into the folder of the original file, so that its meshes are found. A

@@ -1,9 +1,9 @@
-//! Executes the window's requests: controls the session, and starts the next one.
+//! Executes the window's requests: controls the session, and starts the next session.
 //!
 //! A requested scene or mesh is prepared while the current run goes on ([`Loader`]). Then the
-//! current run ends and the next one begins, with a recording if there was one. A simulated device
-//! is created before that, so that a failure leaves the current run as it is. Hardware can be
-//! opened only once, so it is released first.
+//! current run ends and the next run begins, with a recording if the current run has one. A
+//! simulated device is created before the current run ends, so that a failure leaves this run as it
+//! is. Hardware can be opened only once, so it is released first.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -57,14 +57,14 @@ pub(super) struct Steered<'a> {
     recent: Recent,
     /// True if the window chose the start: of the current run, and of the next one.
     is_moved: [bool; 2],
-    /// Files that are being loaded; they enter the list of recent files if that succeeds.
+    /// Files that are being loaded; they enter the list of recent files if loading succeeds.
     opened: Vec<PathBuf>,
     cap: Caps,
 }
 
 /// Result of a preparation.
 enum Next {
-    /// A stage and its name; its device is not open yet, and may first lead its probe out.
+    /// A stage and its name. The device is not open yet, and may first lead the probe out.
     Stage { name: String, stage: Box<Stage>, lead_out: bool },
     /// A run with its open device.
     Run(Box<Ready>),

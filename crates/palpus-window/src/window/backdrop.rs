@@ -71,7 +71,8 @@ void main() {
 }
 ";
 
-/// Adds noise of less than a step of a colour, which hides the steps. Only used where it is cheap.
+/// Adds noise of less than a step of a colour, which hides the steps of the gradient. Used
+/// only where it is cheap.
 const FRAGMENT: &str = "
 in vec3 v_colour;
 out vec4 f_colour;

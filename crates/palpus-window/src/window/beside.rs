@@ -1,5 +1,5 @@
 //! A comparison with other settings on the same hand: two engines get the device's poses, and the
-//! device gets the wrench of one of them.
+//! device gets the wrench of one engine.
 
 use eframe::egui::{Align2, FontId, Rect, Stroke, Ui, pos2, vec2};
 use palpus::render::Settings;

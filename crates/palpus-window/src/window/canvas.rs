@@ -14,7 +14,7 @@ use super::shader::compiled;
 
 /// Samples in each pixel.
 const SAMPLES: i32 = 4;
-/// If frames take longer than this, each pixel gets one sample.
+/// Frame time above which each pixel gets one sample.
 const SLOW: Duration = Duration::from_millis(36);
 /// Number of frames for which this time is measured.
 const FRAMES: u32 = 24;

@@ -1,6 +1,6 @@
 //! The theme of the window: text sizes, and colours of controls.
 //!
-//! Sizes are points with one pixel each. Ctrl with + and − scales everything. The values that
+//! Sizes are in points. A point is one pixel; Ctrl with + and − scales everything. The values that
 //! matter during a run (state, force, torque) are as large as a headline, so that they are legible
 //! from two metres.
 
@@ -119,7 +119,7 @@ fn dyed(mut visuals: Visuals, cloth: &Cloth) -> Visuals {
         (&mut widgets.noninteractive, cloth.panel, cloth.line),
         (&mut widgets.inactive, cloth.control, cloth.control),
         (&mut widgets.hovered, cloth.hovered, cloth.faint),
-        // Pressed, or focused with Tab, which must be visible.
+        // Pressed controls, and the control with the keyboard focus, which must be visible.
         (&mut widgets.active, cloth.pressed, cloth.accent),
         (&mut widgets.open, cloth.pressed, cloth.line),
     ] {

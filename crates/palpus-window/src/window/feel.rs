@@ -22,7 +22,7 @@ const USUAL_CREASE: f64 = 40.0;
 const MOST_TURN: f64 = 45.0;
 const USUAL_FRICTION: (f64, f64) = (0.4, 0.3);
 
-/// Changes within this time count as one for undo.
+/// Changes within this time count as one change for undo.
 const ONE_CHANGE: Duration = Duration::from_millis(700);
 
 /// See the module's outline.

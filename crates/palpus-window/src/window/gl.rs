@@ -29,7 +29,7 @@ use crate::xray::XRay;
 use drawing::{BodyPart, CORNER, apart_corners, shared_corners};
 pub(crate) use drawing::{Drawing, DrawnBody, projection, view};
 
-/// Parts of the names of software renderers.
+/// Texts that only names of software renderers contain.
 const PROCESSORS: [&str; 3] = ["llvmpipe", "softpipe", "SwiftShader"];
 /// Largest number of triangles of a body with software rendering. Larger bodies are simplified
 /// ([`Solid::coarse`]).

@@ -41,13 +41,14 @@ const KEY_TURN: f64 = 0.9;
 const SLOWLY: f64 = 0.2;
 /// Longest time for which a key acts in one frame, s.
 const LONGEST_FRAME: f64 = 0.1;
-/// The drawn spring: number of points, points for each coil, and shares of the whole.
+/// The drawn spring: half width and length of a coil (points), range of the number of coils,
+/// share of each straight end, and corners of a coil.
 const COIL: f32 = 4.0;
 const COIL_LENGTH: f32 = 8.0;
 const COILS: (f32, f32) = (2.0, 12.0);
 const ENDS: f32 = 0.12;
 const POINTS_OF_COIL: usize = 12;
-/// Shorter springs are not drawn, points.
+/// Length below which the spring is not drawn, points.
 const LEAST_SPRING: f32 = 12.0;
 
 /// See the module's outline.
@@ -291,7 +292,7 @@ fn by_keys(ui: &egui::Ui, area: &Area, view: &View3d, frame: f64) -> Option<Moti
     let [right, up, back] = view.camera().axes();
     let frame = if modifiers.shift { frame * SLOWLY } else { frame };
     if modifiers.ctrl {
-        // Turns as if the near side were pushed in this direction.
+        // Turns the probe as if its near side were pushed in this direction.
         let axis = right * -along.y + up * along.x - back * along.z;
         return Some(Motion { linear: DVec3::ZERO, turn: DQuat::from_scaled_axis(axis * KEY_TURN * frame) });
     }

@@ -51,7 +51,7 @@ pub(crate) struct History {
 
 impl History {
     /// Adds a tick that is newer than all others, and removes old ticks. If the tick is older than
-    /// the last one, the history starts again.
+    /// the last tick, the history starts again.
     pub(crate) fn push(&mut self, tick: SeenTick) {
         if self.ticks.back().is_some_and(|last| last.time >= tick.time) {
             self.clear();
@@ -106,13 +106,13 @@ impl History {
         self.compared.iter()
     }
 
-    /// Returns the first tick from `time` on, or the newest.
+    /// Returns the first tick from `time` on, or the newest tick.
     pub(crate) fn at(&self, time: Option<f64>) -> Option<&SeenTick> {
         let found = time.and_then(|time| self.ticks.get(self.ticks.partition_point(|tick| tick.time < time)));
         found.or(self.ticks.back())
     }
 
-    /// Returns the compared tick for the same time.
+    /// Returns the first compared tick from `time` on, or the newest compared tick.
     pub(crate) fn compared_at(&self, time: Option<f64>) -> Option<&ComparedTick> {
         let found = time.and_then(|time| self.compared.get(self.compared.partition_point(|tick| tick.time < time)));
         found.or(self.compared.back())

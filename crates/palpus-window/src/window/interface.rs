@@ -72,7 +72,7 @@ pub(super) struct Interface<'a> {
     start: Option<String>,
     /// True if the message about a run without contact was shown.
     untouched: bool,
-    /// Position, world, m.
+    /// Translation of the probe to the place at which the force can begin, world, m.
     way_out: Option<DVec3>,
 }
 
@@ -213,7 +213,7 @@ impl<'a> Interface<'a> {
         self.view.widen();
     }
 
-    /// Shows another scene, from the direction of the previous one.
+    /// Shows another scene, from the direction in which the camera looked before.
     fn replace(&mut self, mut scene: Scene, moments: Newest<Moment>) {
         for (k, body) in scene.bodies.iter_mut().enumerate() {
             body.colour = body.part.colour(self.style.theme);

@@ -25,7 +25,7 @@ const LETTERS: f32 = 14.5;
 const LEAST_LINES: f32 = 10.0;
 const LEAST_WIDTH: f32 = 460.0;
 const PROGRESS: f32 = 420.0;
-/// Lower pictures have smaller notices, so that the scene stays visible.
+/// Height below which a picture has smaller notices, so that the scene stays visible, points.
 const LOW: f32 = 360.0;
 const LEAST_ARROW: f32 = 36.0;
 
@@ -105,7 +105,7 @@ pub(super) fn legend(ui: &Ui, rect: Rect, scene: &Scene, style: &Style) {
 fn meanings(scene: &Scene, style: &Style, colours: &Colours) -> Vec<(Rgb, &'static str)> {
     let body = |k: usize| scene.bodies.get(k).map(|body| body.colour);
     let mut lines = Vec::new();
-    // All probes have one colour, and so have all objects.
+    // All probes have the same colour, and all objects have the same colour.
     let more = scene.bodies.iter().skip(2).map(|body| body.colour);
     let has_probes = more.clone().any(|rgb| Some(rgb) == body(0));
     lines.extend(body(0).map(|rgb| (rgb, if has_probes { "probes" } else { "probe" })));

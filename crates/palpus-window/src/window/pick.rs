@@ -58,8 +58,8 @@ fn hit([a, b, c]: [DVec3; 3], ray: &Ray) -> Option<f64> {
     (along_u >= 0.0 && along_v >= 0.0 && along_u + along_v <= 1.0 && distance > 0.0).then_some(distance)
 }
 
-/// Returns the corner nearest to the camera, which is the visible one, among the corners within
-/// reach of the ray.
+/// Returns the corner nearest to the camera, which is visible, among the corners within reach of
+/// the ray.
 fn nearly(solid: &Solid, ray: &Ray, reach: impl Fn(DVec3) -> f64) -> Option<(f64, DVec3)> {
     let along = |point: &DVec3| ((*point - ray.origin).dot(ray.direction), *point);
     let is_near =

@@ -2,8 +2,8 @@
 //!
 //! The ranges follow from the settings that fit the device. A coupling is stable up to about twice
 //! the stiffness that palpus chooses (see [`palpus::render::VirtualCoupling`]). Without a coupling,
-//! the contact stiffness has this limit instead. The sliders end there. Behind a coupling the
-//! contact stiffness is not felt and may be much larger.
+//! the contact stiffness has this limit instead. The sliders end at this limit. Behind a coupling
+//! the contact stiffness is not felt and may be much larger.
 
 use palpus::render::Settings;
 
@@ -50,7 +50,7 @@ const FINEST: f64 = 0.1;
 const COARSEST: f64 = 5.0;
 /// Range of the contact stiffness without a coupling, N/m.
 const SOFTEST_DIRECT: f64 = 50.0;
-/// Largest coefficient of friction: rubber on dry stone has about one.
+/// Largest coefficient of friction: rubber on dry stone has about 1.
 const MOST_FRICTION: f64 = 1.5;
 /// Largest crease angle, degrees: above it, no edge is a crease.
 const MOST_CREASE: f64 = 90.0;

@@ -1,9 +1,9 @@
 //! The interface between the window and the run.
 //!
 //! The window draws and sends requests; a [`Run`] answers. All calls come from the window's thread
-//! and return at once. Slow work (preparing a mesh) is done elsewhere and polled in each frame.
-//! Requests reach the servo loop as newest values, without waiting. Poses place the probe in the
-//! world.
+//! and return at once. Slow work (preparing a mesh) is done on other threads and polled in each
+//! frame. Requests reach the servo loop as newest values, without waiting. Poses place the probe in
+//! the world.
 
 use std::path::{Path, PathBuf};
 
@@ -79,7 +79,7 @@ pub trait Run {
     /// Returns the reason for no contact so far, and a remedy, if the run is long enough.
     fn untouched(&mut self) -> Option<String>;
 
-    /// Returns how far a SpaceMouse is pushed, if one can move the probe.
+    /// Returns the state of a SpaceMouse that can move the probe.
     fn cap(&mut self) -> Cap;
 
     /// Pauses the loop without force, or continues it.
@@ -115,7 +115,7 @@ pub trait Run {
     /// thread.
     fn reader(&self) -> fn(&Path) -> Result<FileKind, String>;
 
-    /// Starts to prepare the next scene, while the loop goes on with the current one.
+    /// Starts to prepare the next scene, while the loop goes on with the current scene.
     ///
     /// # Errors
     ///
@@ -128,7 +128,7 @@ pub trait Run {
     ///
     /// # Errors
     ///
-    /// Fails as [`Run::load`].
+    /// Fails like [`Run::load`].
     fn restart(&mut self, at: Option<Start>) -> Result<(), String>;
 
     /// Saves the scene with the current settings in a new file that can be run.
@@ -162,7 +162,7 @@ pub trait Run {
 pub struct Painted {
     /// Number of frames.
     pub frames: u64,
-    /// Frames per second, from the first frame to the last; 0 with fewer than two.
+    /// Frames per second, from the first frame to the last; 0 with fewer than two frames.
     pub rate_hz: f64,
     /// The renderer's name according to the graphics library.
     pub renderer: String,
@@ -209,7 +209,7 @@ pub struct Numbers {
     /// Phase of the engagement.
     pub phase: Phase,
     /// Translation from the probe to the place at which force can begin, world, m. `None` unless
-    /// the run waits for this and it is known.
+    /// the run waits for this translation and knows it.
     pub way_out: Option<DVec3>,
 }
 
@@ -342,8 +342,8 @@ pub struct Start {
     pub probe: Option<Pose>,
     /// Grip in the frame of its mesh, m; `None` for the scene's own.
     pub grip_a: Option<DVec3>,
-    /// True if the device leads the probe out first, if it overlaps the environment or an object
-    /// there.
+    /// True if the device leads the probe out first, if the probe overlaps the environment or an
+    /// object at this pose.
     pub lead_out: bool,
 }
 

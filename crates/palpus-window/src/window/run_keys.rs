@@ -26,7 +26,7 @@ pub(super) enum Action {
     Wrench,
     Anchors,
     Glass,
-    /// Compares the felt settings with others.
+    /// Compares the felt settings with other settings.
     Beside,
     /// Keeps these settings for the comparison.
     Keep,

@@ -24,7 +24,7 @@ pub(super) fn show<'a>(
             .with_inner_size([1280.0, 860.0])
             .with_min_inner_size([640.0, 480.0]),
         depth_buffer: 24,
-        // Panels are flat, and the background of scenes is drawn without egui.
+        // No dithering: panels are flat, and the background of scenes is drawn without egui.
         dithering: false,
         ..eframe::NativeOptions::default()
     };
@@ -82,7 +82,7 @@ impl Status {
     }
 }
 
-/// Replaces a picture of egui.
+/// Replaces a picture that egui shows.
 pub(super) fn show_picture(context: &egui::Context, slot: &mut Option<TextureHandle>, picture: &Picture) {
     let image = egui::ColorImage::from_rgb([picture.width(), picture.height()], picture.bytes());
     match slot {

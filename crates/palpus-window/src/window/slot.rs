@@ -82,7 +82,7 @@ impl Unit {
 }
 
 impl Slot {
-    /// Creates a slot with a file, or an empty one.
+    /// Creates a slot with a file, or an empty slot.
     pub(super) fn new(path: Option<&Path>) -> Self {
         let path = path.map_or(String::new(), |path| path.display().to_string());
         Self { path, read: None, unit: Unit::Millimetre }

@@ -38,8 +38,8 @@ use crate::style::Style;
 const TURN: f32 = 0.008;
 /// Zoom by the wheel: the exponent for each point of scrolling.
 const ZOOM: f32 = 0.0025;
-/// Rotation by a key, rad/s; exponent of its zoom; and longest time for which it acts in one frame,
-/// s.
+/// Rotation by a key, rad/s; zoom exponent of a key, 1/s; longest time for which a key acts in one
+/// frame, s.
 const KEY_TURN: f32 = 1.2;
 const KEY_ZOOM: f32 = 1.0;
 const LONGEST_FRAME: f32 = 0.1;
@@ -300,7 +300,7 @@ impl View3d {
         Some(area.rect.min + egui::vec2(seen.x as f32, seen.y as f32))
     }
 
-    /// Returns the length in metres of a point of the window at a point of the world.
+    /// Returns the length in metres of one point (egui's unit) at `point` of the world.
     pub(super) fn metres_per_point(&self, area: &Area, point: DVec3) -> f64 {
         self.camera.metres_per_pixel(self.depth(point), area.size().1)
     }

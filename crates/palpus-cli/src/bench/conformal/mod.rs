@@ -3,8 +3,8 @@
 //!
 //! Each case is two bodies and a motion (`cases`). Ticks are timed with the processor time of their
 //! thread, so that other programs have little effect. The counters come from the engine's tick. At
-//! some ticks, `measure` compares the wrench with the same contact law without memory at the same
-//! pose, and with the analytic force of the case.
+//! some ticks, `measure` compares the wrench with two references: the same contact law at the same
+//! pose without memory, and the analytic force of the case.
 
 mod cases;
 mod cpu;

@@ -16,12 +16,12 @@ use palpus_scenes::shape;
 
 use crate::plots::{BLUE, Figure, Panel, Series, VERMILION, write_svg};
 
-/// Poses along the path, and its half length as a share of the ring's size.
+/// Number of poses along the path, and half the path's length as a share of the ring's size.
 const POSES: i32 = 240;
 const HALF_WAY: f64 = 0.75;
 /// The position on the path at which the second plot is made, as a share of the ring's size.
 const PLACE: f64 = 0.02;
-/// The smallest budget, the factor between two budgets, and their number.
+/// The smallest budget, the factor between two budgets, and the number of budgets.
 const BUDGET: f64 = 10.0;
 const FACTOR: f64 = 1.3;
 const BUDGETS: i32 = 30;

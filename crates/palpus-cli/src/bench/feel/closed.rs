@@ -54,8 +54,8 @@ fn limits() -> Limits {
     Limits { force: spec.force_max, torque: spec.torque_max }
 }
 
-/// Runs the method with the device's limits in the simulated hand for `seconds`. It ends early when
-/// a number is not finite.
+/// Runs the method with the device's limits in the simulated hand for `seconds`. The run ends early
+/// if a number is not finite.
 pub(super) fn run(
     ground: &Ground,
     entry: &Entry,
@@ -114,7 +114,7 @@ fn plus(wrench: &Wrench, load: &Wrench, factor: f64) -> Wrench {
     Wrench { torque: wrench.torque + torque * factor, force: wrench.force + force * factor }
 }
 
-/// Limits of the device, for methods that do not apply them themselves.
+/// Limits the wrench to what the device can give, for methods that have no limits of their own.
 fn within_limits(felt: &Wrench) -> Wrench {
     let Limits { force, torque } = limits();
     Wrench { torque: felt.torque.clamp_length_max(torque), force: felt.force.clamp_length_max(force) }

@@ -70,11 +70,11 @@ pub(super) type RefinedPose = Option<Vec<TrueContact>>;
 
 /// Ticks between two measurements of the overlap.
 pub(super) const JUDGED: usize = 5;
-/// The script begins at most at this share of the path's omitted time.
+/// Latest beginning of the script, as a share of the time that the script leaves out.
 const LATER: f64 = 0.7;
 /// Time in which the hand builds up its press, s.
 const LEAN_IN: f64 = 0.3;
-/// Steps of the search for a start pose without contact, s.
+/// Time step of the search for a start pose without contact, s.
 const SEARCH: f64 = 0.02;
 
 /// A pose in which the probe is pressed against the environment and held.

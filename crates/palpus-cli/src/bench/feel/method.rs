@@ -43,7 +43,7 @@ const STILL: usize = 30;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tuning {
     /// Contact stiffness, N/m; `None` for the scene's stiffness, or behind the coupling for the
-    /// one that the device allows.
+    /// stiffness that the device allows.
     pub(super) stiffness: Option<f64>,
     /// Contact damping, N·s/m.
     pub(super) damping: f64,

@@ -25,8 +25,8 @@ use crate::bench::TICK;
 
 /// Smaller forces, relative to the largest force, have no meaningful direction.
 pub(super) const FAINT: f64 = 0.05;
-/// Smaller steps, relative to the largest force, are not divided by the motion, because both are
-/// rounding errors.
+/// Smaller steps, relative to the largest force, are not divided by the motion, because step and
+/// motion are then rounding errors.
 const SMALL_STEP: f64 = 0.002;
 /// Smallest motion in a millisecond by which a step is divided, m.
 const LEAST_MOTION: f64 = 1e-6;
@@ -153,7 +153,7 @@ pub(super) fn angle_between(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b)).to_degrees()
 }
 
-/// Returns the upper bound of the motion of any point of the probe, m.
+/// Returns an upper bound of the motion of any point of the probe, m.
 fn motion(from: &ProbeState, to: &ProbeState, reach: f64) -> f64 {
     let turned = to.pose_ba.rotation.angle_between(from.pose_ba.rotation);
     to.pose_ba.translation.distance(from.pose_ba.translation) + reach * turned

@@ -14,7 +14,8 @@ use crate::bench::TICK;
 
 /// Work limit of a step, in units of work: 0.6 ms at 100 ns for each unit.
 pub(super) const ALLOWED: u64 = 6000;
-/// Ticks of the comparison. Without a limit, a tick of a thread takes a tenth of a second.
+/// Ticks of the comparison. Without a limit, a tick of the nut on its thread takes a tenth of a
+/// second.
 const TICKS: usize = 600;
 /// Default tolerance of a scene, as a share of the smaller body.
 const TOLERANCE: f64 = 0.01;
@@ -56,8 +57,8 @@ pub(super) fn measure(pair: &Pair, files: &[PathBuf; 2], ticks: usize) -> anyhow
     for stretch in &stretches {
         full.clear();
         hurried.clear();
-        // The first step begins at the roots of both bodies. There is no force yet, so it is left
-        // out of the comparison.
+        // The first step begins at the roots of both bodies. There is no force yet, so this step is
+        // left out of the comparison.
         hurried.allow(None);
         for renderer in [&mut full, &mut hurried] {
             renderer.step(&ProbeState::at(stretch[0]), TICK, &NoClock);

@@ -18,7 +18,7 @@ pub(super) fn facts() -> Facts {
     facts
 }
 
-/// Versions of the program and of its compiler.
+/// Returns the versions of the program and of its compiler.
 pub(super) fn versions() -> Facts {
     let known = |text: &'static str| Some(text).filter(|text| !text.is_empty());
     let profile = known(env!("PALPUS_PROFILE")).map(|profile| match profile {

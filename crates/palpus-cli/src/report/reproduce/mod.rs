@@ -4,10 +4,10 @@
 //! 1. *Plan* ([`plan`]): one command for each step, as a user would type it.
 //! 2. *Run* ([`ran`]): the steps run one after another, because most of them measure times. The
 //!    outcome of a step is stored with its files.
-//! 3. *Page* ([`page`], [`paper`], [`sections`]): made from these files ([`data`]), so that it can
-//!    be made again without measuring. Every section states whether its figures were measured in
-//!    this run, by which command, and how long it took. Figures from the documentation ([`stored`])
-//!    are marked.
+//! 3. *Page* ([`page`], [`paper`], [`sections`]): the page is made from these files ([`data`]), so
+//!    it can be made again without measuring. Every section states whether its figures were
+//!    measured in this run, by which command, and how long it took. Figures from the documentation
+//!    ([`stored`]) are marked.
 
 mod data;
 mod machine;

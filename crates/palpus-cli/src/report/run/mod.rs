@@ -6,8 +6,8 @@
 //! 3. Pictures are painted without a display. Plots, tables and facts ([`facts`]) complete the
 //!    page.
 //!
-//! The page is always made, and lists parts that could not be made: if the meshes of a recording
-//! are missing, its rows are still available.
+//! The page is always made, and lists parts that could not be made. For example, if the meshes of a
+//! recording are missing, its rows are still available.
 
 mod facts;
 mod measures;

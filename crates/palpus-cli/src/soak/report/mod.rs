@@ -25,7 +25,7 @@ use crate::doctor::load::{self, Snapshot};
 
 /// Largest share of ticks that may be late by over half a millisecond.
 const MOST_LATE: f64 = 1e-3;
-/// Lateness from which a tick counts as late, ns; the same as in the loop.
+/// Lateness from which a tick counts as late, ns, as in the loop.
 const LATE_NANOS: u64 = 500_000;
 /// Number of stored points of the distribution.
 const POINTS: u32 = 56;
@@ -152,7 +152,7 @@ impl Report {
         })
     }
 
-    /// Samples the machine if it is time to.
+    /// Samples the machine if the interval between samples has passed.
     pub(super) fn see(&mut self, watch: &mut Watch, elapsed: Duration) {
         watch.look(elapsed, &mut self.samples);
     }

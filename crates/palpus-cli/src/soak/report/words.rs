@@ -117,8 +117,8 @@ impl Report {
         lines
     }
 
-    /// Describes the memory at two samples: the first one after a tenth of the run, when all memory
-    /// has been used once, and the last one.
+    /// Describes the memory at two samples: the first sample after a tenth of the run, when all
+    /// memory has been used once, and the last sample.
     fn memory_in_words(&self) -> String {
         let Some((last, sample)) = self.samples.last() else { return "not known here".to_owned() };
         let early =

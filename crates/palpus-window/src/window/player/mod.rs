@@ -7,8 +7,8 @@
 //!
 //! 1. keys are handled (`keys`), and the time advances during playback;
 //! 2. the tick of that time is taken from [`Moments`];
-//! 3. its numbers are drawn on the right, the time line at the bottom (`panels`), and the scene in
-//!    the middle.
+//! 3. the numbers of the tick are drawn on the right, the time line at the bottom (`panels`), and
+//!    the scene in the middle.
 
 mod keys;
 mod panels;
@@ -77,7 +77,7 @@ pub struct ReplayedTick {
     pub query: f64,
     /// Recorded time of the whole tick, s.
     pub total: f64,
-    /// True if it began late.
+    /// True if the tick began late.
     pub late: bool,
     /// Interventions of the safety chain.
     pub cuts: Cuts,

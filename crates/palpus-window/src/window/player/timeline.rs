@@ -1,5 +1,5 @@
-//! Curves over a whole run, one below the other, with a cursor. A drag on any of them moves to that
-//! time.
+//! Curves over a whole run, one below the other, with a cursor. A drag on a curve moves to the time
+//! under the mouse.
 //!
 //! Each column of pixels shows the smallest and the largest value of its ticks, so that no peak is
 //! lost in a long run. The columns are computed again only when the width changes. Late ticks and
@@ -33,7 +33,7 @@ pub(super) struct Timeline {
     times: Vec<f64>,
     curves: Vec<Curve>,
     overlapping: Vec<bool>,
-    /// Values by tick.
+    /// Marks, each with its tick.
     pub(super) marks: Vec<(usize, Mark)>,
     columns: Option<Columns>,
 }
@@ -47,7 +47,7 @@ struct Columns {
     marked: Vec<Option<Mark>>,
 }
 
-/// Length, points.
+/// Width of the names of the curves, points.
 const LABEL: f32 = 108.0;
 /// A strip lower than this has its name and its value side by side.
 const LOW: f32 = 30.0;

@@ -15,7 +15,7 @@ const COLUMNS: [&str; 7] = ["force_x", "force_y", "force_z", "torque_x", "torque
 
 /// Answers to all poses of a motion.
 pub(super) struct Answers {
-    /// On the probe, about its grip, along the environment's axes.
+    /// Wrenches on the probe, about its grip, along the environment's axes.
     pub(super) wrenches: Vec<Wrench>,
     /// Time of each step, µs; empty if unknown.
     pub(super) micros: Vec<f64>,

@@ -1,12 +1,12 @@
 //! Parts with a known play, as scenes of the benchmark: measures how far the probe moves sideways
-//! before there is a force, and the force of a press beyond that.
+//! without a force, and the force of a press beyond this motion.
 //!
 //! The probe starts in the middle of its play. In each of eight directions it moves to [`PRESS`]
 //! beyond first touch, stays there, and returns. An engine's *free travel* ends where the force
 //! first exceeds [`FELT`]. The separation at which the engine begins to push is added, so that the
-//! true value is the play. While the probe stays, the true force is the stiffness times the press
-//! plus this separation, opposite to the direction: all contacts of a scene lie within its cluster
-//! radius and share one stiffness.
+//! true value is the play. While the probe stays, the true force is the stiffness times the sum of
+//! the press and this separation, opposite to the direction. All contacts of a scene lie within its
+//! cluster radius and share one stiffness.
 //!
 //! The play of round parts follows from their diameters. For threads and teeth only the smallest
 //! gap is known, which was measured on the meshes. Their play is at least this gap.
