@@ -115,8 +115,8 @@ pub(crate) fn prepare_soup_telling(
 
 const BAR_STEPS: f64 = 1000.0;
 
-/// Creates a bar on standard error. It is hidden at first, so that it does not flicker for small
-/// models.
+/// Creates a bar on standard error. The bar is hidden at first, so that it does not flicker for
+/// small models.
 fn bar(name: &str) -> ProgressBar {
     let target = if output::is_quiet() { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(10) };
     let bar = ProgressBar::with_draw_target(Some(BAR_STEPS as u64), target);

@@ -2,7 +2,7 @@
 //! not.
 //!
 //! 1. The servo thread passes every tick to [`FaultWatch::see`]. This function puts an entry into a
-//!    bounded queue when new faults begin and when the force may return. It never waits.
+//!    bounded queue when new faults begin and when the force may return. The function never waits.
 //! 2. A separate thread writes each entry as a line of JSON and syncs it to the disk before it
 //!    takes the next entry.
 //! 3. [`FaultLog::finish`] returns the path of the log, if anything was written.

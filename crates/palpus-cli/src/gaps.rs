@@ -3,8 +3,8 @@
 //! 1. *Tolerance*: 1 mm, or a hundredth of the smaller body if this is smaller. On bodies of one
 //!    millimetre, 1 mm would be the whole body.
 //! 2. *Start poses*: if neither body has a pose and their boxes would overlap, the probe starts
-//!    above the environment, without overlap in any orientation. Its distance from first touch is
-//!    at most the distance that a hand moves in a second.
+//!    above the environment, without overlap in any orientation. The probe's distance from first
+//!    touch is at most the distance that a hand moves in a second.
 //! 3. *Grip* of the probe and of each other tool: the origin of its mesh, or its centre of mass if
 //!    this origin is outside of the mesh's box.
 //!

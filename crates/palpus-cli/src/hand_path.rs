@@ -11,8 +11,8 @@ use crate::output;
 
 /// Seconds between two poses of a file without times.
 pub(crate) const POSE_PERIOD: f64 = 0.5;
-/// A note warns if the hand moves farther than this from its start, in sizes of the probe, because
-/// the probe will hardly touch anything.
+/// Largest distance of the hand from its start without a warning, in sizes of the probe. Farther
+/// away, the probe will hardly touch anything.
 const FAR_SIZES: f64 = 20.0;
 
 /// Options for following a file.

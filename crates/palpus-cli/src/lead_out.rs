@@ -7,7 +7,7 @@
 //!    the safety chain engages. The chain gets this wrench in place of the contact wrench, so ramp,
 //!    limits, engagement and faults apply as to any other force.
 //! 3. The spring's work comes from the goal and not from contacts, so the chain's energy account
-//!    gets it. Its power is at most force times speed, a few hundredths of a watt.
+//!    gets it. The spring's power is at most force times speed, a few hundredths of a watt.
 //! 4. At the end of the way the engine clears its cached contacts. Once the probe is free, the
 //!    contacts give the wrench again. If the grip was turned on the way, the probe may still
 //!    overlap. The spring then holds the grip at the end of the way until the probe is free.
@@ -67,7 +67,8 @@ enum Phase {
 pub(crate) struct Led {
     /// Wrench on the device, world.
     pub(crate) wrench: Wrench,
-    /// Energy that the goal gave to the grip since the last tick, J; negative if it took energy.
+    /// Energy that the goal gave to the grip since the last tick, J; negative if the goal took
+    /// energy.
     pub(crate) work: f64,
     /// True if the engine has to clear its cached contacts.
     pub(crate) forget: bool,

@@ -97,7 +97,7 @@ impl InsideStart {
         None
     }
 
-    /// True if a device at `grip` (world, m) is at the start for which this was computed.
+    /// True if a device at `grip` (world, m) is at the start for which this way out was computed.
     pub(crate) fn is_at(&self, grip: DVec3) -> bool {
         Self::is_near(self.from, grip)
     }

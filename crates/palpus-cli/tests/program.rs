@@ -245,8 +245,8 @@ fn heavy_pair_is_reported_before_the_run() {
     for (scene, is_heavy) in [("gears", true), ("torus-torus", false)] {
         assert_success(&palpus(&folder.0, &["export", scene, scene]));
         let file = folder.0.join(scene).join("scene.toml");
-        // Time budget of a step, µs. It is less than any contact needs, so each step handles only
-        // one patch.
+        // Time budget of a step, µs. Any contact needs more time, so each step handles only one
+        // patch.
         let text = fs::read_to_string(&file)
             .expect("the scene can be read")
             .replace("[contact]", "[contact]\ntime_budget = 1");

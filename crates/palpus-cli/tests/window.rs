@@ -132,8 +132,8 @@ fn patiently(test: impl Fn() + RefUnwindSafe) {
 }
 
 /// The mouse takes the spoon and presses it onto the bottom of the cup, while a recording and a
-/// picture are written. Then a slider is moved. The files must contain all of this, and the screen
-/// must show a contact and its arrows.
+/// picture are written. Then a slider is moved. The files must contain these actions, and the
+/// screen must show a contact and its arrows.
 #[test]
 #[ignore = "needs Xvfb, Mesa and xdotool"]
 fn dragged_probe_makes_contact_and_sliders_act() {
@@ -234,7 +234,7 @@ fn wait_for_file(file: &Path) {
 }
 
 /// Types two meshes into the dialog and runs them. Then saves the scene; the list of recent files
-/// must contain both.
+/// must contain both meshes.
 #[test]
 #[ignore = "needs Xvfb, Mesa and xdotool"]
 fn two_meshes_are_opened_together_and_saved() {
@@ -352,7 +352,7 @@ fn cores_of_threads(process: u32) -> Vec<(String, String)> {
     status.map(|status| (line(&status, "Name:"), line(&status, "Cpus_allowed_list:"))).collect()
 }
 
-/// Returns true if the loop can get its own core. This needs two cores and real-time priority
+/// Returns true if the loop can get its own core. The loop needs two cores and real-time priority
 /// (`CAP_SYS_NICE`, or a limit above 0).
 fn may_have_a_core() -> bool {
     let of = |file: &str, name: &str| {

@@ -1,6 +1,7 @@
 //! Draws the Gauss map of a convex piece on the sphere of directions \[K02 §3.3\].
 //!
-//! For each direction, one vertex of the piece is farthest along it. This divides the sphere:
+//! For each direction, one vertex of the piece is farthest along this direction. The sphere of
+//! directions is divided by these vertices:
 //!
 //! * a face is the *point* of its normal;
 //! * an edge is the *arc* of a great circle between the normals of its two faces;

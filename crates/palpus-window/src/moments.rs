@@ -33,7 +33,7 @@ pub struct Progress {
     pub ticks: usize,
     /// Number of replayed ticks whose wrench differs from the recorded wrench in any bit.
     pub differing: usize,
-    /// The first tick with such a difference.
+    /// The first tick whose wrench differs.
     pub first_difference: Option<usize>,
     /// Message about why the replay stopped early, if it did.
     pub failed: Option<String>,

@@ -5,8 +5,8 @@
 //!
 //! * *felt depth*: a probe as small as a point ([`POINT`]) is placed at the point and queried as in
 //!   the servo loop ([`ContactQuery`], without memory of other points). The felt depth is the
-//!   depth of the deepest contact, which the paper's eq. 5 uses, minus the probe's own size. It is
-//!   zero without contact;
+//!   depth of the deepest contact, which the paper's eq. 5 uses, minus the probe's own size. The
+//!   felt depth is zero without contact;
 //! * *distance*: the distance to the nearest point of the mesh, on either side;
 //! * *inside*: whether the point is inside the mesh, if the mesh is closed.
 //!

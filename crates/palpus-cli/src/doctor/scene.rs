@@ -48,7 +48,7 @@ impl SceneTimes {
     }
 }
 
-/// Prepares the scene for a run. This takes time at the first use.
+/// Prepares the scene for a run. Preparing takes time at the first use.
 pub(super) fn prepare(name: &str) -> anyhow::Result<Stage> {
     stage::prepare(name, FilePolicy::Inside)
 }

@@ -101,7 +101,7 @@ pub(crate) fn bands(samples: impl Iterator<Item = (f64, bool)>) -> Vec<Range<f64
 /// Bins of a histogram.
 const BINS: usize = 60;
 
-/// Values more than this many powers of ten below the largest one count as rounding errors.
+/// Values more than this many powers of ten below the largest value count as rounding errors.
 const DECADES: f64 = 5.0;
 
 /// Returns a histogram of the positive `values` over equal bins of their logarithm: the middle and

@@ -1,16 +1,16 @@
 //! The recording of a run: passes rows and changes of settings from the servo thread to a file.
 //!
 //! 1. The servo thread passes every tick ([`Rows::row`]) and, between two ticks, every change of
-//!    the engine's settings ([`Rows::change`]) to one bounded queue, which keeps their order. It
-//!    never waits.
+//!    the engine's settings ([`Rows::change`]) to one bounded queue, which keeps their order. The
+//!    servo thread never waits.
 //! 2. A separate thread writes rows and changes ([`palpus_device::record`]), part by part
 //!    ([`pen`]). If the program is killed, the file is complete except for at most the last second.
 //!    If writing fails, a message is printed at once, and the run goes on.
 //! 3. [`Writing::finish`] writes the rest and returns notes about missing rows.
 //!
 //! If the queue is full, a row is dropped and counted. A change is kept and put into the queue
-//! before the next row. It contains the number of its first tick, so it may arrive late, but it
-//! must not be lost.
+//! before the next row. A change contains the number of its first tick, so it may arrive late, but
+//! it must not be lost.
 
 mod pen;
 

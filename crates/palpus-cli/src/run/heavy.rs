@@ -1,4 +1,4 @@
-//! Tests before a run whether its pair of bodies is heavy (too slow) for this machine.
+//! Tests before a run whether the pair of bodies is heavy (too slow) for this machine.
 //!
 //! The test is a short rehearsal. The engine follows the scripted hand's path in a small part of
 //! its duration, with limited work as in the run, and the hand rests several times. A pair is heavy

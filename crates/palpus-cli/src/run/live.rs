@@ -35,7 +35,7 @@ pub(crate) struct Live {
     pub(crate) phase: Phase,
     /// Motion of the probe that enables the force, while the engagement waits for it.
     pub(crate) way_out: Option<WayOut>,
-    /// This motion, as computed in the first tick.
+    /// The motion that enables the force, as computed in the first tick.
     pub(crate) start: Option<WayOut>,
     /// True if the device leads the probe out of the part, or has done so.
     pub(crate) led: bool,

@@ -1,5 +1,5 @@
-//! Scene files that name meshes outside their own folder. The user is asked before such a file is
-//! read.
+//! Scene files that name meshes outside their own folder. The program asks the user before it reads
+//! such a scene file.
 
 use std::io::{BufRead, IsTerminal, Write};
 use std::path::Path;

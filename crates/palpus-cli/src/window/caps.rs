@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use palpus_device::{HapticDevice, SpaceMouse, SpaceMouseError};
 use palpus_window::Cap;
 
-/// The SpaceMouse. It may be plugged in during the run.
+/// The SpaceMouse, which may be plugged in during the run.
 #[derive(Default)]
 pub(super) struct Caps {
     mouse: Option<SpaceMouse>,

@@ -81,7 +81,7 @@ impl Drop for Comparison {
     fn drop(&mut self) {
         self.ticks = None;
         if let Some(thread) = self.thread.take() {
-            // This engine has no messages.
+            // The thread of the second engine has no messages.
             let _ = thread.join();
         }
     }

@@ -1,8 +1,8 @@
 //! Makes a scene from meshes that were opened in the window: from two new meshes, or from one new
 //! mesh and one of the current bodies.
 //!
-//! The scene gets a new folder next to the recordings, with both meshes and a scene file. It is
-//! then prepared, recorded, replayed and edited like any other scene.
+//! The scene gets a new folder next to the recordings, with both meshes and a scene file. The new
+//! scene is then prepared, recorded, replayed and edited like any other scene.
 //!
 //! 1. An opened mesh is read and moved so that the middle of its box is its origin: meshes from CAD
 //!    may be far from their origin, and the hand holds a probe at the origin.

@@ -1,5 +1,5 @@
-//! The picture into which bodies are drawn before it is copied to the window. It has several
-//! samples in each pixel, so that edges are smooth.
+//! The picture into which bodies are drawn before it is copied to the window. The picture has
+//! several samples in each pixel, so that edges are smooth.
 //!
 //! Several samples are cheap on a graphics card and expensive with software rendering. A canvas
 //! starts with [`SAMPLES`]. If frames then take longer than [`SLOW`], bodies are drawn into the

@@ -1,7 +1,7 @@
 //! The ground below a scene, drawn with egui behind everything that the graphics library draws.
 //!
-//! All bodies are above the ground, so the ground needs no depth test. It is not drawn if the
-//! camera is below it.
+//! All bodies are above the ground, so the ground needs no depth test. The ground is not drawn if
+//! the camera is below it.
 
 use eframe::egui::{Color32, Mesh, Painter, Pos2, Stroke, Ui, pos2};
 use glam::DVec3;

@@ -240,8 +240,8 @@ fn set_stiffness(settings: &mut Settings, stiffness: f64) {
 }
 
 /// Sets the tolerance. With a coupling, contacts push from a share of the tolerance on, with a
-/// stiffness that reaches the device's largest force within this distance. Both therefore change
-/// with the tolerance.
+/// stiffness that reaches the device's largest force within this distance. The distance and the
+/// stiffness therefore change with the tolerance.
 fn set_tolerance(settings: &mut Settings, tolerance: f64) {
     let times = tolerance / settings.contact_tolerance;
     if let Some(coupling) = &mut settings.coupling {

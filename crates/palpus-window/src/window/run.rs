@@ -64,7 +64,7 @@ pub trait Run {
 
     /// Sets the target pose of the probe (its mesh's frame, world), which the simulated hand
     /// approaches at the speed of a hand; or lets the hand release the probe, or return to its
-    /// script. Without a simulated hand this does nothing.
+    /// script. Without a simulated hand, this function does nothing.
     fn guide(&mut self, guide: Guide);
 
     /// Tells the run in every frame whether the key for force is held.

@@ -29,7 +29,7 @@ enum Kind {
     Pressed(f64),
     /// A pair of `palpus bench scale`, with the same motion.
     Scale(&'static str),
-    /// A round peg that is pressed this deep (m) into the wall of its hole. It turns and moves
+    /// A round peg that is pressed this deep (m) into the wall of its hole. The peg turns and moves
     /// round the hole.
     Peg(f64),
     /// A box that is pressed this deep (m) into a table and slides about.

@@ -33,7 +33,7 @@ pub(super) fn write(out: &Path) -> anyhow::Result<()> {
     let query = GlobalDepth::new(&ring, &interior, &ring, &interior);
     let settings = GlobalSettings::new(&ring, &ring);
     path(&query, &settings, ring.size(), &out.join("depth_path.svg"))?;
-    // The gap is so small that the bounds do not reach it with any budget of this plot.
+    // With so small a gap, the bounds do not reach the gap with any budget of this plot.
     let settings = GlobalSettings { gap: 1e-3 * settings.gap, ..settings };
     budget(&query, &settings, ring.size(), &out.join("depth_budget.svg"))
 }

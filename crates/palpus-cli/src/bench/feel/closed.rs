@@ -44,7 +44,7 @@ pub(super) struct Drive<'a> {
     pub(super) hand: HandImpedance,
     /// Intended pose of the probe as a function of the time in seconds.
     pub(super) intent: &'a dyn Fn(f64) -> Pose,
-    /// A constant wrench about the grip in addition to the hand's, such as a weight.
+    /// A constant wrench about the grip in addition to the hand's wrench, such as a weight.
     pub(super) load: Wrench,
 }
 

@@ -2,8 +2,8 @@
 //!
 //! 1. The hand's target is so far inside that the hand presses with one newton. Without a hand, a
 //!    weight of one newton presses.
-//! 2. The *limit cycle* is the root mean square of the force above 10 Hz after a settling time.
-//!    Below a hundredth of the mean force it is negligible.
+//! 2. The *limit cycle* is the root mean square of the force above 10 Hz after a settling time. A
+//!    limit cycle below a hundredth of the mean force is negligible.
 //! 3. The *greatest stable stiffness* is searched from 100 N/m upward. The stiffness is doubled
 //!    until the probe does not lie still, and then the interval is halved.
 
@@ -142,7 +142,7 @@ pub(super) fn greatest_stiffness(
         match state(moving)? {
             State::Still => still = moving,
             State::Moving => break,
-            // The contact is too soft to carry the probe. This says nothing about stability.
+            // The contact is too soft to carry the probe. This result says nothing about stability.
             State::Lost => {}
         }
         if moving >= HARDEST {

@@ -1,4 +1,4 @@
-//! Measures the error of a step with limited work. It compares the wrench on the hand with the
+//! Measures the error of a step with limited work. The wrench on the hand is compared with the
 //! wrench without a limit, for the same motion of the device, both behind the default coupling.
 
 use std::path::PathBuf;

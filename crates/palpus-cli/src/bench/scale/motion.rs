@@ -13,12 +13,12 @@ use palpus::algebra::Random;
 /// Motion of a probe.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Motion {
-    /// Approaches from a random side until it touches. It then moves in and out between first touch
-    /// and a depth of one amplitude, and sideways. It never backs off along the approach, so that
-    /// both the median tick and the slowest tick have contact.
+    /// The probe approaches from a random side until it touches. Then it moves in and out between
+    /// first touch and a depth of one amplitude, and sideways. It never backs off along the
+    /// approach, so that both the median tick and the slowest tick have contact.
     Orbit,
-    /// Turns to and fro about an axis of the environment's frame through `center`, advances with
-    /// the turn like a screw, and sways.
+    /// The probe turns to and fro about an axis of the environment's frame through `center`,
+    /// advances with the turn like a screw, and sways.
     Screw {
         /// Position of the probe's frame at rest, m.
         rest: DVec3,

@@ -7,8 +7,8 @@
 //! 3. *Energy generated* is the largest net work that the applied wrench has done on the hand at
 //!    any time.
 //! 4. *True overlap* is the largest overlap of the meshes at the pose where the method shows the
-//!    probe. It is measured with samples of both surfaces (`palpus_scenes::overlap`), without the
-//!    engine's contacts.
+//!    probe. The overlap is measured with samples of both surfaces (`palpus_scenes::overlap`),
+//!    without the engine's contacts.
 
 pub(super) mod sweep;
 

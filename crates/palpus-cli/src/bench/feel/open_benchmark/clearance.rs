@@ -8,8 +8,9 @@
 //! the press and this separation, opposite to the direction. All contacts of a scene lie within its
 //! cluster radius and share one stiffness.
 //!
-//! The play of round parts follows from their diameters. For threads and teeth only the smallest
-//! gap is known, which was measured on the meshes. Their play is at least this gap.
+//! The play of round parts follows from their diameters. For threads and teeth, only the smallest
+//! gap is known, which was measured on the meshes. The play of threads and teeth is at least this
+//! gap.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -231,7 +232,7 @@ mod tests {
     use palpus_scenes::shape;
 
     /// A wall all around at the distance of the play is judged correct if its force is k times the
-    /// overlap. It is judged wrong if the force begins a tenth of the play too early.
+    /// overlap. The wall is judged wrong if the force begins a tenth of the play too early.
     #[test]
     fn travel_and_press_are_judged() {
         let fit = &FITS[1];
@@ -251,8 +252,8 @@ mod tests {
                 .map(|row| row.value)
                 .expect("the measure is in the table")
         };
-        // The bound covers the motion in one tick, and the motion up to the first force that
-        // counts.
+        // The allowed error covers the motion in one tick, and the motion until the force exceeds
+        // [`FELT`].
         assert!(value(0.0, "free travel error") < 4e-6);
         assert!((value(0.0, "press over k") - 1.0).abs() < 1e-9);
         assert!(value(0.0, "press direction error") < 1e-6);

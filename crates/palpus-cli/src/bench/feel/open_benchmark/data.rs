@@ -124,8 +124,8 @@ mod tests {
     use super::*;
     use palpus_io::read_mesh_noting;
 
-    /// The exported folder, read as another engine would read it, must equal the scene. Its README
-    /// must name each file in it.
+    /// The exported folder, read as another engine would read it, must equal the scene. The
+    /// folder's README must name each file.
     #[test]
     fn folder_reads_back() {
         let out = std::env::temp_dir().join(format!("palpus-open-data-{}", std::process::id()));
