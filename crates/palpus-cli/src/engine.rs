@@ -133,7 +133,7 @@ impl Engine {
         self.live = Some(publisher);
     }
 
-    /// Returns the kept tick for display, or the last one if no tick was kept. `period`: length of
+    /// Returns the kept tick for display, or the last tick if no tick was kept. `period`: length of
     /// a tick, s.
     pub(crate) fn shown(mut self, period: f64) -> Moment {
         self.kept(period).into_iter().next().unwrap_or_else(|| {

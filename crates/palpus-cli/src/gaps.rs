@@ -140,7 +140,7 @@ mod tests {
         crate::bodies::use_cache(false);
         let folder = std::env::temp_dir().join(format!("palpus-gaps-{}", std::process::id()));
         std::fs::create_dir_all(&folder).expect("the folder can be created");
-        // A cube of 20 units, away from its origin.
+        // The cube has sides of 20 units and is away from its origin.
         let mut cube = String::new();
         for k in 0..8u32 {
             let side = |bit: u32| 5.0 + 20.0 * f64::from(k >> bit & 1);

@@ -61,8 +61,9 @@ fn depth_is_bounded_and_containment_is_reported() {
     let (output, rows) = run("small.obj", &["--json"]);
     assert_eq!(json(&output)["contained"], 1);
     let number = |row: usize, column: usize| rows[row][column].parse::<f64>().expect("the cell is a number");
-    // The first pose is apart by 0.25. In the second, the small cube is inside: it is half a unit
-    // from the top, plus a quarter for its own size. The third is apart by 0.75.
+    // In the first pose, the cubes are apart by 0.25. In the second pose, the small cube is inside:
+    // it is half a unit from the top, plus a quarter for its own size. In the third pose, the cubes
+    // are apart by 0.75.
     for (row, depth, contained) in [(0, 0.0, "0"), (1, 0.75, "1"), (2, 0.0, "0")] {
         assert!((number(row, 1) - depth).abs() < 1e-6 && (number(row, 2) - depth).abs() < 1e-6, "{rows:?}");
         assert_eq!(rows[row][7], contained);
@@ -123,8 +124,8 @@ fn wrong_use_is_2_and_failure_is_1_with_one_error() {
 fn query_results_are_in_the_frame_of_b() {
     let folder = Folder::new("query");
     folder.file("cube.obj", CUBE);
-    // The first pose is apart by 1 along x. The second overlaps by 0.5 along z. The third is turned
-    // by 90° and apart by 3.
+    // In the first pose, the cubes are apart by 1 along x. In the second pose, they overlap by 0.5
+    // along z. In the third pose, one cube is turned by 90°, and they are apart by 3.
     let poses =
         "tx,ty,tz,qx,qy,qz,qw\n3,0,0,0,0,0,1\n0,0,1.5,0,0,0,1\n0,5,0,0,0,0.7071067811865476,0.7071067811865476\n";
     folder.file("poses.csv", poses);

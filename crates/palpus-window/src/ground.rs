@@ -4,7 +4,7 @@
 //! overhead:
 //!
 //! 1. Each triangle is projected straight down into a map of the ground. A cell keeps the strongest
-//!    shade of all triangles. The shade is weaker the higher a triangle is.
+//!    shade of all triangles. The shade becomes weaker with the height of the triangle.
 //! 2. The map is blurred, so that edges are soft.
 
 use glam::{DVec2, DVec3};

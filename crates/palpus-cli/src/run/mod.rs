@@ -1,7 +1,7 @@
 //! `palpus run`: the closed loop.
 //!
-//! 1. The arguments and a stage become a [`Plan`] for each tool: device, thresholds, settings. With
-//!    an engine they form a [`Ready`].
+//! 1. The arguments and a stage become a [`Plan`] for each tool: device, thresholds, settings. The
+//!    plans and an engine form a [`Ready`].
 //! 2. A [`Session`] owns the servo thread and controls it through newest values.
 //! 3. A window or a line in the terminal shows the session ([`live`]). The window can replace it by
 //!    another session ([`crate::window`]).

@@ -211,7 +211,7 @@ mod tests {
         bodies::use_cache(false);
         let folder = std::env::temp_dir().join(format!("palpus-dropped-{}", std::process::id()));
         fs::create_dir_all(&folder).expect("the folder can be created");
-        // A cube of 20 mm, far from its origin.
+        // The cube has sides of 20 mm and is far from its origin.
         let mut cube = String::new();
         for k in 0..8u32 {
             let side = |bit: u32| 500.0 + 20.0 * f64::from(k >> bit & 1);

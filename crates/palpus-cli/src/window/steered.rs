@@ -55,7 +55,7 @@ pub(super) struct Steered<'a> {
     /// The background search for the reason of a missing contact.
     untouched: Option<Receiver<String>>,
     recent: Recent,
-    /// True if the window chose the start: of the current run, and of the next one.
+    /// True if the window chose the start: of the current run, and of the next run.
     is_moved: [bool; 2],
     /// Files that are being loaded; they enter the list of recent files if loading succeeds.
     opened: Vec<PathBuf>,
@@ -115,7 +115,7 @@ impl<'a> Steered<'a> {
         Ok(())
     }
 
-    /// Ends the present run and begins the next one.
+    /// Ends the present run and begins the next run.
     fn follow(&mut self, next: Next) -> anyhow::Result<()> {
         let recorded = self.session.as_ref().is_some_and(|session| session.recording().is_some());
         self.end_session()?;

@@ -2,7 +2,7 @@
 //! requests are dropped.
 //!
 //! In each frame, the window may send a request and poll for an answer; it never waits. A new
-//! request makes the current one *superseded*. Long work checks this regularly.
+//! request makes the current one *superseded*. Long work checks regularly whether it is superseded.
 
 use std::sync::{Arc, Condvar, Mutex};
 use std::thread::JoinHandle;

@@ -93,7 +93,7 @@ pub(super) fn legend(ui: &Ui, rect: Rect, scene: &Scene, style: &Style) {
     let width = words.iter().map(|words| words.size().x).fold(0.0, f32::max);
     let size = vec2(20.0 + width, LINE * lines.len() as f32);
     let at = Rect::from_min_size(pos2(rect.left() + MARGIN, rect.bottom() - MARGIN - size.y), size);
-    // A background plate, so that the text is legible over a body.
+    // The background plate makes the text legible over a body.
     painter.rect_filled(at.expand2(vec2(8.0, 4.0)), 6.0, thin(colours.below, 0.55));
     for (k, ((rgb, _), words)) in lines.iter().zip(words).enumerate() {
         let y = at.top() + LINE * (k as f32 + 0.5);

@@ -144,7 +144,7 @@ pub trait Run {
     /// Returns the progress of the preparation. A failure is reported until the next [`Run::load`].
     fn loading(&mut self) -> Loading;
 
-    /// Returns the new scene and its moments, once after the new scene has replaced the old one.
+    /// Returns the new scene and its moments, once after the new scene has replaced the old scene.
     fn replaced(&mut self) -> Option<(Scene, Newest<Moment>)>;
 
     /// True if the loop has ended by itself.

@@ -28,7 +28,8 @@ const SETTLE: [f64; 2] = [1.2, 4.0];
 const WATCHED: f64 = 1.0;
 /// Limit cycle above which the probe does not lie still, as a share of the mean force.
 pub(super) const STILL: f64 = 0.01;
-/// Smallest share of the press that must be felt on average. With less, the contact was lost.
+/// Smallest share of the press that must be felt on average. If a smaller share is felt, the
+/// contact was lost.
 const KEPT: f64 = 0.3;
 /// Range of the search, N/m.
 const SOFTEST: f64 = 100.0;

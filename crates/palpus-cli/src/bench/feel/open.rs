@@ -8,7 +8,7 @@
 //!   contacts at most n, and a jump any value.
 //! * *Step while merging*, on the rails: the largest step while the depth stays the same and two
 //!   contacts become one, relative to the mean force.
-//! * *Truth*, for scenes that have one ([`super::truth`]).
+//! * *Truth*, for scenes with a known truth ([`super::truth`]).
 //! * *Pop-through*: an episode in which the bodies overlap by more than a tenth of a millimetre,
 //!   and the force is less than a tenth of the expected force (or the torque less than a tenth of
 //!   the expected force times the reach).

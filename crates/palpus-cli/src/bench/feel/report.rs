@@ -1,5 +1,5 @@
-//! The report: tables of all measures, as Markdown and as self-contained HTML with the plots, and
-//! the raw numbers.
+//! Writes the report: tables of all measures, as Markdown and as self-contained HTML with the
+//! plots, and the raw numbers.
 
 use std::fmt::Write as _;
 use std::path::Path;

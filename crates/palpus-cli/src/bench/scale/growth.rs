@@ -19,7 +19,8 @@ use palpus::algebra::Random;
 
 /// Seed of the directions from which the ball comes.
 const SEED: u64 = 0x5ca1_e002;
-/// Numbers of triangles: the smallest is usual for a hand-made part, the largest for a CT scan.
+/// Numbers of triangles: the smallest number is usual for a hand-made part, the largest number for
+/// a CT scan.
 const TRIANGLES: [usize; 6] = [1_000, 3_000, 10_000, 30_000, 100_000, 906_000];
 /// Mean number of contacts at each size.
 const CONTACTS: f64 = 4.0;

@@ -178,7 +178,7 @@ impl Timeline {
         let font = FontId::proportional(WORDS);
         let largest = painter.layout_no_wrap(said(largest), font, colour(colours.faint));
         let at = Pos2::new(strip.right() - 4.0 - largest.size().x, strip.top());
-        // A background plate, so that the text is legible over the curve.
+        // The background plate makes the text legible over the curve.
         let plate = Rect::from_min_size(at, largest.size()).expand2(vec2(3.0, 0.0));
         painter.rect_filled(plate, 2.0, colour(colours.above).gamma_multiply(0.85));
         painter.galley(at, largest, colour(colours.faint));

@@ -53,7 +53,7 @@ const AT_REST: f64 = 1.0;
 const ANYWHERE: f64 = 0.5;
 /// Time after which the effects of the start are over, s.
 const BEGUN: f64 = 0.8;
-/// Time between two measurements of the overlap, s; the second value is for bodies of at least
+/// Time between two measurements of the overlap, s; the second value is for bodies of more than
 /// [`MANY_TRIANGLES`].
 const JUDGED: f64 = 0.02;
 const JUDGED_LARGE: f64 = 0.1;

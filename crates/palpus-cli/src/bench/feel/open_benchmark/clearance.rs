@@ -112,7 +112,8 @@ const CLUSTER: f64 = 0.1;
 /// Force above which contact counts as felt, N: the stiffness times a micrometre.
 const FELT: f64 = 1e-3;
 
-/// Returns the `k`-th unit vector across the play. The first one is not along an axis of the mesh.
+/// Returns the `k`-th unit vector across the play. The first vector is not along an axis of the
+/// mesh.
 fn direction(k: usize) -> DVec3 {
     let (sin, cos) = ((k as f64 + 0.25) / DIRECTIONS as f64 * TAU).sin_cos();
     DVec3::new(cos, sin, 0.0)
