@@ -81,6 +81,10 @@ pub struct Front {
     motion_bound: MotionBound,
     /// Thicknesses of a and of b.
     thickness: [Thickness; 2],
+    /// Thickness of the thinnest piece of the pair at each place, model units.
+    thinnest_at: Vec<f32>,
+    /// The least of these in each block of places.
+    thinnest_in: Vec<f32>,
     /// Places of leaf pairs within tolerance.
     awake: Vec<u32>,
     /// First places of pairs of halves that were merged.
@@ -135,6 +139,8 @@ impl Front {
             wakes: WakeBoard::new(places),
             motion_bound: MotionBound::new(root_a, root_b),
             thickness: [Thickness::of(a), Thickness::of(b)],
+            thinnest_at: vec![f32::INFINITY; places],
+            thinnest_in: vec![f32::INFINITY; places / BLOCK],
             awake: Vec::with_capacity(places),
             free: Vec::with_capacity(places / 2),
             fresh: 2,
@@ -314,7 +320,7 @@ impl Front {
         self.first_block = 0;
         self.was_crowded = false;
         (self.represented, self.is_mixed) = (0, false);
-        self.pairs[0] = Pair::of(query.a.hierarchy.root(), query.b.hierarchy.root(), NONE);
+        self.occupy(0, [query.a.hierarchy.root(), query.b.hierarchy.root()], NONE);
         // A wake value of 0 is due at any sum above 0.
         self.motion_bound.spend(0.0);
         self.wakes.set(0, 0);
@@ -326,9 +332,15 @@ impl Front {
     /// Returns false for a pair whose pieces are all thicker than the query's limit.
     #[inline]
     fn is_wanted(&self, query: &PlacedPair<'_>, place: u32) -> bool {
-        let Pair { a, b, .. } = self.pairs[place as usize];
-        query.thinner_than == f64::INFINITY
-            || self.thickness[0].of_node(a).min(self.thickness[1].of_node(b)) < query.thinner_than
+        query.wants(self.thinnest_at[place as usize])
+    }
+
+    /// Occupies a place with the pair of these nodes, which is a half of the pair at `parent`.
+    fn occupy(&mut self, place: u32, [a, b]: [u32; 2], parent: u32) {
+        self.pairs[place as usize] = Pair::of(a, b, parent);
+        self.thinnest_at[place as usize] = self.thickness[0].of_node(a).min(self.thickness[1].of_node(b));
+        let (block, begin) = (place as usize / BLOCK, place as usize & !(BLOCK - 1));
+        self.thinnest_in[block] = self.thinnest_at[begin..begin + BLOCK].iter().copied().fold(f32::INFINITY, f32::min);
     }
 
     /// Blocks of the board that are in use.

@@ -16,19 +16,19 @@ impl Front {
             if parent == NONE || self.wakes.get(place) < until || !self.sleeps_until(place ^ 1, until) {
                 return;
             }
-            let Pair { a, b, retry, .. } = self.pairs[parent as usize];
-            if retry > self.motion_bound.sum() {
+            let first = place & !1;
+            if self.pairs[first as usize].retry > self.motion_bound.sum() {
                 return;
             }
+            let Pair { a, b, .. } = self.pairs[parent as usize];
             counters.node_pairs += 1;
             let enough = query.tolerance + long;
             let gap = query.bound([a, b], enough);
             if gap <= enough {
-                self.pairs[parent as usize].retry = self.motion_bound.due((enough - gap).max(MERGE_RETRY * long));
+                self.pairs[first as usize].retry = self.motion_bound.due((enough - gap).max(MERGE_RETRY * long));
                 return;
             }
             counters.merged += 1;
-            let first = place & !1;
             self.wakes.set(first, NEVER);
             self.wakes.set(first + 1, NEVER);
             self.free.push(first);

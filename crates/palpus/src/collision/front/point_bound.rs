@@ -51,7 +51,14 @@ impl Front {
 
     /// Returns a lower bound of the pair's gap at the query's pose, model units; minus infinity if
     /// nothing is stored.
-    pub(super) fn least_gap(&self, query: &PlacedPair<'_>, place: u32) -> f64 {
+    #[inline]
+    pub(super) fn stored_gap(&self, query: &PlacedPair<'_>, place: u32) -> f64 {
+        if self.pairs[place as usize].known { self.least_gap(query, place) } else { f64::NEG_INFINITY }
+    }
+
+    /// Does the same for a pair that has memory.
+    #[inline]
+    fn least_gap(&self, query: &PlacedPair<'_>, place: u32) -> f64 {
         let PointBound { normal, center, base, radius, turned } = self.point_bounds[place as usize];
         let along = normal.as_dvec3().dot(query.pose_ba.point(center.as_dvec3()));
         along + f64::from(base) - f64::from(radius) * (self.motion_bound.turned() - turned)
