@@ -181,7 +181,7 @@ fn prepared(
     if let Some(start) = start {
         saved::begin_at(&mut stage, start)?;
     }
-    tell("opening the device", None);
+    tell("preparing the run", None);
     let is_hardware = |device: &String| device != "sim" && !device.starts_with("replay:");
     let mut devices = arguments.device.iter().chain(&arguments.second_device);
     if devices.any(is_hardware) {
