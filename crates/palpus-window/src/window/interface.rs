@@ -429,7 +429,7 @@ impl<'a> Interface<'a> {
         if self.run.can_guide() && !self.was_taken && self.beside.is_none() && self.handles.moves == Moves::Nothing {
             overlay::hint(ui, &area, &self.view, &self.scene, &self.style);
         }
-        overlay::told(ui, area.rect, self.run, &self.notices);
+        overlay::messages(ui, area.rect, self.run, &self.notices);
         if ui.input(|input| !input.raw.hovered_files.is_empty()) {
             overlay::drop_here(ui, area.rect, &self.style);
         }

@@ -185,7 +185,7 @@ const MOST_HINTED: usize = 3000;
 const HINT: &str = "drag me";
 
 /// Draws progress and messages, at the bottom in the middle.
-pub(super) fn told(ui: &mut Ui, rect: Rect, run: &mut dyn Run, notices: &Notices) {
+pub(super) fn messages(ui: &mut Ui, rect: Rect, run: &mut dyn Run, notices: &Notices) {
     let mut bottom = rect.bottom() - MARGIN;
     if let Some((words, is_error)) = notices.now() {
         let ink = if is_error { ui.visuals().error_fg_color } else { ui.visuals().text_color() };

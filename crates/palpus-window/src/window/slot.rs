@@ -107,16 +107,16 @@ impl Slot {
         let is_read = self.read.as_ref().is_some_and(|(read, _)| *read == path);
         if !is_read {
             self.read = path.is_file().then(|| {
-                let (tell, told) = channel();
+                let (tell, receiver) = channel();
                 let (read, file) = (run.reader(), path.clone());
                 // The receiver may not exist any more.
                 std::thread::spawn(move || tell.send(read(&file)));
-                (path, Reading::UnderWay(told))
+                (path, Reading::UnderWay(receiver))
             });
         }
         let Some((_, reading)) = &mut self.read else { return };
-        let Reading::UnderWay(told) = reading else { return };
-        let kind = match told.try_recv() {
+        let Reading::UnderWay(receiver) = reading else { return };
+        let kind = match receiver.try_recv() {
             Ok(kind) => kind,
             Err(TryRecvError::Empty) => return,
             Err(TryRecvError::Disconnected) => Err("it could not be read".to_owned()),
