@@ -621,8 +621,8 @@ pub const JUMP: f64 = 0.1;
 pub const SPHERE_NAP: f64 = 8.0;
 
 /// Relative to the distance of a piece from the other body's origin: an upper bound of the rounding
-/// error of a point bound. The bound's normal and base point have single precision.
-pub const POINT_BOUND_ROUNDING: f64 = 3e-7;
+/// error of a point bound. The bound's normals and base point have single precision.
+pub const POINT_BOUND_ROUNDING: f64 = 4e-7;
 
 /// Ticks: like [`SPHERE_NAP`] for the box bound. This value affects only speed.
 pub const BOX_NAP: f64 = 4.0;
