@@ -427,8 +427,8 @@ pub const COVERED_WHOLE: f64 = 0.999;
 /// touch.
 pub const ADMISSIBLE_ANGLE: f64 = 1e-4;
 
-/// Radians: the spherical cap around a piece's normals is widened by this. So a normal stays in the
-/// cap if rounding in the other body's frame changes it.
+/// Radians: the spherical cap around a piece's normals is widened by this. So the cap still
+/// contains a normal after rounding in the other body's frame.
 ///
 /// A larger value tests more normals that are not admissible for the piece. A value below the
 /// rounding of a transformed normal (1e-15) loses depths.
@@ -1109,8 +1109,8 @@ pub const DEPTH_NEAR: f64 = 0.02;
 /// list costs 0.1 ms.
 pub const DEPTH_LISTED: f64 = 0.1;
 
-/// Relative to the length of the last translation: a search first ignores longer translations than
-/// this.
+/// Relative to the length of the last translation: at first, a search ignores translations that are
+/// longer than this.
 ///
 /// The next translation is hardly longer than the last one. A larger value transforms more
 /// cells that block nothing; with a smaller one, more searches have to start again.
@@ -1119,7 +1119,8 @@ pub const DEPTH_REACH: f64 = 1.5;
 /// Largest number of half-spaces that a projection collects before it gives up.
 pub const DEPTH_PROJECT_STEPS: usize = 24;
 
-/// How often a search for a near facet of an obstacle is repeated along the last found normal.
+/// Number of times that a search for a near facet of an obstacle is repeated along the last found
+/// normal.
 pub const EXIT_TURNS: usize = 6;
 
 /// Largest number of half-spaces that a slide collects before it gives up.

@@ -1,9 +1,9 @@
 //! Worker threads, which the caller provides, for work that consists of independent parts. The
 //! engine has no threads of its own.
 //!
-//! How the engine splits work depends only on the size of the work, never on the number of workers.
-//! The engine combines the results in the order of the parts. So the final result does not depend
-//! on the workers.
+//! The split of the work depends only on its size, never on the number of workers. The engine
+//! combines the results in the order of the parts. So the final result does not depend on the
+//! workers.
 
 use std::sync::OnceLock;
 

@@ -98,6 +98,6 @@ pub struct Depth {
     pub certainty: Certainty,
     /// Number of moves of the walk.
     pub steps: u32,
-    /// Why the walk ended.
+    /// The reason why the walk ended.
     pub stop: StopReason,
 }

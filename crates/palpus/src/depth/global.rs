@@ -104,7 +104,7 @@ pub struct DepthBracket {
     pub translation: DVec3,
     /// True if the gap between the bounds is as small as requested.
     pub certified: bool,
-    /// Which body lies in the other, if any.
+    /// States which body lies in the other, if any.
     pub containment: Containment,
     /// The distance of the surfaces (model units) if the bodies are separate or one lies in the
     /// other.

@@ -177,7 +177,7 @@ impl<'a> EarCutter<'a> {
 
     /// Returns the ear with the shortest cut; `None` if there is no ear. The two corners next to a
     /// cut are tested again after each cut. A cut can also turn a distant corner into an ear. When
-    /// the list of ears is empty, all corners are tested again, which finds these ears.
+    /// the list of ears is empty, all corners are tested again. This test finds the new ears.
     fn best_ear(&mut self) -> Option<usize> {
         if let Some(ear) = self.pop_ear() {
             return Some(ear);

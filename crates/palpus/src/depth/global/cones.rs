@@ -40,7 +40,7 @@ use crate::algebra::tolerance::{
 struct Cone {
     /// Corner directions, unit.
     along: [DVec3; 3],
-    /// How far the cone is blocked along each corner direction.
+    /// The blocked length along each corner direction.
     reach: [f64; 3],
     /// The point of the triangle that is nearest to the origin, and its distance from the origin.
     foot: DVec3,

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::algebra::Pose;
 use crate::body::{Body, Mesh};
 
-/// Which body lies in the other. The value is meaningful only if the surfaces do not cross.
+/// States which body lies in the other. The value is meaningful only if the surfaces do not cross.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Containment {
     /// Neither body lies in the other.
