@@ -71,11 +71,11 @@ impl Front {
         }
         let mut late = None;
         for (k, (&place, &gap)) in due.iter().zip(&gaps).enumerate() {
+            let block = place as usize / BLOCK;
             if self.is_wanted(query, place) {
                 counters.woken += 1;
-                late = self.wake(query, place, gap, quota, found, counters).then(|| place as usize / BLOCK);
+                late = self.wake(query, place, gap, quota, found, counters).then_some(block);
             }
-            let block = place as usize / BLOCK;
             if late.is_some() || due.get(k + 1).is_none_or(|&next| next as usize / BLOCK != block) {
                 self.wakes.settle(block);
             }
