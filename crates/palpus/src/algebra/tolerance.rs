@@ -248,7 +248,7 @@ pub const WIDE_FENCE: usize = 24;
 ///
 /// Each cut removes more than half of the remaining triangle, so the triangle shrinks
 /// geometrically. Only triangles that touch the hull at a point reach the limit. The patch is then
-/// refused, and a smaller patch is always valid.
+/// refused. This is safe, because smaller patches stay valid.
 pub const WIDE_CUTS: usize = 100;
 
 // body: patches dissolved and grown again (decompose)

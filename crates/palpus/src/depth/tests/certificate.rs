@@ -7,7 +7,7 @@ use crate::depth::oracle::exhaustive_depth;
 
 const SWEEP_SEED: u64 = 0x5eed_ce27;
 
-/// The way in which a sweep chooses a pose.
+/// The kinds of poses in a sweep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Random,
