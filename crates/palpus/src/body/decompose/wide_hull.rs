@@ -5,9 +5,9 @@
 //! consists of local operations:
 //!
 //! 1. *Insertion* adds a point. The search starts at a nearby vertex and finds a face that the
-//!    point sees. All faces that the point sees are removed, and a fan of new faces closes the
-//!    hole. Signs are exact, as in `trial_hull`. A journal records the changes, so that the hull
-//!    can undo them.
+//!    point sees. All faces that the point sees are removed. A fan of new faces closes the hole.
+//!    Signs are exact, as in `trial_hull`. A journal records the changes, so that the hull can undo
+//!    them.
 //! 2. *Support* finds the highest vertex along a direction, by climbing from vertex to vertex.
 //! 3. *Entering* tests whether a triangle enters the hull deeper than a given depth. The triangle
 //!    is repeatedly clipped by one face's plane. The *excess* of a point over a plane is its height
@@ -225,8 +225,7 @@ impl WideHull {
         }
     }
 
-    /// Returns a corner of the hull among the points `places`. If none of the points is a corner,
-    /// returns any corner of the hull.
+    /// Returns a point of `places` that is a corner of the hull; any corner if there is none.
     pub(crate) fn corner_among(&self, places: &[u32]) -> u32 {
         let corner = places.iter().copied().find(|&k| self.face_at[k as usize] != NONE);
         corner.unwrap_or_else(|| self.any_corner())
