@@ -225,7 +225,7 @@ impl WideHull {
         }
     }
 
-    /// Returns a point of `places` that is a corner of the hull; any corner if there is none.
+    /// Returns a point of `places` that is a corner of the hull; if no point is, any corner.
     pub(crate) fn corner_among(&self, places: &[u32]) -> u32 {
         let corner = places.iter().copied().find(|&k| self.face_at[k as usize] != NONE);
         corner.unwrap_or_else(|| self.any_corner())
