@@ -1,5 +1,5 @@
-//! Tests that contact normals are normals of the meshes and not of the hulls of their pieces, and
-//! that no contact is lost because of that.
+//! Tests that contact normals are normals of the meshes and not of the hulls of their pieces,
+//! and that no contact is lost because of that.
 //!
 //! The oracle uses only the mesh, the normals of its triangles, and the mesh triangles of each
 //! piece. Limitation: if a depth lies on a face or an edge, it only tests whether the piece has

@@ -183,9 +183,10 @@ fn armadillo_with_a_third_of_the_work() {
     assert_near(&outcome, "the armadillo");
 }
 
-/// Asserts the guaranteed figures. The errors measured in the scenes, relative to the largest force, are
-/// 0.13 at most and 0.010 on average; there the work is enough for a few pairs. On the armadillo,
-/// where it is enough for a third of 140 pairs, they are 0.04 at most and 0.006 on average.
+/// Asserts the guaranteed figures. The errors measured in the scenes, relative to the largest
+/// force, are 0.13 at most and 0.010 on average; there the work is enough for a few pairs. On the
+/// armadillo, where it is enough for a third of 140 pairs, they are 0.04 at most and 0.006 on
+/// average.
 ///
 /// A contact is lacking if it has moved to a neighbouring piece since its pair was queried (9 % in
 /// the cup); the contact of that neighbour is usually present. Up to 7 % count as missing: the

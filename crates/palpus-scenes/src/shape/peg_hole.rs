@@ -65,9 +65,9 @@ pub fn hole_block(clearance: f64) -> PolygonSoup {
     skin.finish()
 }
 
-/// Adds the flat face between the square and the round hole. Each corner has a fan over its quarter
-/// of the hole, and one triangle per side connects two corners. The face points toward +z, or
-/// toward −z if `downward`.
+/// Adds the flat face between the square and the round hole. Each corner has a fan over its
+/// quarter of the hole, and one triangle per side connects two corners. The face points toward +z,
+/// or toward −z if `downward`.
 fn frame(skin: &mut Skin, outline: &[u32], mouth: &[u32], downward: bool) {
     let quarter = SIDES / 4;
     let mut put = |a, b, c| if downward { skin.triangle(a, c, b) } else { skin.triangle(a, b, c) };

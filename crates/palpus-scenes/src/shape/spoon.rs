@@ -14,8 +14,8 @@ use super::skin::Skin;
 pub const SPOON_TIP: DVec3 = DVec3::new(0.070, 0.0, -0.0066);
 
 /// One cross-section, in mm: its position along x, half its width, the height of its edges, the
-/// rise of the middle of the upper side above the edges (negative: a cavity), the sag of the middle
-/// of the lower side below the edges, and the thickness at the edges.
+/// rise of the middle of the upper side above the edges (negative: a cavity), the sag of the
+/// middle of the lower side below the edges, and the thickness at the edges.
 struct Section(f64, f64, f64, f64, f64, f64);
 
 const SECTIONS: [Section; 14] = [

@@ -3,8 +3,8 @@
 //!
 //! 1. A *corner* is a point of the CSO `A ⊖ B`: a support vertex of a minus one of b. Begin with
 //!    one corner, from the vertices of the features that the caller names.
-//! 2. Find the point `v` of the simplex of corners nearest to the origin, and keep only the corners
-//!    that carry it.
+//! 2. Find the point `v` of the simplex of corners nearest to the origin, and keep only the
+//!    corners that carry it.
 //! 3. When `v` is the origin (within touching), or four corners enclose it, the polytopes overlap.
 //! 4. Otherwise add the corner farthest along `−v`. Its support plane gives a lower bound of the
 //!    distance, and `|v|` is an upper bound. When the two agree, or no step improves them, the
@@ -31,8 +31,8 @@ use simplex::{Corner, Reduction, Simplex};
 
 /// Returns the distance of a and b, in b's frame. `pose_ba` places a's frame in b's.
 ///
-/// `start` contains the features whose vertices make the first corner. Any features are valid;
-/// those of the last result are best.
+/// `start` contains the features whose vertices make the first corner. Any features are
+/// valid; those of the last result are best.
 ///
 /// The stop reason is `Converged` when the two bounds of the distance agree within rounding.
 /// Otherwise it is `Stalled` or `Budget`: the points are then valid and the bodies proven apart,
@@ -163,8 +163,8 @@ fn carrier(polytope: &Polytope, vertices: impl Iterator<Item = u32>, outward: DV
     {
         return Feature::Edge(spoke.edge);
     }
-    // One vertex may be missing from a face that was merged within rounding: then take the face
-    // that contains most of them.
+    // One vertex may be missing from a face that was merged within rounding: then take the
+    // face that contains most of them.
     let mut best = (0, f64::NEG_INFINITY, ring.at(0).left);
     for spoke in ring {
         let face = polytope.face_vertices(spoke.left);

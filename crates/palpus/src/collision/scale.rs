@@ -31,8 +31,8 @@ impl Scale {
 
     /// Returns how far a vertex may reach past the closest points at most. The direction between
     /// near points is only as exact as the rounding of the points divided by their distance, and
-    /// merged faces are planar only within their merge distance. The limit is at most a fixed share
-    /// of the distance, so the distance stays reliable.
+    /// merged faces are planar only within their merge distance. The limit is at most a fixed
+    /// share of the distance, so the distance stays reliable.
     pub(super) fn loose(&self, distance: f64) -> f64 {
         (COPLANAR * (self.size + distance) + self.noise * self.size / distance).min(MARCH_DOUBT * distance)
     }

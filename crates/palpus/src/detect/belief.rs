@@ -2,8 +2,8 @@
 //!
 //! The depth of a piece can differ from that of the solid. A probe that has entered through the
 //! near wall of a thin part overlaps pieces of the far wall from behind, and the depth direction of
-//! these leads through the whole part. A large piece may bridge a hollow and report a large depth
-//! where the surface of another piece is near. The hand would feel such depths as a kick.
+//! these leads through the whole part. A large piece may bridge a hollow and report a large
+//! depth where the surface of another piece is near. The hand would feel such depths as a kick.
 //!
 //! A depth D along n means that one body's witness point lies D inside the other body. The depth is
 //! accepted only if
@@ -26,11 +26,11 @@
 //! only b's point inside a could confirm the depth, and this point is too near to the sides of a
 //! steep corner.
 //!
-//! Bodies that overlap must always have a contact. If no depth counts, one contact *stands in*, from
-//! a witness point that is inside the other solid to the nearest surface. It is the witness of the
-//! first of these that there is: the shallowest rejected depth; the last overlap ([`LastOverlap`]),
-//! since as long as its witness is inside, the bodies still overlap, even where the probe is between
-//! pieces; the least depth of two pieces that share no normal.
+//! Bodies that overlap must always have a contact. If no depth counts, one contact *stands in*,
+//! from a witness point that is inside the other solid to the nearest surface. It is the witness of
+//! the first of these that there is: the shallowest rejected depth; the last overlap
+//! ([`LastOverlap`]), since as long as its witness is inside, the bodies still overlap, even where
+//! the probe is between pieces; the least depth of two pieces that share no normal.
 //!
 //! Deviation: \[K02\] moves a depth to original features without such a check.
 

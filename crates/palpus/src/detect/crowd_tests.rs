@@ -19,8 +19,8 @@ const TOLERANCE: f64 = 1e-5;
 /// The vertex that may be raised, near the middle.
 const BURR: usize = 17 * (CELLS + 1) + 20;
 
-/// A board with waves in both directions, on its upper side if `up`, else on its lower side, so
-/// that the two boards fit onto each other.
+/// A board with waves in both directions, on its upper side if `up`, else on its lower side,
+/// so that the two boards fit onto each other.
 fn board(up: bool) -> Arc<Body> {
     board_with(up, 0.0)
 }

@@ -7,10 +7,10 @@
 //!    found within the tolerance on the side of entry, and its depth walk starts there. A body that
 //!    enters a thicker piece in one tick is still near the side from which it came; only the tip of
 //!    an edge can be passed.
-//! 2. In fast ticks, the two points of each contact are *traced* from one pose to the next. A point
-//!    of a has tunnelled if it goes through b's piece, or leaves it through a face that looks away
-//!    from the side of entry; likewise a point of b in a's piece. A pair has also tunnelled if it
-//!    overlaps before or after a sub-step and its normal turns over in the sub-step.
+//! 2. In fast ticks, the two points of each contact are *traced* from one pose to the next. A
+//!    point of a has tunnelled if it goes through b's piece, or leaves it through a face that looks
+//!    away from the side of entry; likewise a point of b in a's piece. A pair has also tunnelled if
+//!    it overlaps before or after a sub-step and its normal turns over in the sub-step.
 //! 3. Such a pair is put on the list of *sides*. While it is on the list, it is a contact along the
 //!    normal of the side from which it came, whatever the march returns. Its separation is the gap
 //!    between the two support planes along that normal.

@@ -8,10 +8,10 @@
 //! 3. A pair that overlaps is a contact at its penetration depth, walked from the pair's last
 //!    normal, the witness of the march and the line of centroids. If the walk ends on a normal that
 //!    one of the meshes does not have, the depth is the least along a normal that both pieces own
-//!    ([`admissible_depth`](crate::depth::admissible_depth)). The contact is left out if the check
-//!    of `belief` rejects this depth. A pair without such a normal is no contact. If the bodies
-//!    overlap and no depth counts, one contact stands in, from a witness point to the nearest
-//!    surface.
+//!    ([`admissible_depth`](crate::depth::admissible_depth)). The contact is left out if the
+//!    check of `belief` rejects this depth. A pair without such a normal is no contact. If the
+//!    bodies overlap and no depth counts, one contact stands in, from a witness point to the
+//!    nearest surface.
 //!
 //! With [`Proof::Prove`], the query proves that each depth is the global minimum for its pair of
 //! pieces, or replaces it by a proven one. This happens before virtual features are considered. A

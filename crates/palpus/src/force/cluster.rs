@@ -20,11 +20,11 @@
 //!
 //! Deviations. The paper fills an octree whose cells *are* the clusters; there, two very close
 //! contacts on either side of a cell's wall are in different clusters, which contradicts eq. 2. The
-//! cut (steps 4 and 5) is ours: eq. 3 has no solution in a slot narrower than δ, or around a peg,
-//! where a chain of neighbours joins opposed normals that cancel. After the cut, two normals of a
-//! cluster differ by at most `split_angle`, and each differs from the cone's axis by at most half
-//! of it. So the length of their weighted sum is at least `cos(split_angle / 2)` of the sum of the
-//! weights. `split_angle: None` gives the paper's eq. 2 alone.
+//! cut (steps 4 and 5) is ours: eq. 3 has no solution in a slot narrower than δ, or around a
+//! peg, where a chain of neighbours joins opposed normals that cancel. After the cut, two
+//! normals of a cluster differ by at most `split_angle`, and each differs from the cone's axis by
+//! at most half of it. So the length of their weighted sum is at least `cos(split_angle / 2)` of
+//! the sum of the weights. `split_angle: None` gives the paper's eq. 2 alone.
 //!
 //! All memory is obtained by [`Linkage::new`].
 

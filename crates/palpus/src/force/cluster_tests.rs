@@ -244,8 +244,8 @@ fn what_does_not_fit_is_counted_and_the_deepest_stay() {
 fn of_too_many_the_deepest_stay_and_those_that_push_elsewhere() {
     let mut random = Random::new(SEED ^ 9);
     let settings = LinkageSettings { radius: 0.0, most: 40, ..PAPER };
-    // A hundred contacts press on a floor; thirty contacts at the ceiling are farther away than any
-    // of them.
+    // A hundred contacts press on a floor; thirty contacts at the ceiling are farther away than
+    // any of them.
     let contacts: Vec<Contact> = (0..130)
         .map(|k| {
             let (normal, near) = if k < 100 { (DVec3::Z, 0.0) } else { (DVec3::NEG_Z, 5e-4) };

@@ -13,9 +13,9 @@
 //! 3. *Stick or slide*: z_max = μ F_n / k_t for a cluster alone, with μ static while sticking.
 //!    Beyond it the contact slides, and w is dragged so that ‖z‖ is z_max; x comes to the present
 //!    contact point in the same measure. μ falls to the dynamic one evenly over a slip of the
-//!    static z_max (*slip weakening*, Ida 1972), so that nothing snaps, and contacts of one body
-//!    that reach their limit one after the other still hold with the static μ together. A sliding
-//!    contact sticks again, with all of its strength, as soon as it is no longer dragged.
+//!    static z_max (*slip weakening*, Ida 1972), so that nothing snaps, and contacts of one
+//!    body that reach their limit one after the other still hold with the static μ together. A
+//!    sliding contact sticks again, with all of its strength, as soon as it is no longer dragged.
 //! 4. *Force* on a: −k_t z at x. While the contact sticks, this force is the gradient of ½ k_t z².
 //!    At any other point it could add energy: the contact's point, for example, moves while a block
 //!    rocks.

@@ -28,11 +28,11 @@
 //!
 //! **Why κ ignores the distance of contacts.** A cluster of single linkage ends at δ, and an
 //! earlier version had a kernel with such a limit. But contacts represent pieces of a convex
-//! decomposition: one for a whole flat side, dozens for the same side if it is rough. With a kernel
-//! of limited range, contacts farther apart than the range each add a stiffness. A ring of 50
-//! pieces on a table was 48 times as stiff as a disc, and 58 times with four times the triangles.
-//! No device is stable at 58 times its stiffness. `palpus-scenes/tests/area.rs` measures the force
-//! of the same motion with one, four and sixteen times the triangles.
+//! decomposition: one for a whole flat side, dozens for the same side if it is rough. With a
+//! kernel of limited range, contacts farther apart than the range each add a stiffness. A ring of
+//! 50 pieces on a table was 48 times as stiff as a disc, and 58 times with four times the
+//! triangles. No device is stable at 58 times its stiffness. `palpus-scenes/tests/area.rs` measures
+//! the force of the same motion with one, four and sixteen times the triangles.
 //!
 //! **Not a gradient.** Suppose that a potential never pulls, that a contact at w = 0 adds nothing
 //! to it, and that two equal contacts count as one. Then E(w, 0) = E(w, w), so a second contact can
@@ -107,9 +107,9 @@ impl LoadSharing {
         &self.shares
     }
 
-    /// The load of each contact of the last run, in the unit of `bears`. `bears` returns the load
-    /// that a contact of this engagement and separation (m) would have alone. Contacts that push
-    /// the same way together have the largest of these loads.
+    /// The load of each contact of the last run, in the unit of `bears`. `bears` returns the
+    /// load that a contact of this engagement and separation (m) would have alone. Contacts that
+    /// push the same way together have the largest of these loads.
     pub fn loads<'a>(
         &'a self,
         contacts: &'a [Tilted],
@@ -171,9 +171,9 @@ fn felt(one: &Tilted, others: &[Seen], engagement: impl Fn(&Seen) -> f64) -> (f6
     (most.into_iter().fold(0.0, f64::max), sums[0] + sums[1] + sums[2] + sums[3])
 }
 
-/// Returns the factor of a contact's engagement where the largest engagement is chosen. A contact
-/// that comes or goes beside a sample presses a little harder than the sample, and begins with the
-/// engagement of the sample.
+/// Returns the factor of a contact's engagement where the largest engagement is chosen. A
+/// contact that comes or goes beside a sample presses a little harder than the sample, and begins
+/// with the engagement of the sample.
 fn presence(count: f64) -> f64 {
     if count >= 1.0 {
         return 1.0;

@@ -12,8 +12,8 @@
 //! Monge–Ampère measure of the lower hull of the contacts. So:
 //!
 //! * The shares of a flush polygon's corners are proportional to their exterior angles, and the
-//!   weighted mean of the corners is the polygon's Steiner point: the middle of a line segment or
-//!   of a rectangle.
+//!   weighted mean of the corners is the polygon's Steiner point: the middle of a line segment
+//!   or of a rectangle.
 //! * A corner that patches of neighbouring pieces share counts once. Its share is 0 if it lies
 //!   inside the surface that the patches form together, or on the line between two corners. So if a
 //!   flat surface is cut into pieces, its rim bears the load.
@@ -22,10 +22,10 @@
 //! * A contact without a patch counts fully.
 //! * The result does not depend on a frame or on the order of the contacts.
 //!
-//! **Continuity.** Each bound of a cell is continuous in both contacts, so the areas are. A corner
-//! that splits in two splits its cell, and a corner that appears on the line between two others has
-//! an empty cell. So sums over all contacts are continuous even where the number of contacts
-//! changes.
+//! **Continuity.** Each bound of a cell is continuous in both contacts, so the areas are. A
+//! corner that splits in two splits its cell, and a corner that appears on the line between two
+//! others has an empty cell. So sums over all contacts are continuous even where the number of
+//! contacts changes.
 //!
 //! **The allowance.** e = |x| (|nᵢ × nⱼ| + r (1 − wⱼ/wᵢ)³₊): contacts with different directions
 //! belong to different surfaces (first term), and a contact without load takes no share from one

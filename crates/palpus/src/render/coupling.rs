@@ -2,8 +2,8 @@
 //! \[Colgate, Stanley, Brown 1995\].
 //!
 //! A device samples, holds and delays. So it renders stably only up to a stiffness and damping that
-//! its own mass and damping allow; contacts are far stiffer than that. So the device holds one end
-//! of a spring and damper. The other end holds the *tool*: the probe as a body of its own
+//! its own mass and damping allow; contacts are far stiffer than that. So the device holds one
+//! end of a spring and damper. The other end holds the *tool*: the probe as a body of its own
 //! (`tool.rs`). Only the tool meets the contacts. The hand feels at most the coupling's stiffness,
 //! however many contacts there are.
 //!
@@ -67,8 +67,8 @@ impl VirtualCoupling {
     pub(super) const SLACK: Self =
         Self { stiffness: 0.0, damping: 0.0, angular_stiffness: 0.0, angular_damping: 0.0, skin: 0.0, mass: 0.0 };
 
-    /// The coupling for a device with these limits, a loop period of `period` seconds, and contacts
-    /// of this tolerance (m).
+    /// The coupling for a device with these limits, a loop period of `period` seconds, and
+    /// contacts of this tolerance (m).
     pub fn tuned(limits: &Limits, period: f64, contact_tolerance: f64) -> Self {
         let per_square = COUPLING_SAMPLED / (period * period);
         let stiffness = (limits.force / COUPLING_STRETCH).min(per_square * APPARENT_MASS);

@@ -233,12 +233,12 @@ fn rub(contacts: &[Contact], motion: &Motion, settings: &Settings, scratch: &mut
     }
 }
 
-/// Computes the load of each cluster for its friction into `scratch.loads`, N. Returns the load
-/// that the hardest pressed cluster would have alone, N.
+/// Computes the load of each cluster for its friction into `scratch.loads`, N. Returns the
+/// load that the hardest pressed cluster would have alone, N.
 ///
-/// After an implicit step, the load of a contact is at least its share of the total load at the end
-/// of that step. At rest this share is the contact's own force, so all contacts start to slip at
-/// the same time.
+/// After an implicit step, the load of a contact is at least its share of the total load at the
+/// end of that step. At rest this share is the contact's own force, so all contacts start to slip
+/// at the same time.
 fn bear(motion: &Motion, settings: &Settings, scratch: &mut Scratch, forces: &Forces) -> f64 {
     let Forces { clusters, normal_forces, stiffnesses, .. } = forces;
     let hard = settings.stiffness;

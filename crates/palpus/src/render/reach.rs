@@ -1,8 +1,8 @@
 //! Bounds how far an implicit step may move a body.
 //!
 //! The query looks ahead only as far as the body may move in the next step: twice the motion of the
-//! last step, and at least two contact offsets. No step moves farther, so no step passes anything
-//! that was not examined.
+//! last step, and at least two contact offsets. No step moves farther, so no step passes
+//! anything that was not examined.
 
 use crate::algebra::Twist;
 use crate::algebra::tolerance::{REACH_CREEP, REACH_FADE, REACH_GROWTH, REACH_LEAST, TOOL_FASTEST};

@@ -13,8 +13,8 @@
 //!    tool's grip to the device's.
 //! 3. *Contacts*: k w − (h k + b) n·v′ along each cluster's normal, with b in proportion to k. A
 //!    contact that would pull is left out; a contact that does not push yet is included if the tool
-//!    comes near enough. The set of pressing contacts is found by solving again, a bounded number
-//!    of times.
+//!    comes near enough. The set of pressing contacts is found by solving again, a bounded
+//!    number of times.
 //! 4. *Friction*: −c (z + h v′) in the tangent plane and −c R² (φ + h ω′) about the normal, where c
 //!    is the contact's k_t while it sticks. When it slides, c is smaller, so that force and torque
 //!    together reach μ F_n. The same rounds find c; rounds that oscillate are relaxed
@@ -139,8 +139,8 @@ impl Tool {
         self.pose_ba = None;
     }
 
-    /// Begins a step of `h` s at the tool's pose: computes the parts of its matrix and right side
-    /// that do not depend on which contacts press or slide. `free` is true if nothing is near.
+    /// Begins a step of `h` s at the tool's pose: computes the parts of its matrix and right
+    /// side that do not depend on which contacts press or slide. `free` is true if nothing is near.
     pub(super) fn begin(&mut self, device: &ProbeState, free: bool, h: f64) -> (SpatialMatrix, Wrench) {
         let pose = self.pose_ba(device);
         if free {

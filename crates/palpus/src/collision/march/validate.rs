@@ -62,8 +62,8 @@ impl March {
         if off.is_nan() || off > 2.0 * scale.noise + WELL_FORMED_ROUNDING * distance {
             return Err(MarchFault::Points(off));
         }
-        // Merged faces are flat within their bulge. For nearly parallel features, rounding decides
-        // where the points are.
+        // Merged faces are flat within their bulge. For nearly parallel features, rounding
+        // decides where the points are.
         let allowed = scale.noise + COPLANAR * scale.size + a.bulge() + b.bulge();
         let on_a = (a, features.a, pose_ab.point(point_a), "a");
         for (polytope, feature, point, body) in [on_a, (b, features.b, point_b, "b")] {

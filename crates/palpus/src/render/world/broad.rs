@@ -32,8 +32,8 @@ impl Broad {
         self.there.push(false);
     }
 
-    /// Returns true if the box of body `i` at `pose` still contains everything within `margin` (m)
-    /// of the body. No point of its mesh is farther than `radius` (m) from its frame's origin.
+    /// Returns true if the box of body `i` at `pose` still contains everything within `margin`
+    /// (m) of the body. No point of its mesh is farther than `radius` (m) from its frame's origin.
     pub(super) fn holds(&self, i: usize, pose: &Pose, radius: f64, margin: f64) -> bool {
         let (made_at, made_with) = &self.made[i];
         // A point of the circle moves 2 r sin(θ/2), which is at most 4 r sin(θ/4); unit quaternions

@@ -3,10 +3,10 @@
 //! The host sends pose and velocity at its own rate. Between updates the body moves on, so that no
 //! update is felt as a step:
 //!
-//! 1. *Chase*: the body moves from the pose and velocity of the last step to the extrapolated pose
-//!    of the update, within [`CHASE`] times the interval between the last two updates. Position and
-//!    velocity are continuous (Hermite's cubic). If the host's body moves at constant velocity, the
-//!    body follows it exactly.
+//! 1. *Chase*: the body moves from the pose and velocity of the last step to the extrapolated
+//!    pose of the update, within [`CHASE`] times the interval between the last two updates.
+//!    Position and velocity are continuous (Hermite's cubic). If the host's body moves at constant
+//!    velocity, the body follows it exactly.
 //! 2. *Continue* with the update's velocity until the next update.
 //! 3. *Stop*: without an update for [`DRIVEN_PATIENCE`], the body slows down to rest within the
 //!    same time again.

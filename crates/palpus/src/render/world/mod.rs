@@ -34,10 +34,10 @@
 //! 2. *Near*: axis-aligned boxes decide which bodies may touch (`broad.rs`).
 //! 3. *Query* and *force*, separately for every pair of near bodies (`pair.rs`).
 //! 4. *Step*: bodies that touch move together, in one implicit step for each group (`solve.rs`),
-//!    which is linear in the velocities V′ at its end. Aᵢ and bᵢ are the matrix and the right side
-//!    of body i alone (a tool's coupling, a free body's mass and weight). K and l are the matrix
-//!    and the right side of the contacts between i and j, about i's centre of mass. T turns j's
-//!    velocity into the velocity of j's point at i's centre of mass:
+//!    which is linear in the velocities V′ at its end. Aᵢ and bᵢ are the matrix and the right
+//!    side of body i alone (a tool's coupling, a free body's mass and weight). K and l are the
+//!    matrix and the right side of the contacts between i and j, about i's centre of mass. T turns
+//!    j's velocity into the velocity of j's point at i's centre of mass:
 //!
 //!    | Aᵢ + K   −K T        | Vᵢ′ = bᵢ + l
 //!    | −Tᵀ K    Aⱼ + Tᵀ K T | Vⱼ′ = bⱼ − Tᵀ l
