@@ -1,5 +1,5 @@
-//! Compares clusters with a quadratic single linkage, which shares only the distance comparison
-//! with the grid.
+//! Compares clusters with those of a quadratic single linkage. Both use the same distance
+//! comparison and nothing else in common.
 
 use glam::DVec3;
 
@@ -14,8 +14,8 @@ const PAPER: LinkageSettings =
     LinkageSettings { tolerance: TOLERANCE, radius: RADIUS, split_angle: None, most: usize::MAX };
 const CUT: LinkageSettings = LinkageSettings { split_angle: Some(2.269), ..PAPER };
 
-/// Components of eq. 2 by repeated relabelling: every contact within the tolerance gets the
-/// smallest index in its component.
+/// Finds the components of eq. 2 by repeated relabelling: each contact within the tolerance gets
+/// the smallest index in its component.
 fn quadratic(contacts: &[Contact], radius: f64) -> Vec<Vec<u32>> {
     let mut label: Vec<usize> = (0..contacts.len()).collect();
     loop {
@@ -75,8 +75,8 @@ fn equals_quadratic_single_linkage() {
     let mut random = Random::new(SEED);
     for round in 0..400 {
         let n = 1 + random.below(90);
-        // From all in one cluster to all alone; sometimes far from the origin, sometimes in a
-        // plane.
+        // From one cluster with all contacts to one cluster for each contact; sometimes far from
+        // the origin, sometimes in a plane.
         let half = RADIUS * random.between(0.3, 12.0);
         let mut contacts = cloud(&mut random, n, half);
         let far = if round % 5 == 0 { random.point(1e3) } else { DVec3::ZERO };
@@ -96,7 +96,7 @@ fn chains_join_and_a_link_of_exactly_delta_does_not() {
         (0..60u32).map(|k| contact((k, 0), DVec3::X * (spacing * f64::from(k)), DVec3::Z, 0.0)).collect()
     };
     assert_eq!(run(&line(0.999 * RADIUS), &PAPER).len(), 1);
-    // Spacing and radius a power of two: the distances are δ to the last bit.
+    // Spacing and radius are a power of two, so the distances are exactly δ.
     let exact = LinkageSettings { radius: 0.0625, ..PAPER };
     assert_eq!(run(&line(0.0625), &exact).len(), 60);
     assert_eq!(run(&line(0.0625 - 1e-12), &exact).len(), 1);
@@ -180,7 +180,7 @@ fn every_cluster_fits_its_cone_and_refines_single_linkage() {
                     assert!(cosine >= 2.269f64.cos() - 1e-12, "seed {SEED:#x}, round {round}");
                 }
             }
-            // Still connected by eq. 2 alone.
+            // By eq. 2 alone, the cluster is still connected.
             let members: Vec<_> = group.iter().map(|&i| contacts[i as usize]).collect();
             assert_eq!(quadratic(&members, RADIUS).len(), 1, "seed {SEED:#x}, round {round}");
         }
@@ -202,7 +202,8 @@ fn the_walls_of_a_slot_and_the_two_sides_of_a_ring_are_apart() {
     assert_eq!(linkage.len(), 2);
     assert!(linkage.range(0).len() == 10);
 
-    // A peg in a hole: neighbours differ by 15°, a chain all around.
+    // A peg in a hole: the normals of neighbours differ by 15°, and a chain of links goes all
+    // around.
     let ring: Vec<_> = (0..24u32)
         .map(|k| {
             let angle = (15.0 * f64::from(k)).to_radians();
@@ -215,7 +216,7 @@ fn the_walls_of_a_slot_and_the_two_sides_of_a_ring_are_apart() {
     assert_eq!(linkage.len(), 4);
     let sum = |k: usize| linkage.directions()[linkage.range(k)].iter().sum::<DVec3>().normalize();
     assert!((0..4).map(sum).sum::<DVec3>().length() < 1e-12, "a centred peg feels nothing");
-    // The corner of a box (three walls at right angles) stays one cluster.
+    // Contacts in the corner of a box (three walls at right angles) stay one cluster.
     let corner: Vec<_> =
         [DVec3::X, DVec3::Y, DVec3::Z].iter().map(|&n| contact((0, 0), DVec3::ZERO, n, -1e-4)).collect();
     assert_eq!(run(&corner, &CUT).len(), 1);
@@ -268,7 +269,7 @@ fn of_too_many_the_deepest_stay_and_those_that_push_elsewhere() {
         found.sort_unstable();
         assert_eq!(found, expected, "seed {SEED:#x}");
     }
-    // If all push alike, the deepest are kept.
+    // If all contacts push in one direction, the deepest are kept.
     let mut linkage = Linkage::new(200);
     linkage.run(&contacts[..100], &settings, |contact| contact.normal);
     let deepest = |i: &u32| contacts[*i as usize].separation;
