@@ -1,5 +1,6 @@
-//! Tests queries with hundreds of touching pieces, where a sample represents all pairs and most
-//! pairs rest. The pressure of the contacts must be nearly that of a query that measures each pair.
+//! Tests queries with hundreds of touching pieces. A sample represents all pairs, and most pairs
+//! are not measured. The pressure of the contacts must nearly equal that of a query that measures
+//! each pair.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -10,22 +11,22 @@ use super::{Contact, ContactQuery, QuerySettings};
 use crate::algebra::{NoClock, Pose};
 use crate::body::{Body, BodySettings, Mesh, PolygonSoup};
 
-/// Cells along a side of the board, and the length of one, m.
+/// Number of cells along a side of the board, and the length of a cell, m.
 const CELLS: usize = 36;
 const CELL: f64 = 1e-3;
 /// Height of the waves, m.
 const HEIGHT: f64 = 1e-4;
 const TOLERANCE: f64 = 1e-5;
-/// The vertex that may be raised, near the middle.
+/// The vertex near the middle that a test raises.
 const BURR: usize = 17 * (CELLS + 1) + 20;
 
-/// A board with waves in both directions, on its upper side if `up`, else on its lower side,
-/// so that the two boards fit onto each other.
+/// A board with waves in both directions, on its upper side if `up`, otherwise on its lower side.
+/// The two boards fit onto each other.
 fn board(up: bool) -> Arc<Body> {
     board_with(up, 0.0)
 }
 
-/// Like [`board`], with one corner of a cell raised by `burr` (m).
+/// Like [`board`], but the vertex [`BURR`] is raised by `burr` (m).
 fn board_with(up: bool, burr: f64) -> Arc<Body> {
     let mut soup = PolygonSoup::new();
     let place = |k: usize| (k as f64 - 0.5 * CELLS as f64) * CELL;
@@ -131,7 +132,7 @@ fn few_contacts_are_measured_in_each_query() {
     let settings = QuerySettings { tolerance: TOLERANCE, ..QuerySettings::default() };
     let mut query = ContactQuery::new(upper, lower, QuerySettings { holding: true, ..settings });
     for tick in 0..50 {
-        // On one end only.
+        // The boards touch at one end only.
         let tilt = DQuat::from_rotation_y(0.01);
         let tilted = Pose::new(tilt, DVec3::new(1e-6 * f64::from(tick), 0.0, 1.6e-4));
         let counters = *query.run(&tilted, &NoClock);

@@ -8,13 +8,13 @@ use crate::depth::{CertificateMemory, Depth, DepthScratch, Seed, depth_proven};
 /// The proofs of the last query.
 #[derive(Clone, Debug)]
 pub(super) struct Prover {
-    /// Pieces of a and b. Pairs that share a place replace each other, so that each starts without
-    /// cached data.
+    /// Pieces of a and b, and their cached proof. A pair replaces another pair with the same hash
+    /// and then starts without cached data.
     places: Vec<([u32; 2], CertificateMemory)>,
 }
 
 impl Prover {
-    /// Number of cached pairs: enough for a handful of touching pieces, at about 8 kB each.
+    /// Number of cached pairs, each of about 8 kB: enough for a few touching pieces.
     const PLACES: usize = 64;
 
     pub(super) fn new() -> Self {
