@@ -1,4 +1,4 @@
-//! Settings that change between two steps.
+//! Tests changes of settings between two steps.
 
 use glam::{DQuat, DVec3};
 
@@ -13,7 +13,7 @@ const SHADING: ShadingSettings = ShadingSettings { crease_angle: 0.6, most_turn:
 const FRICTION: FrictionSettings =
     FrictionSettings { static_coefficient: 0.5, dynamic_coefficient: 0.3, tangential_stiffness: 1000.0 };
 
-/// A drum that moves over the rim of another one, in and out of contact.
+/// States of a drum that moves over the rim of another drum, in and out of contact.
 fn wander(steps: usize) -> Vec<ProbeState> {
     let mut random = Random::new(SEED);
     let mut pose = Pose::new(DQuat::from_rotation_x(0.4), DVec3::new(0.036, 0.01, 0.0));
@@ -119,11 +119,11 @@ fn friction_that_was_off_holds_nothing_any_more() {
     let across = |renderer: &mut Renderer, x| renderer.step(&at(x, -1e-3), DT, &NoClock).commanded.force.x;
     assert!(across(&mut renderer, 0.0).abs() < 1e-9 && across(&mut renderer, 5e-4) < -0.4);
     renderer.set_settings(&Settings { friction: Some(FRICTION), stiffness: 900.0, ..dry }).unwrap();
-    assert!(across(&mut renderer, 5e-4) < -0.4, "a change of something else does not let go");
+    assert!(across(&mut renderer, 5e-4) < -0.4, "a change of another setting keeps friction");
     renderer.set_settings(&slippery).unwrap();
     assert!(across(&mut renderer, 5e-4).abs() < 1e-9);
     renderer.set_settings(&dry).unwrap();
-    assert!(across(&mut renderer, 5e-4).abs() < 1e-9, "it takes hold anew, where it is");
+    assert!(across(&mut renderer, 5e-4).abs() < 1e-9, "the new friction begins without strain");
 }
 
 #[test]
@@ -131,7 +131,7 @@ fn what_cannot_be_or_wants_memory_is_refused_and_changes_nothing() {
     let base = settings();
     let mut renderer = cube_on_floor(base);
     let mut refuse = |settings: Settings| {
-        let error = renderer.set_settings(&settings).expect_err("it is not possible");
+        let error = renderer.set_settings(&settings).expect_err("the settings are refused");
         assert_eq!(*renderer.settings(), base);
         error.field
     };
@@ -143,7 +143,7 @@ fn what_cannot_be_or_wants_memory_is_refused_and_changes_nothing() {
 
     let shaded = Settings { shading: Some(SHADING), ..base };
     let mut renderer = cube_on_floor(shaded).with_surfaces(0.1);
-    assert_eq!(renderer.crease_angle(), Some(SHADING.crease_angle), "surfaces that are there stay");
+    assert_eq!(renderer.crease_angle(), Some(SHADING.crease_angle), "prepared surfaces stay");
     renderer.set_settings(&base).unwrap();
     renderer.set_settings(&shaded).unwrap();
     assert_eq!(*renderer.settings(), shaded);

@@ -1,12 +1,13 @@
-//! Computes how much work a step may do within its time.
+//! Limits the work of a step, so that the step ends within its time.
 //!
-//! The engine counts work and has no clock ([`crate::algebra::Work`]). A pacer measures the time of
-//! each step and computes how much work the next may do:
+//! The engine counts work and has no clock ([`crate::algebra::Work`]). A pacer reads the measured
+//! time of each step and computes the allowed work of the next step:
 //!
 //! 1. *Price*: the time of a unit of work, ns. The estimate rises within a few steps and falls
-//!    slowly, so that one quick step hardly changes it.
+//!    slowly, so one quick step hardly changes it.
 //! 2. *Rest*: the time of a step without its query, estimated in the same way.
-//! 3. *Allowance*: (target − rest) / price, but at least so much that a query makes progress.
+//! 3. *Allowance*: (target − rest) / price, but at least the work with which a query makes
+//!    progress.
 //!
 //! The allowances depend on measured times, so a recording must store them. A run with the same
 //! allowances is bit-identical.
@@ -16,14 +17,14 @@ use crate::algebra::tolerance::{
     PACE_CHEAPER, PACE_DEARER, PACE_FIRST_PRICE, PACE_LEAST_WORK, PACE_SHARE, PACE_TELLING,
 };
 
-/// Sets the allowance of work of one renderer. See the module's description.
+/// Computes the work allowance of one renderer. See the module's description.
 #[derive(Clone, Copy, Debug)]
 pub struct Pacer {
-    /// ns: what a step should take.
+    /// Target time of a step, ns.
     target: f64,
-    /// ns for a unit.
+    /// Price of a unit of work, ns.
     price: f64,
-    /// ns.
+    /// Time of a step without its query, ns.
     rest: f64,
 }
 
@@ -38,16 +39,16 @@ impl Pacer {
         Self { target: target_ns as f64, price: PACE_FIRST_PRICE, rest: 0.0 }
     }
 
-    /// Units of work that the next step's query may do.
+    /// Returns the allowed work of the next step's query, in units of [`crate::algebra::Work`].
     pub fn allowance(&self) -> u64 {
         (((self.target - self.rest) / self.price) as u64).clamp(PACE_LEAST_WORK, u64::from(u32::MAX))
     }
 
-    /// Learns from a step.
+    /// Updates the estimates with the measured times of a step.
     pub fn learn(&mut self, tick: &Tick) {
         let query = (tick.times.query + tick.times.depth) as f64;
         let rest = tick.times.total as f64 - query;
-        // With little work, the measured time depends more on the clock than on the work.
+        // If the work is small, the clock's resolution dominates the measured time.
         if tick.work >= PACE_TELLING {
             self.price = followed(self.price, query / tick.work as f64);
         }
@@ -77,7 +78,7 @@ mod tests {
         for _ in 0..20_000 {
             pacer.learn(&step(5_000, 400_000, 100_000));
         }
-        // 80 ns a unit, and half a millisecond left.
+        // 80 ns a unit, and half a millisecond for the query.
         assert!((6200..6300).contains(&pacer.allowance()), "{}", pacer.allowance());
     }
 
@@ -106,7 +107,7 @@ mod tests {
             pacer.learn(&step(5_000, 400_000, 5_000_000));
         }
         assert_eq!(pacer.allowance(), PACE_LEAST_WORK);
-        // The clock does not advance: the price stays.
+        // The clock does not advance, so the price does not change.
         let idle = Pacer::new(600_000);
         let mut learned = idle;
         (0..1000).for_each(|_| learned.learn(&step(1, 40_000, 0)));

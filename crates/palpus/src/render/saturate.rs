@@ -1,4 +1,4 @@
-//! Keeping a wrench within the device's limits \[K02 §4.3, end\].
+//! Limits a wrench to the device's limits \[K02 §4.3, end\].
 
 use glam::DVec3;
 
@@ -10,9 +10,9 @@ use crate::algebra::tolerance::SATURATION_ROUNDING;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Limits {
-    /// N.
+    /// Force, N.
     pub force: f64,
-    /// N·m about the grip.
+    /// Torque about the grip, N·m.
     pub torque: f64,
 }
 
@@ -21,7 +21,7 @@ impl Limits {
     pub const UNLIMITED: Self = Self { force: f64::INFINITY, torque: f64::INFINITY };
 }
 
-/// How a wrench beyond the limits is brought within.
+/// How a wrench that exceeds the limits is reduced.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -29,28 +29,28 @@ pub enum Saturation {
     /// Force and torque are scaled separately and keep their directions: the paper's rule.
     #[default]
     Separate,
-    /// One factor for both, so that the wrench keeps its line of action. If the torque limit is
-    /// small, the force becomes small too.
+    /// Force and torque are scaled by one factor, so the wrench keeps its line of action. If the
+    /// torque limit is small, the force becomes small too.
     Joint,
-    /// For devices that sense six degrees of freedom and drive three: the force alone, about the
-    /// grip. The tick contains the torque for display, but it is not felt.
+    /// For devices that sense six degrees of freedom and drive three: only the force at the grip is
+    /// commanded. The tick contains the torque for display.
     UnderActuated,
 }
 
-/// A wrench within the limits, and what was changed for that.
+/// A wrench within the limits, and how it was changed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Saturated {
-    /// About the same point as the one that was given.
+    /// The wrench, about the same point as the original wrench.
     pub wrench: Wrench,
-    /// The force was shortened.
+    /// True if the force was reduced.
     pub force_cut: bool,
-    /// The torque was shortened.
+    /// True if the torque was reduced.
     pub torque_cut: bool,
-    /// The wrench contained a number that was not finite, and was replaced by zero.
+    /// True if the original wrench was not finite; then `wrench` is zero.
     pub non_finite: bool,
 }
 
-/// Brings `wrench` within `limits`. The result is never longer than a limit, not even by rounding.
+/// Reduces `wrench` to `limits`. The result never exceeds a limit, not even by rounding.
 pub fn saturate(wrench: Wrench, limits: &Limits, policy: Saturation) -> Saturated {
     if !wrench.is_finite() {
         return Saturated { wrench: Wrench::ZERO, force_cut: false, torque_cut: false, non_finite: true };
@@ -64,9 +64,9 @@ pub fn saturate(wrench: Wrench, limits: &Limits, policy: Saturation) -> Saturate
         Saturation::Joint => {
             let (force_share, torque_share) = (share(wrench.force, limits.force), share(wrench.torque, limits.torque));
             let share = force_share.min(torque_share);
-            // One of the two is at its limit, and both count as shortened.
+            // One of the two is at its limit, and both count as reduced.
             let cut = share < 1.0;
-            // Shortened once more, in case the factor is so small that it is inexact.
+            // Each part is shortened again, because a very small factor is inexact.
             let within = |v: DVec3, limit| shorten(v * share, limit).0;
             let wrench =
                 Wrench { torque: within(wrench.torque, limits.torque), force: within(wrench.force, limits.force) };
@@ -79,24 +79,24 @@ pub fn saturate(wrench: Wrench, limits: &Limits, policy: Saturation) -> Saturate
     }
 }
 
-/// `v`, shortened to `limit` if it is longer; and whether it was.
+/// Returns `v`, shortened to `limit` if it is longer, and true if it was longer.
 fn shorten(v: DVec3, limit: f64) -> (DVec3, bool) {
     let Some((scaled, length)) = beyond(v, limit) else { return (v, false) };
     if limit < f64::MIN_POSITIVE {
-        // Subnormal numbers have too few digits to be scaled by a factor near 1.
+        // Subnormal numbers have too few digits for scaling by a factor near 1.
         return (DVec3::ZERO, true);
     }
     (scaled * (limit * (1.0 - SATURATION_ROUNDING) / length), true)
 }
 
-/// The factor that brings `v` within `limit`, at most 1.
+/// Returns the factor (at most 1) that shortens `v` to `limit`.
 fn share(v: DVec3, limit: f64) -> f64 {
     let Some((_, length)) = beyond(v, limit) else { return 1.0 };
     limit * (1.0 - SATURATION_ROUNDING) / length / v.abs().max_element()
 }
 
-/// If `v` is longer than `limit`: `v` over its largest component, and the length of that. The
-/// square of a finite number need not be finite.
+/// If `v` is longer than `limit`, returns `v` divided by its largest component, and the length of
+/// the quotient. Otherwise returns `None`. The division keeps squares finite.
 fn beyond(v: DVec3, limit: f64) -> Option<(DVec3, f64)> {
     let largest = v.abs().max_element();
     if largest <= 0.0 {

@@ -9,8 +9,8 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::super::contact_rows::ContactRows;
 use super::super::surfaces::Surfaces;
-use super::super::touches::Touches;
 use super::super::{Forces, Motion, Scratch, Settings, VirtualCoupling, force};
 use crate::algebra::{Clock, Pose, Quota, SpatialMatrix, Twist, Wrench};
 use crate::body::{Body, FeaturePair};
@@ -45,7 +45,7 @@ pub(super) struct Pair {
     pub(super) contacts: Vec<Contact>,
     /// `net` is on a and on b, each about its own centre of mass.
     pub(super) forces: Forces,
-    touches: Touches,
+    rows: ContactRows,
     pub(super) counters: QueryCounters,
     /// The last step in which it was looked at.
     pub(super) looked_at: Option<u64>,
@@ -75,7 +75,7 @@ impl Pair {
             scratch: Scratch::new(capacity),
             contacts: Vec::with_capacity(capacity),
             forces: Forces::new(capacity),
-            touches: Touches::new(capacity),
+            rows: ContactRows::new(capacity),
             settings,
             counters: QueryCounters::default(),
             looked_at: None,
@@ -107,7 +107,7 @@ impl Pair {
     pub(super) fn clear(&mut self) {
         self.query.clear();
         self.scratch.clear();
-        self.touches.clear();
+        self.rows.clear();
         self.looked_at = None;
         self.rest();
     }
@@ -115,7 +115,7 @@ impl Pair {
     /// The two are too far from each other to be looked at.
     pub(super) fn part(&mut self) {
         self.scratch.clear();
-        self.touches.clear();
+        self.rows.clear();
         self.rest();
     }
 
@@ -162,7 +162,7 @@ impl Pair {
     pub(super) fn force(&mut self, a: &Place<'_>, b: &Place<'_>, implicit: bool) {
         if self.contacts.is_empty() {
             self.scratch.clear();
-            self.touches.clear();
+            self.rows.clear();
             self.forces.clear();
             return;
         }
@@ -175,7 +175,7 @@ impl Pair {
             let inverse = b.pose.inverse();
             twist = Twist { angular: inverse.vector(twist.angular), linear: inverse.vector(twist.linear) };
         }
-        let pressed = if implicit { self.touches.pressed(self.settings.stiffness) } else { 0.0 };
+        let pressed = if implicit { self.rows.pressed(self.settings.stiffness) } else { 0.0 };
         let motion = Motion { pose_ba, centers, twist, pressed };
         let shading = self.surfaces.as_ref().zip(self.settings.shading);
         let direction = |contact: &Contact| match shading {
@@ -194,9 +194,9 @@ impl Pair {
             self.forces.place(&b.pose);
         }
         if implicit {
-            self.touches.gather(&self.forces, a.center, &self.settings);
+            self.rows.gather(&self.forces, a.center, &self.settings);
         } else {
-            self.touches.clear();
+            self.rows.clear();
         }
     }
 
@@ -204,7 +204,7 @@ impl Pair {
     /// mass is at `center`. `implicit`: a step has moved one of the two.
     pub(super) fn each_pressing(&self, center: DVec3, implicit: bool, mut press: impl FnMut(DVec3, DVec3)) {
         if implicit {
-            self.touches.pressing().for_each(|(normal, offset)| press(normal, center + offset));
+            self.rows.pressing().for_each(|(normal, offset)| press(normal, center + offset));
             return;
         }
         for (cluster, &force) in self.forces.clusters.iter().zip(&self.forces.normal_forces) {
@@ -222,25 +222,25 @@ impl Pair {
 
     /// Adds what presses and holds to a step of `h` s of body a alone.
     pub(super) fn add_to(&self, system: &mut SpatialMatrix, load: &mut Wrench, h: f64) {
-        self.touches.add_to(system, load, h, self.lag());
+        self.rows.add_to(system, load, h, self.lag());
     }
 
     /// N·s and N·m·s: what contacts gave a in the step of `h` s whose solution is the `twist` of a
     /// with respect to b; about a's centre of mass.
     pub(super) fn impulse(&self, twist: &Twist, h: f64) -> Wrench {
-        self.touches.impulse(twist, h, self.lag())
+        self.rows.impulse(twist, h, self.lag())
     }
 
     /// Which contacts press and slide if a moves with `twist` with respect to b; true if that is
     /// news.
     pub(super) fn revise(&mut self, twist: &Twist, h: f64) -> bool {
         let lag = self.lag();
-        self.touches.revise(twist, h, lag)
+        self.rows.revise(twist, h, lag)
     }
 
     /// Number of clusters whose contact ended within the step.
     pub(super) fn released(&self) -> u32 {
-        self.touches.released()
+        self.rows.released()
     }
 }
 
