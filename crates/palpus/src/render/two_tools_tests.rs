@@ -53,7 +53,7 @@ impl Two {
 
     fn settings_between(&self) -> &Settings {
         let [one, other] = self.tools.map(|tool| self.world.body_of(tool));
-        self.world.settings_between(one, other).expect("two tools have to do with each other")
+        self.world.settings_between(one, other).expect("the pair of tools has settings")
     }
 }
 

@@ -87,7 +87,7 @@ fn a_block_on_a_table_and_a_stack_of_three_come_to_rest_and_stay() {
             assert!(drift < 1e-9, "{count} blocks: {drift} m in two seconds");
             assert!(speed(&world, block) < 1e-9, "{count} blocks: {:?}", world.twist(block));
         }
-        // The table bears the weight of all.
+        // The table bears the weight of all blocks.
         let weight = f64::from(count) * 700.0 * 0.04f64.powi(3) * -G.z;
         let borne = world.pairs[0].impulse(&Twist::default(), DT).force.z / DT;
         assert!((borne - weight).abs() < 1e-6 * weight, "{borne} N of {weight}");
@@ -105,8 +105,8 @@ fn a_block_and_a_stack_rest_for_ten_minutes() {
         let blocks: Vec<_> =
             (0..count).map(|k| world.add(Object::free(body.clone(), pose(k), 700.0)).unwrap()).collect();
         run(&mut world, 1000);
-        // J: twice the kinetic energy at the most, since a cube's radius of inertia is less than
-        // 0.02 m, and that of height.
+        // Bound of the energy above rest, J. The kinetic energy is overestimated, since a cube's
+        // radius of inertia is less than 0.02 m.
         let energy = |world: &World| -> f64 {
             let of = |&id: &BodyId| speed(world, id).powi(2) - G.z * world.pose(id).translation.z;
             mass * blocks.iter().map(of).sum::<f64>()
@@ -125,8 +125,8 @@ fn a_block_and_a_stack_rest_for_ten_minutes() {
     }
 }
 
-/// On a slope just below the angle of friction a block stays; just above it, it slides as Coulomb's
-/// does.
+/// On a slope just below the friction angle a block stays. Just above this angle, it slides as
+/// Coulomb's law predicts.
 #[test]
 fn a_block_on_a_slope_holds_and_slides_as_coulombs() {
     let limit = MU.atan();
@@ -143,7 +143,7 @@ fn a_block_on_a_slope_holds_and_slides_as_coulombs() {
             let acceleration = (end - begin) / 0.3;
             assert!((acceleration - expected).abs() < 0.01 * 9.81 * MU * slope.cos(), "{acceleration}, {expected}");
         } else {
-            // The loads of its corners have settled.
+            // Waits until the loads of the block's corners have settled.
             run(&mut world, 300);
             let at_rest = world.pose(block).translation.x;
             run(&mut world, 1000);
@@ -153,7 +153,7 @@ fn a_block_on_a_slope_holds_and_slides_as_coulombs() {
     }
 }
 
-/// Bodies that meet in free space, in odd ways.
+/// Three bodies collide in free space at odd angles.
 #[test]
 fn momentum_is_conserved_when_free_bodies_meet() {
     let mut world = World::new(settings()).unwrap();
@@ -184,10 +184,10 @@ fn momentum_is_conserved_when_free_bodies_meet() {
         assert!(now.distance(linear) < 1e-9 * size, "tick {tick}: {now} of {linear}");
         assert!(turning.distance(angular) < 1e-9 * 0.1 * size, "tick {tick}: {turning} of {angular}");
     }
-    assert!(met > 10, "they are to meet");
+    assert!(met > 10, "the bodies must collide: {met}");
 }
 
-/// Two fingers that press from both sides.
+/// A free block on a table, and two fingers that press it from both sides.
 fn squeeze() -> (World, BodyId, [ToolId; 2]) {
     let mut world = table();
     let block = world.add(Object::free(cuboid(DVec3::splat(0.04)), at(0.0, 0.0, 0.02), 700.0)).unwrap();
@@ -196,8 +196,8 @@ fn squeeze() -> (World, BodyId, [ToolId; 2]) {
     (world, block, fingers)
 }
 
-/// Target poses of the two fingers: `in_by` (m) further in than where they touch, lifted and turned
-/// about the y axis.
+/// Target poses of the two fingers: each is `in_by` (m) inside the block, lifted by `lift` (m), and
+/// turned about the y axis by `turn` (rad).
 fn meant(in_by: f64, lift: f64, turn: f64) -> [ProbeState; 2] {
     let rotation = DQuat::from_rotation_y(turn);
     [-1.0, 1.0].map(|side| {
@@ -226,7 +226,7 @@ fn two_tools_that_squeeze_a_free_block_lift_it_and_turn_it() {
     assert!((left + right).distance(G.normalize() * weight) < 0.05, "{left} and {right} bear {weight} N");
 }
 
-/// Other bodies do not change what a tool feels, as long as it does not touch them.
+/// Bodies that a tool does not touch do not change its wrench.
 #[test]
 fn a_tool_alone_feels_what_it_feels_among_many() {
     let probe = cuboid(DVec3::splat(0.02));
@@ -289,7 +289,7 @@ fn what_cannot_be_is_refused_and_changes_nothing() {
     assert!(!world.throw(arm, Twist::default()) && !world.put(world.body_of(tool), Pose::IDENTITY));
     world.set_gravity(DVec3::NAN);
     for dt in [0.0, f64::NAN, -1.0, DT] {
-        // No probe, and an invalid one.
+        // A step without a probe state, and a step with an invalid pose.
         world.step(&[], dt, &NoClock);
         world.step(&[ProbeState::at(at(f64::NAN, 0.0, 0.0))], dt, &NoClock);
         assert_eq!(world.tick(tool).commanded, Wrench::ZERO);
