@@ -1,26 +1,25 @@
-//! The wake values of all sleeping pairs, which decide when each is measured again; searched block
-//! by block.
+//! The wake values of all pairs. They decide when a pair is measured again.
 //!
-//! A pair's wake value is the motion bound's sum up to which it may sleep. The board keeps one
-//! value for each place and the least value of each block of places. A tick reads one number for
-//! each block and opens only the blocks in which a pair is due. Setting and clearing a value touch
-//! two numbers, so that pairs come and go at no cost.
+//! A pair is *due* when the sum of the motion bound exceeds the pair's wake value. Until then it is
+//! not measured. The board has one value for each place of the front, and the least value of each
+//! block of places. A tick reads one number for each block, and searches only blocks with a due
+//! pair. Setting and clearing a value changes only two numbers.
 //!
-//! A heap would return the due pairs in order, which is not needed, and would have to be updated
-//! along a path for each of them. A wheel of buckets moves many entries at once when it turns over,
-//! which a loop at 1 kHz feels.
+//! A heap would return the due pairs in order, which is not needed, at the cost of an update along
+//! a path for each pair. A timer wheel sometimes moves many entries at once, which is too slow for
+//! a loop at 1 kHz.
 
 /// Number of places in a block.
 pub(super) const BLOCK: usize = 32;
 
-/// Never due.
+/// The wake value of a pair that is never due.
 pub(super) const NEVER: u64 = u64::MAX;
 
 /// Wake values by place.
 #[derive(Clone, Debug)]
 pub(super) struct WakeBoard {
     values: Vec<u64>,
-    /// At most the least value of each block.
+    /// A lower bound of the values of each block.
     least: Vec<u64>,
 }
 
@@ -38,18 +37,18 @@ impl WakeBoard {
         self.least[..blocks].fill(NEVER);
     }
 
-    /// The wake value of a place.
+    /// Returns the wake value of a place.
     #[inline]
     pub(super) fn get(&self, place: u32) -> u64 {
         self.values[place as usize]
     }
 
-    /// Returns true if the place's block is opened when the place is due.
+    /// Returns true if the block's lower bound includes the value of this place.
     pub(super) fn is_known(&self, place: u32) -> bool {
         self.least[place as usize / BLOCK] <= self.get(place)
     }
 
-    /// Sets the wake value of a place; with [`NEVER`] it is never due.
+    /// Sets the wake value of a place; [`NEVER`] if it is never due.
     #[inline]
     pub(super) fn set(&mut self, place: u32, value: u64) {
         self.values[place as usize] = value;
@@ -57,14 +56,14 @@ impl WakeBoard {
         *least = (*least).min(value);
     }
 
-    /// The first block from `from` to `to` that may hold a value less than `sum`.
+    /// Returns the first block from `from` to `to` that may contain a value less than `sum`.
     #[inline]
     pub(super) fn next_block(&self, from: usize, to: usize, sum: u64) -> Option<usize> {
         self.least[from..to].iter().position(|&least| least < sum).map(|k| from + k)
     }
 
-    /// Writes the places of a block whose values are less than `sum` to `due`, corrects the block's
-    /// least value, and returns how many there are.
+    /// Writes the places of a block whose values are less than `sum` to `due`, and returns their
+    /// number. Also sets the block's lower bound to its least value.
     pub(super) fn open(&mut self, block: usize, sum: u64, due: &mut [u32; BLOCK]) -> usize {
         let begin = block * BLOCK;
         let (mut count, mut least) = (0, NEVER);
@@ -77,7 +76,7 @@ impl WakeBoard {
         count
     }
 
-    /// Corrects a block's least value after its places were set.
+    /// Sets a block's lower bound to its least value.
     pub(super) fn settle(&mut self, block: usize) {
         let begin = block * BLOCK;
         self.least[block] = self.values[begin..begin + BLOCK].iter().copied().fold(NEVER, u64::min);
@@ -88,7 +87,7 @@ impl WakeBoard {
         self.values[..blocks * BLOCK].iter().map(|&value| u32::from(value < sum)).sum()
     }
 
-    /// At most the least value in the first `blocks` blocks.
+    /// Returns a lower bound of the values in the first `blocks` blocks.
     pub(super) fn least(&self, blocks: usize) -> u64 {
         self.least[..blocks].iter().copied().fold(NEVER, u64::min)
     }
