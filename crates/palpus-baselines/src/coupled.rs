@@ -4,20 +4,21 @@
 //!
 //! 1. The probe is a separate rigid body. A spring and a damper tie it to the hand's pose, both for
 //!    translation and for rotation.
-//! 2. This body touches the environment: the inner method is evaluated at its pose and velocity.
+//! 2. This body touches the environment: the inner method computes the contact wrench at the body's
+//!    pose and velocity.
 //! 3. Newton–Euler integration: the velocity follows from coupling and contacts, then the pose from
-//!    the velocity. It is explicit, as in \[MPT99\], at the caller's rate.
+//!    the velocity. The integration is explicit, as in \[MPT99\], at the caller's rate.
 //! 4. The hand feels only the coupling.
 //!
 //! Our choices:
 //!
-//! * The mass of the body is a setting. It has the inertia of a ball of the probe's size, which is
-//!   the same about all axes. So there is no gyroscopic term.
+//! * The mass of the body is a setting. Its inertia is that of a ball of the probe's size, equal
+//!   about all axes. So there is no gyroscopic term.
 //! * By default the dampers give critical damping of the free body.
 //! * Velocities are computed before positions (semi-implicit Euler). Otherwise the coupling alone
 //!   gains energy.
 //! * \[MPT99\] also bounds the stretch of the spring. Here the device's limits bound the force.
-//! * Any method can be the inner one; in the paper it is [`Voxel`](crate::Voxel).
+//! * Any method can be the inner method; in the paper it is [`Voxel`](crate::Voxel).
 
 use std::sync::Arc;
 
@@ -96,7 +97,7 @@ impl<B: Baseline> Coupled<B> {
         let damping = 2.0 * damping_ratio * (stiffness * mass).sqrt();
         let angular_damping = 2.0 * damping_ratio * (angular_stiffness * self.inertia).sqrt();
         let turn = hand.rotation * body.rotation.conjugate();
-        // Takes the shorter of the two rotations.
+        // Takes the shorter rotation.
         let turn = if turn.w < 0.0 { -turn } else { turn };
         Wrench {
             torque: turn.to_scaled_axis() * angular_stiffness

@@ -20,8 +20,8 @@ impl Grid {
     /// Makes a grid of voxels of `size` (m) around `bounds`, with `margin` additional layers on
     /// each side. Fails if the voxels, with `bytes` each, need more than `memory` bytes.
     ///
-    /// The corner of `bounds` with the least coordinates lies at the centre of a voxel. So flat
-    /// sides there belong to one layer of voxels and not to two.
+    /// The corner of `bounds` with the least coordinates lies at the centre of a voxel. So a flat
+    /// side there belongs to one layer of voxels and not to two.
     pub(super) fn around(
         bounds: &Aabb,
         size: f64,
@@ -32,8 +32,8 @@ impl Grid {
         let origin = bounds.min - DVec3::splat(size * (f64::from(margin) + 0.5));
         let counts = ((bounds.max - origin) / size).floor() + DVec3::splat(f64::from(margin) + 1.0);
         let needed = counts.x * counts.y * counts.z * bytes as f64;
-        // Half of u32 keeps voxel numbers different from the mark for "no voxel", and counts within
-        // i32.
+        // The limit of half of u32 keeps voxel numbers different from the mark for "no voxel", and
+        // counts within i32.
         if needed <= memory as f64 && needed < f64::from(u32::MAX / 2) * bytes as f64 {
             Ok(Self { origin, size, counts: whole(counts) })
         } else {

@@ -17,7 +17,7 @@ pub(super) enum Kind {
     Braking,
     /// The force field: the surface, or a layer of proximity voxels outside it.
     Force,
-    /// Behind the force field: proximity layers nearer to the surface, the surface, and the
+    /// Behind the force field: layers between the field and the surface, the surface, and the
     /// interior.
     Behind,
 }
@@ -27,8 +27,8 @@ pub(super) enum Kind {
 pub(super) struct Voxmap {
     grid: Grid,
     kinds: Vec<Kind>,
-    /// The nearest voxel of the field, for voxels behind the field and for the field itself;
-    /// otherwise [`NONE`].
+    /// The nearest voxel of the force field, for voxels in the field and behind it; otherwise
+    /// [`NONE`].
     field: Vec<u32>,
 }
 
@@ -77,8 +77,8 @@ fn surface_voxels(body: &Body, grid: &Grid) -> Vec<usize> {
     (0..met.len()).filter(|&voxel| met[voxel]).collect()
 }
 
-/// Marks the surface voxels as the force field and the interior as behind it. For each connected
-/// region of other voxels, one query decides whether it is inside.
+/// Marks surface voxels as the force field and interior voxels as behind it. For each connected
+/// region of other voxels, one query decides whether the region is inside.
 fn solid(body: &Body, grid: &Grid, surface: &[usize]) -> Vec<Kind> {
     let mut kinds: Vec<Option<Kind>> = vec![None; grid.len()];
     surface.iter().for_each(|&voxel| kinds[voxel] = Some(Kind::Force));
@@ -116,8 +116,8 @@ fn next_layer(grid: &Grid, kinds: &mut [Kind], layer: &[usize], kind: Kind) -> V
     next
 }
 
-/// Returns for every voxel of the field and behind it the nearest voxel of the field. The result is
-/// passed on from neighbour to neighbour.
+/// Returns the nearest voxel of the field for each voxel in the field and behind it. The search
+/// spreads from neighbour to neighbour.
 fn nearest_of_field(grid: &Grid, kinds: &[Kind], field: &[usize]) -> Vec<u32> {
     let mut nearest = vec![NONE; grid.len()];
     let mut waiting: VecDeque<usize> = field.iter().copied().collect();
@@ -156,8 +156,9 @@ pub(super) fn point_shell(body: &Body, size: f64, memory: usize) -> Result<Vec<S
     Ok(outward.into_iter().filter_map(point).collect())
 }
 
-/// If the sum of the unit normals in a voxel is shorter than this, it has no reliable direction, as
-/// for two opposite sides of a sheet. Then the normal of the nearest triangle is used.
+/// If the sum of the unit normals in a voxel is shorter than this, its direction is unreliable; an
+/// example is a voxel with two opposite sides of a sheet. Then the normal of the nearest triangle
+/// is used.
 const CANCELLED: f64 = 1e-6;
 
 /// A sample point of the probe's surface.
