@@ -16,7 +16,7 @@ use crate::HandPath;
 pub struct Scene {
     /// Name of the scene, by which it is selected.
     pub name: &'static str,
-    /// One line for a list.
+    /// Summary in one line, for a list.
     pub summary: &'static str,
     /// Body a, m. It is held at its origin.
     pub probe: PolygonSoup,
@@ -24,8 +24,7 @@ pub struct Scene {
     pub environment: PolygonSoup,
     /// Contact settings between the probe and the environment.
     pub contact: ContactSettings,
-    /// Pose of the probe when the scene starts. It is free of contact; only a chain link starts
-    /// inside its neighbour.
+    /// Pose of the probe when the scene starts. It has no contact with the environment.
     pub start: Pose,
     /// Motion of the scripted hand. `path.pose(0.0)` equals `start`.
     pub path: HandPath,
@@ -44,14 +43,14 @@ impl Scene {
     }
 }
 
-/// A body that is not held by a hand.
+/// A body that no hand holds.
 #[derive(Clone, Debug)]
 pub struct Object {
     /// Shape of the object, m. Equal objects of one scene share it.
     pub shape: Arc<PolygonSoup>,
     /// Pose of the object when the scene starts.
     pub start: Pose,
-    /// How it moves.
+    /// How the object moves.
     pub motion: Motion,
 }
 
@@ -81,7 +80,7 @@ pub struct SecondTool {
 /// Contact settings of two bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactSettings {
-    /// Contact tolerance, t of \[K02\], m: a contact exists if the separation is below it.
+    /// Contact tolerance, t of \[K02\], m: a contact exists below this separation.
     pub tolerance: f64,
     /// Cluster radius, δ of \[K02\], m.
     pub cluster_radius: f64,

@@ -2,8 +2,8 @@
 //! and that no contact is lost because of that.
 //!
 //! The oracle uses only the mesh, the normals of its triangles, and the mesh triangles of each
-//! piece. Limitation: if a depth lies on a face or an edge, it only tests whether the piece has
-//! such a normal there, not whether the witness lies next to it.
+//! piece. Limitation: for a depth on a face or an edge, the oracle only tests whether the piece has
+//! the normal, not whether the witness point lies next to it.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -14,11 +14,11 @@ use palpus::body::{Body, BodySettings, EdgeKind, Feature, PolygonSoup};
 use palpus::detect::{Contact, ContactQuery, QuerySettings};
 use palpus_scenes::{Scene, scenes};
 
-/// Largest deviation of a normal from the mesh's normals, rad. It allows for planes bent by the few
-/// digits of a file, and for the engine's slack.
+/// Largest deviation of a normal from the mesh's normals, rad. It covers rounding of coordinates in
+/// files and the engine's tolerance.
 const ANGLE: f64 = 2e-3;
 
-/// Distance at which a point counts as on a triangle, relative to the body's size.
+/// A point nearer than this counts as on a triangle, relative to the body's size.
 const NEAR: f64 = 1e-6;
 
 /// Number of poses along each scene's path.
@@ -102,8 +102,9 @@ impl<'b> Half<'b> {
         })
     }
 
-    /// True if the point lies on a triangle of the mesh with this normal. Also true if no part of
-    /// the mesh near the point rises along the normal, and some triangle there faces its side.
+    /// Returns true if the point lies on a triangle of the mesh with this normal. Also returns true
+    /// if no part of the mesh near the point rises along the normal, and a triangle there faces
+    /// along the normal.
     fn is_locally_nearest(&self) -> bool {
         let mesh = self.body.mesh();
         let near = NEAR * self.body.size();
@@ -161,13 +162,13 @@ fn violation(a: &Body, b: &Body, place: &Placement, contact: &Contact) -> Option
 struct Tally {
     seen: usize,
     wrong: Vec<String>,
-    /// Number of poses at which the bodies overlap only along normals that one of them does not
-    /// have, or whose depths were rejected. The only contact is then a vector to the nearest
+    /// Number of poses at which the bodies overlap, but all depths were rejected or have a
+    /// normal that one of the meshes lacks. The only contact is then the vector to the nearest
     /// surface point.
     rescued: usize,
     /// Number of poses at which the bodies are apart by less than the tolerance.
     apart: usize,
-    /// Poses among these at which the nearest pair of points is not among the contacts.
+    /// Poses counted in `apart` at which the nearest pair of points is not among the contacts.
     lost: Vec<String>,
 }
 
@@ -239,7 +240,7 @@ fn spot(body: &Body, random: &mut Random) -> (DVec3, DVec3) {
     (p + (q - p) * u + (r - p) * v, mesh.triangle_normal(t))
 }
 
-/// Returns a pose at which the bodies overlap at some place by at most `depth`.
+/// Returns a pose at which the bodies overlap at a random place by at most `depth` (m).
 fn touching(a: &Body, b: &Body, depth: f64, random: &mut Random) -> Pose {
     let ((p, n), (q, m)) = (spot(a, random), spot(b, random));
     let rotation = DQuat::from_axis_angle(m, TAU * random.unit()) * DQuat::from_rotation_arc(n, -m);

@@ -11,8 +11,8 @@ use crate::{ContactSettings, HandPath, Key, Tremor};
 
 const TREMOR_SEED: u64 = 11;
 
-/// The peg moves down onto the block beside the hole, leaning. It slides along the top to the hole,
-/// stands up, goes in, and comes out.
+/// The tilted peg moves down onto the block beside the hole. It slides along the top to the hole,
+/// becomes upright, goes in, and comes out.
 pub(super) fn peg_hole() -> Parts {
     let tip_at = |x: f64, y: f64, z: f64, lean: f64| {
         let rotation = DQuat::from_rotation_y(lean);

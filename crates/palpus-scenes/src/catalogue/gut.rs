@@ -34,8 +34,8 @@ pub(super) fn parts() -> Parts {
     }
 }
 
-/// Returns a pose along most of the centre line. The ball circles around the wall on the way, and
-/// presses and releases. `part` runs from 0 to 1.
+/// Returns a pose on the way along most of the centre line. The ball circles around the wall, and
+/// presses and releases it. `part` runs from 0 to 1.
 fn inside(part: f64) -> Pose {
     let line = CenterLine;
     let u = 0.04 + 0.92 * part;

@@ -1,4 +1,5 @@
-//! Scenes with free and driven bodies, which fall, slide, and are pushed, carried or picked up.
+//! Scenes with free and driven bodies. Free bodies fall and slide, and tools or driven bodies push
+//! and lift them.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -30,7 +31,8 @@ fn object(shape: &Arc<PolygonSoup>, start: Pose, motion: Motion) -> Object {
     Object { shape: shape.clone(), start, motion }
 }
 
-/// A finger pushes the topmost of three blocks, then the whole stack, and then presses on it.
+/// A finger pushes the topmost of three stacked blocks, then pushes the whole stack, and then
+/// presses on the stack.
 pub(super) fn stack() -> Parts {
     const SIDE: f64 = 40.0;
     let block = Arc::new(shape::cuboid(DVec3::splat(SIDE * 1e-3)));
@@ -106,7 +108,7 @@ pub(super) fn tray() -> Parts {
     }
 }
 
-/// A driven turntable carries four parts around. A finger blocks them one after the other.
+/// A driven turntable moves four parts around. A finger blocks the parts one after the other.
 pub(super) fn conveyor() -> Parts {
     const RADIUS: f64 = 0.090;
     const HEIGHT: f64 = 10.0;

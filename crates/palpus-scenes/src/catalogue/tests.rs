@@ -1,7 +1,7 @@
-//! Tests that the scripted motions make the contacts that they describe. Samples of both surfaces
-//! decide: each vertex and triangle centre of one body against the other solid. This can miss an
-//! edge–edge contact. Then the measured separation is too large by less than the size of a
-//! triangle.
+//! Tests that the scripted motions make the contacts that their descriptions promise. The
+//! separation is measured between samples of one body (vertices and triangle centres) and the other
+//! solid. Samples can miss an edge–edge contact. Then the measured separation is too large by less
+//! than the size of a triangle.
 
 use palpus::algebra::Pose;
 

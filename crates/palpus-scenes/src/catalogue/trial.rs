@@ -1,4 +1,4 @@
-//! Scenes that are made for measurements. One thing happens in each.
+//! Scenes for measurements. Each scene shows one effect.
 
 use std::f64::consts::TAU;
 
@@ -68,8 +68,7 @@ pub(super) fn box_rest() -> Parts {
     ])
 }
 
-/// A knife lies across two ridges that converge, always equally deep. Its two contacts become one,
-/// and nothing else happens.
+/// A knife slides over two converging ridges at constant depth. Its two contacts become one.
 pub(super) fn rails() -> Parts {
     let at = |y: f64, press: f64| Pose::from_translation(DVec3::new(0.0, y, KNIFE_DEPTH - press));
     const PRESS: f64 = 0.0003;
@@ -88,8 +87,8 @@ pub(super) fn rails() -> Parts {
     }
 }
 
-/// A nut comes down on its bolt and is screwed on. Meanwhile it is pushed and pulled along the
-/// thread and across it.
+/// A nut comes down on its bolt and is screwed on. During this motion it is pushed and pulled along
+/// the thread and across it.
 pub(super) fn nut_bolt() -> Parts {
     const STEPS_A_TURN: usize = 12;
     const TURNS: f64 = 4.0;

@@ -1,4 +1,4 @@
-//! Checks of the properties that every shape has.
+//! Tests the properties that every shape must have.
 
 use std::collections::HashMap;
 use std::ops::ControlFlow;
