@@ -392,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn flat_box_is_held_at_the_corners_of_its_part_on_the_other() {
+    fn flat_box_has_contacts_at_the_corners_of_the_overlap() {
         let boxes = boxes();
         for (x, middle) in [(0.0, 0.0), (0.015, 0.0125)] {
             let pose = turned(DQuat::IDENTITY, x);
@@ -406,7 +406,7 @@ mod tests {
     }
 
     #[test]
-    fn tilted_box_is_held_at_its_lowest_corner() {
+    fn tilted_box_has_a_contact_at_its_lowest_corner() {
         let pose = turned(DQuat::from_euler(glam::EulerRot::XYZ, 0.4, 0.3, 0.2), 0.0);
         let contacts = boxes().contacts(&pose, 1e-5).expect("not deep");
         let [contact] = contacts[..] else { panic!("{contacts:?}") };
@@ -434,7 +434,7 @@ mod tests {
     }
 
     #[test]
-    fn the_shorter_of_two_ways_out_counts() {
+    fn shorter_of_two_translations_is_used() {
         // A small box over the edge of a large box. The boxes are separated by 0.2 mm up, or by
         // `aside` to the side.
         let (small, large) = (cuboid(DVec3::splat(0.01)), cuboid(DVec3::splat(0.04)));
@@ -452,7 +452,7 @@ mod tests {
     }
 
     #[test]
-    fn deeper_than_half_a_wall_there_is_no_answer() {
+    fn contact_deeper_than_half_a_wall_is_none() {
         let pose = Pose { translation: DVec3::Z * 0.0195, ..turned(DQuat::IDENTITY, 0.0) };
         assert!(boxes().contacts(&pose, 1e-5).is_none());
     }

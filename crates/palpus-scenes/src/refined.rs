@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn ball_in_a_straight_row_is_as_deep_as_it_was_put() {
+    fn ball_in_a_straight_row_has_the_intended_depth() {
         let (gut, scene) = refined("intestine");
         // The radius is largest in the middle of a haustrum, which is a bulge between two narrow
         // places.

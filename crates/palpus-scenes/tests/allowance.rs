@@ -153,7 +153,7 @@ fn tool_waits_for_pairs_not_yet_queried() {
 }
 
 #[test]
-fn armadillo_with_a_third_of_the_work() {
+fn armadillo_keeps_its_force_with_a_third_of_the_work() {
     let models = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/models/paper"));
     let read = |name: &str| obj(&models.join(name));
     let (Ok(a), Ok(b)) = (read("armadillo_31240.obj"), read("intestine_colon_male_24846.obj")) else { return };

@@ -124,7 +124,7 @@ fn circles_of_rooms(modules: &Modules) -> BTreeSet<String> {
 }
 
 #[test]
-fn a_room_imports_only_rooms_that_sort_before_it() {
+fn rooms_import_only_earlier_rooms() {
     let modules = engine(true);
     let rooms: BTreeSet<&str> = modules.0.keys().filter_map(|path| path.first()).map(String::as_str).collect();
     assert_eq!(Vec::from_iter(rooms), ROOMS);

@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn far_grip_deviates_as_little_as_a_near_one() {
+    fn deviation_does_not_grow_with_the_grip_distance() {
         let path = scene("spoon-cup").expect("a built-in scene").path;
         let hand = Wander::about(&path, SHIFT, TURN, SEED);
         let grip = DVec3::new(0.24, 0.0, 0.1);

@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_is_never_wider_than_the_distance_of_any_two_points_and_opens_when_far() {
+    fn gap_is_a_lower_bound_of_the_distance() {
         let mut random = Random::new(SEED);
         for case in 0..2000 {
             let mut vector = || random.vector();

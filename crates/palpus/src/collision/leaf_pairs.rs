@@ -157,7 +157,7 @@ mod tests {
     const SEED: u64 = 0xD00F;
 
     #[test]
-    fn of_too_many_the_deepest_are_kept() {
+    fn deepest_pairs_are_kept_at_full_capacity() {
         // All pieces are unit cubes. The pieces of a are at the origin, and the pieces of b are
         // lower by up to 2.
         let mut random = Random::new(SEED);

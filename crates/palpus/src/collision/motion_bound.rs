@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn no_point_moves_farther_and_no_distance_changes_by_more_than_the_sum_says() {
+    fn sum_bounds_motion_and_change_of_distance() {
         let mut random = Random::new(SEED);
         for case in 0..200 {
             let (box_a, box_b) = (some_box(&mut random), some_box(&mut random));
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn an_exhausted_sum_says_so_and_a_clearance_is_never_overstated() {
+    fn exhausted_sum_is_reported_and_clearance_rounds_down() {
         let mut random = Random::new(SEED);
         let mut motion_bound = MotionBound::new(some_box(&mut random), some_box(&mut random));
         for clearance in [0.0, 1e-9, 0.3, 1e9, f64::INFINITY] {

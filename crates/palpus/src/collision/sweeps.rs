@@ -56,7 +56,7 @@ fn check(a: &Polytope, b: &Polytope, pose: &Placement, start: FeaturePair, what:
 }
 
 #[test]
-fn random_starts_on_every_pair_of_bodies() {
+fn march_is_correct_from_random_starts() {
     let mut random = Random::new(SEED);
     let zoo = menagerie(&mut random);
     for (name_a, a) in &zoo {
@@ -71,7 +71,7 @@ fn random_starts_on_every_pair_of_bodies() {
 }
 
 #[test]
-fn the_direction_of_a_shallow_overlap_leads_out() {
+fn direction_of_a_shallow_overlap_points_outward() {
     // A corner of a turned cube overlaps the top of a box. Each body is a once.
     let (below, above) = (cuboid(DVec3::new(2.0, 2.0, 0.5)), cuboid(DVec3::ONE));
     let turned = DQuat::from_rotation_arc(DVec3::ONE.normalize(), -DVec3::Z);
@@ -121,7 +121,7 @@ fn march_within(a: &Polytope, b: &Polytope, pose_ba: &Placement, start: FeatureP
 }
 
 #[test]
-fn a_bound_is_proven_or_the_answer_is_whole() {
+fn bound_is_proven_or_march_is_complete() {
     let mut random = Random::new(SEED + 5);
     let zoo = menagerie(&mut random);
     let mut beyond = 0;
@@ -271,7 +271,7 @@ fn sweep_contacts(tally: &mut Tally, random: &mut Random, rounds: usize) {
 }
 
 #[test]
-fn aligned_grazing_and_touching_bodies() {
+fn march_is_correct_for_aligned_and_touching_bodies() {
     let mut tally = Tally::default();
     sweep_contacts(&mut tally, &mut Random::new(SEED), 1);
     assert!(tally.fallback_count() * 1000 <= tally.queries, "{:?}, seed {SEED:#x}", tally.fallbacks);
@@ -305,7 +305,7 @@ fn sweep_coherent(tally: &mut Tally, random: &mut Random, frames: u32, zoo: &[(&
 }
 
 #[test]
-fn marching_from_the_last_features_equals_starting_anew() {
+fn march_from_last_features_equals_a_new_march() {
     let mut random = Random::new(SEED + 3);
     let mut tally = Tally::default();
     let zoo = menagerie(&mut random);

@@ -101,7 +101,7 @@ mod tests {
     const SEED: u64 = 0x3A4E;
 
     #[test]
-    fn exactly_the_values_below_the_sum_are_found() {
+    fn all_values_below_the_sum_are_found() {
         let mut random = Random::new(SEED);
         let places = 5 * BLOCK - 3;
         let mut board = WakeBoard::new(places);

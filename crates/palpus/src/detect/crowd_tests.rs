@@ -88,7 +88,7 @@ fn pressure(contacts: &[Contact]) -> (DVec3, DVec3, f64) {
 }
 
 #[test]
-fn a_sample_of_a_crowd_says_what_the_crowd_says() {
+fn sample_gives_nearly_the_full_pressure() {
     let (lower, upper) = (board(true), board(false));
     let settings = QuerySettings { tolerance: TOLERANCE, capacity: 8192, ..QuerySettings::default() };
     let mut whole = ContactQuery::new(upper.clone(), lower.clone(), settings);
@@ -114,7 +114,7 @@ fn a_sample_of_a_crowd_says_what_the_crowd_says() {
 }
 
 #[test]
-fn a_burr_outside_the_sample_is_found() {
+fn burr_outside_the_sample_is_found() {
     let burr = 3e-5;
     let (lower, upper) = (board_with(true, burr), board(false));
     let settings = QuerySettings { tolerance: TOLERANCE, capacity: 8192, holding: true, ..QuerySettings::default() };

@@ -293,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fast_probe_does_not_pass_a_thin_wall_unfelt() {
+    fn fast_probe_touches_a_thin_wall() {
         for wall in [cuboid(DVec3::new(0.05, 0.05, 1e-4)), sheet(0.05)] {
             let mut way = straight(DVec3::new(0.011, 0.007, 0.0095), DVec3::new(0.011, 0.007, -0.007));
             let back = straight(*way.last().unwrap(), way[0]);
@@ -321,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_thick_is_taken_whole() {
+    fn thick_parts_need_no_sub_steps() {
         // 3 mm per tick: the thin wall is found in a sub-step, the thick wall and a thick probe at
         // the tick's end.
         let probe = cuboid(DVec3::splat(0.02));
@@ -336,12 +336,12 @@ mod tests {
             let counted: Vec<u32> = counted.collect();
             assert!(counted[1..].iter().all(|&count| (count > 1) == cut), "{counted:?}");
             let least = query.found().iter().map(|contact| contact.normal.z).fold(1.0, f64::min);
-            assert!(least > 0.99, "on the side from which it came");
+            assert!(least > 0.99, "the contact must push to the side of entry: {least}");
         }
     }
 
     #[test]
-    fn a_side_is_let_go_when_it_is_left_by_the_edge_or_by_force() {
+    fn side_is_dropped_beyond_the_edge_or_when_deep() {
         let wall = cuboid(DVec3::new(0.05, 0.05, 1e-4));
         // Through the wall, and then sideways past its edge.
         let mut way = straight(DVec3::new(0.04, 0.0, 0.0095), DVec3::new(0.04, 0.0, -0.005));
@@ -356,7 +356,7 @@ mod tests {
     }
 
     #[test]
-    fn a_probe_that_goes_around_the_edge_is_not_held() {
+    fn probe_around_the_edge_has_not_tunnelled() {
         let wall = cuboid(DVec3::new(0.05, 0.05, 1e-4));
         // Half a turn about the edge x = 0.05 at a distance of 0.4 mm, then back under the wall.
         let round = (0..40).map(|k| {
@@ -370,7 +370,7 @@ mod tests {
     }
 
     #[test]
-    fn slow_ticks_and_leaps_are_taken_whole() {
+    fn slow_ticks_and_jumps_have_no_sub_steps() {
         for (travel, parts) in
             [(0.0, 1), (4.9e-4, 1), (5.1e-4, 2), (7.9e-3, 16), (8.1e-3, 1), (f64::INFINITY, 1), (f64::NAN, 1)]
         {

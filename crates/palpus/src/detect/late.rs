@@ -48,7 +48,7 @@ impl PairSearch {
             match self.hold(asked, place, pieces, 0) {
                 Some(held) => counters.held += if k < late { held } else { 0 },
                 None => {
-                    debug_assert!(k < late, "a pair at rest has an answer");
+                    debug_assert!(k < late, "a resting pair has stored contacts");
                     counters.unseen += 1;
                     self.unseen_separation = f64::NEG_INFINITY;
                 }

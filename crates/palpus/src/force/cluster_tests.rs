@@ -71,7 +71,7 @@ fn run(contacts: &[Contact], settings: &LinkageSettings) -> Linkage {
 }
 
 #[test]
-fn equals_quadratic_single_linkage() {
+fn clusters_equal_quadratic_single_linkage() {
     let mut random = Random::new(SEED);
     for round in 0..400 {
         let n = 1 + random.below(90);
@@ -91,7 +91,7 @@ fn equals_quadratic_single_linkage() {
 }
 
 #[test]
-fn chains_join_and_a_link_of_exactly_delta_does_not() {
+fn chains_join_but_distance_delta_does_not() {
     let line = |spacing: f64| -> Vec<Contact> {
         (0..60u32).map(|k| contact((k, 0), DVec3::X * (spacing * f64::from(k)), DVec3::Z, 0.0)).collect()
     };
@@ -104,7 +104,7 @@ fn chains_join_and_a_link_of_exactly_delta_does_not() {
 }
 
 #[test]
-fn a_cell_wall_separates_nobody() {
+fn cell_wall_does_not_separate_near_contacts() {
     // Pairs just under δ apart, in every direction and at every offset to the grid, which begins at
     // the first contact.
     let mut random = Random::new(SEED ^ 1);
@@ -122,7 +122,7 @@ fn a_cell_wall_separates_nobody() {
 }
 
 #[test]
-fn contacts_beyond_the_grid_are_linked_all_the_same() {
+fn contacts_outside_the_grid_are_linked() {
     let mut random = Random::new(SEED ^ 2);
     let mut contacts = cloud(&mut random, 80, 3.0 * RADIUS);
     for contact in contacts.iter_mut().skip(1) {
@@ -189,7 +189,7 @@ fn every_cluster_fits_its_cone_and_refines_single_linkage() {
 }
 
 #[test]
-fn the_walls_of_a_slot_and_the_two_sides_of_a_ring_are_apart() {
+fn opposed_walls_are_in_different_clusters() {
     let slot: Vec<_> = (0..20u32)
         .map(|k| {
             let side = if k % 2 == 0 { 1.0 } else { -1.0 };
@@ -215,7 +215,7 @@ fn the_walls_of_a_slot_and_the_two_sides_of_a_ring_are_apart() {
     let linkage = run(&ring, &CUT);
     assert_eq!(linkage.len(), 4);
     let sum = |k: usize| linkage.directions()[linkage.range(k)].iter().sum::<DVec3>().normalize();
-    assert!((0..4).map(sum).sum::<DVec3>().length() < 1e-12, "a centred peg feels nothing");
+    assert!((0..4).map(sum).sum::<DVec3>().length() < 1e-12, "a centred peg must have no force");
     // Contacts in the corner of a box (three walls at right angles) stay one cluster.
     let corner: Vec<_> =
         [DVec3::X, DVec3::Y, DVec3::Z].iter().map(|&n| contact((0, 0), DVec3::ZERO, n, -1e-4)).collect();
@@ -223,7 +223,7 @@ fn the_walls_of_a_slot_and_the_two_sides_of_a_ring_are_apart() {
 }
 
 #[test]
-fn what_does_not_fit_is_counted_and_the_deepest_stay() {
+fn contacts_above_capacity_are_counted_and_deepest_kept() {
     let mut random = Random::new(SEED ^ 6);
     let mut contacts = cloud(&mut random, 300, RADIUS);
     contacts[3].separation = f64::NAN;
@@ -242,7 +242,7 @@ fn what_does_not_fit_is_counted_and_the_deepest_stay() {
 }
 
 #[test]
-fn of_too_many_the_deepest_stay_and_those_that_push_elsewhere() {
+fn deepest_and_differently_directed_contacts_are_kept() {
     let mut random = Random::new(SEED ^ 9);
     let settings = LinkageSettings { radius: 0.0, most: 40, ..PAPER };
     // A hundred contacts press on a floor; thirty contacts at the ceiling are farther away than

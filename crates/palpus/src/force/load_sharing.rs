@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn shares_are_the_greatest_of_the_crowd_over_its_sum() {
+    fn shares_are_maximum_over_sum() {
         let mut random = Random::new(SEED);
         for round in 0..200 {
             let n = 1 + random.below(60);
@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn contacts_of_one_direction_push_as_the_deepest_wherever_they_are() {
+    fn parallel_contacts_push_like_the_deepest() {
         let mut random = Random::new(SEED ^ 4);
         for count in [1, 2, 7, 100, 600] {
             let contacts = toward_z(&mut random, count, 0.0);
@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn a_contact_that_enters_changes_nothing_and_then_little() {
+    fn new_contact_changes_the_force_continuously() {
         let mut random = Random::new(SEED ^ 1);
         for round in 0..200 {
             let mut contacts = some_contacts(&mut random, 20);
@@ -273,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn what_moves_a_little_changes_the_force_a_little() {
+    fn small_motion_changes_the_force_little() {
         // All engagements and directions change. In some rounds the deepest contact changes, or the
         // angle between two directions passes 90°.
         let mut random = Random::new(SEED ^ 5);
@@ -295,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn alike_contacts_push_no_more_than_the_deepest() {
+    fn similar_contacts_push_little_more_than_the_deepest() {
         let mut random = Random::new(SEED ^ 2);
         for round in 0..500 {
             let contacts = toward_z(&mut random, 30, 0.3);
@@ -312,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn opposed_and_square_walls_do_not_know_of_each_other() {
+    fn opposed_and_perpendicular_walls_are_independent() {
         for other in [DVec3::NEG_Y, DVec3::X] {
             let wall = |direction| single(direction, 1e-3);
             assert_eq!(LoadSharing::new(2).run(&[wall(DVec3::Y), wall(other)], 0.0), [1.0, 1.0]);
@@ -320,7 +320,7 @@ mod tests {
     }
 
     #[test]
-    fn a_finer_mesh_is_not_a_stiffer_one() {
+    fn finer_mesh_is_not_stiffer() {
         // A dome of 20° is pressed at its middle, with one to 441 contacts.
         let dome = |rings: i32| -> f64 {
             let contacts: Vec<Tilted> = (0..rings * rings)

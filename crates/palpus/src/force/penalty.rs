@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn the_bodies_push_each_other_alike() {
+    fn forces_on_both_bodies_are_opposite() {
         let mut random = Random::new(SEED);
         let centers = Centers { a: random.point(0.1), b: random.point(0.1) };
         let mut net = NetWrench::default();
@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn damping_never_pulls_and_never_begins_with_a_jump() {
+    fn damping_never_pulls_and_starts_continuously() {
         let cluster = alone(contact((0, 0), DVec3::ZERO, DVec3::Z, 5e-4));
         let elastic = 0.4;
         for (speed, force) in [(0.0, elastic), (-0.1, 0.6), (0.1, 0.2), (-9.0, 0.8), (9.0, 0.0)] {

@@ -51,10 +51,10 @@ enum ClusterFault {
     Normal,
     /// A member is deeper than the cluster, or the deepest member's separation differs from the
     /// cluster's.
-    #[error("the separation is not that of the deepest member")]
+    #[error("the separation differs from the deepest member's")]
     Separation,
     /// The midpoint is outside the bounding box of the members' midpoints.
-    #[error("the midpoint is not between those of the members")]
+    #[error("the midpoint is outside the box of the members' midpoints")]
     Midpoint,
 }
 
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn one_contact_stands_for_itself() {
+    fn single_contact_represents_itself() {
         let n = DVec3::new(1.0, 2.0, -2.0) / 3.0;
         let only = contact((4, 5), DVec3::new(0.1, -0.2, 0.3), n, -2e-4);
         let cluster = of(&[only]);
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn copies_change_nothing_and_the_deepest_gives_the_depth() {
+    fn copies_change_nothing_and_deepest_sets_the_depth() {
         let mut random = Random::new(SEED);
         let contacts: Vec<_> = (0..9)
             .map(|k| {
@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn normals_that_cancel_leave_the_deepest() {
+    fn cancelled_normals_use_the_deepest_contact() {
         let contacts =
             [contact((0, 0), DVec3::ZERO, DVec3::X, -1e-4), contact((1, 0), DVec3::Y * 1e-3, -DVec3::X, -1e-4)];
         let cluster = of(&contacts);

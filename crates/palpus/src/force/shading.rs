@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn a_flat_side_decides_and_a_crease_says_nothing() {
+    fn flat_side_decides_and_crease_is_ignored() {
         let n = DVec3::Z;
         let tilted = DVec3::new(0.1, 0.0, 1.0).normalize();
         assert!((shade(n, side(-tilted, 20.0), side(n, 0.0), 0.5) - n).length() < 1e-15);
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn the_turn_is_bounded_and_fades_without_a_jump() {
+    fn turn_is_bounded_and_continuous() {
         let most = 0.4;
         let mut random = Random::new(SEED ^ 1);
         for round in 0..500 {

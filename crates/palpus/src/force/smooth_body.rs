@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn a_drum_is_round_on_its_side_flat_on_its_lids_and_sharp_between() {
+    fn drum_has_a_smooth_side_and_sharp_rims() {
         let body = drum(20);
         let smooth = SmoothBody::new(&body, 0.6);
         for (piece, polytope) in body.polytopes().iter().enumerate() {

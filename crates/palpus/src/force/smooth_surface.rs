@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn a_crease_answers_nothing_and_faces_beside_it_their_own_normal() {
+    fn crease_has_no_normal_and_its_faces_have_one() {
         let (mesh, half_edges) = tube();
         let sharp = SmoothSurface::new(&mesh, &half_edges, |t, _| mesh.triangle_normal(t));
         let all = || 0..mesh.triangles().len() as u32;

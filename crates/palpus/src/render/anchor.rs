@@ -76,7 +76,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_hand_that_goes_on_turning_feels_no_jump() {
+    fn continued_rotation_gives_no_jump() {
         let (step, ticks) = (0.01, 1500);
         let mut anchor = Anchor::AT_GRIP;
         let mut last = DVec3::ZERO;

@@ -34,7 +34,7 @@ fn coupling() -> VirtualCoupling {
 }
 
 #[test]
-fn a_changed_renderer_answers_as_one_that_was_built_so() {
+fn changed_settings_equal_a_new_renderer() {
     let base = settings();
     for changed in [
         Settings { stiffness: 1500.0, ..base },
@@ -65,7 +65,7 @@ fn a_changed_renderer_answers_as_one_that_was_built_so() {
 }
 
 #[test]
-fn a_wider_tolerance_finds_what_a_renderer_built_so_finds() {
+fn wider_tolerance_equals_a_new_renderer() {
     let (near, wide) = (settings(), Settings { contact_tolerance: 3e-3, ..settings() });
     let (mut turned, mut built) = (drums(near), drums(wide));
     for (k, probe) in wander(400).iter().enumerate() {
@@ -83,7 +83,7 @@ fn a_wider_tolerance_finds_what_a_renderer_built_so_finds() {
 }
 
 #[test]
-fn a_coupling_begins_where_the_device_is_and_ends_there() {
+fn new_coupling_starts_at_the_device() {
     let direct = settings();
     let mut turned = cube_on_floor(direct);
     let coupled = Settings { coupling: Some(coupling()), ..direct };
@@ -113,7 +113,7 @@ fn a_coupling_begins_where_the_device_is_and_ends_there() {
 }
 
 #[test]
-fn friction_that_was_off_holds_nothing_any_more() {
+fn friction_after_a_pause_starts_without_strain() {
     let (dry, slippery) = (Settings { friction: Some(FRICTION), ..settings() }, settings());
     let mut renderer = cube_on_floor(dry);
     let across = |renderer: &mut Renderer, x| renderer.step(&at(x, -1e-3), DT, &NoClock).commanded.force.x;
@@ -127,7 +127,7 @@ fn friction_that_was_off_holds_nothing_any_more() {
 }
 
 #[test]
-fn what_cannot_be_or_wants_memory_is_refused_and_changes_nothing() {
+fn invalid_changes_are_refused_and_change_nothing() {
     let base = settings();
     let mut renderer = cube_on_floor(base);
     let mut refuse = |settings: Settings| {

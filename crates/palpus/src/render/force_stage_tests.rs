@@ -113,7 +113,7 @@ fn moving_the_whole_scene_moves_the_wrench() {
 }
 
 #[test]
-fn the_bodies_push_each_other_alike_and_friction_stays_in_the_cone() {
+fn forces_are_opposite_and_friction_is_in_its_cone() {
     let mut random = Random::new(SEED ^ 2);
     for (round, settings) in turns(100) {
         let (first, second, motions) = scene(&mut random);
@@ -133,7 +133,7 @@ fn the_bodies_push_each_other_alike_and_friction_stays_in_the_cone() {
 }
 
 #[test]
-fn more_contacts_of_one_surface_are_not_a_stiffer_one() {
+fn more_contacts_are_not_stiffer() {
     // 200 contacts on a patch smaller than δ push like one contact.
     let mut random = Random::new(SEED ^ 3);
     let patch: Vec<_> =
@@ -184,7 +184,7 @@ fn a_slot_narrower_than_delta_grips_the_probe_from_both_sides() {
 }
 
 #[test]
-fn numbers_that_are_none_do_not_reach_the_wrench() {
+fn non_finite_contacts_do_not_reach_the_wrench() {
     let mut random = Random::new(SEED ^ 4);
     let (mut first, second, motions) = scene(&mut random);
     for (k, bad) in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY].into_iter().enumerate() {
@@ -204,7 +204,7 @@ fn numbers_that_are_none_do_not_reach_the_wrench() {
 /// Load sharing divides stiffness and loads. The engagement of a cluster is always t − d, whatever
 /// contacts are near it.
 #[test]
-fn engagement_is_that_of_the_cluster_alone() {
+fn engagement_does_not_depend_on_other_clusters() {
     let mut random = Random::new(SEED ^ 9);
     for (round, settings) in turns(50) {
         let (first, second, motions) = scene(&mut random);

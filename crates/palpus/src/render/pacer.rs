@@ -73,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn the_allowance_comes_to_what_fits() {
+    fn allowance_converges_to_the_budget() {
         let mut pacer = Pacer::new(600_000);
         for _ in 0..20_000 {
             pacer.learn(&step(5_000, 400_000, 100_000));
@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn dearer_steps_count_at_once_and_cheaper_ones_slowly() {
+    fn price_rises_fast_and_falls_slowly() {
         let mut pacer = Pacer::new(600_000);
         for _ in 0..20_000 {
             pacer.learn(&step(5_000, 400_000, 0));
@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn a_query_always_gets_on() {
+    fn allowance_always_permits_progress() {
         let mut pacer = Pacer::new(600_000);
         for _ in 0..100 {
             pacer.learn(&step(5_000, 400_000, 5_000_000));

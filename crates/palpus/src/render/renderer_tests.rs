@@ -63,7 +63,7 @@ pub(super) fn settings() -> Settings {
 }
 
 #[test]
-fn a_cube_over_a_floor_is_pushed_straight_up_by_its_engagement() {
+fn cube_on_a_floor_is_pushed_up_by_its_engagement() {
     let mut renderer = cube_on_floor(settings());
     for height in [2e-3, 1e-3, 0.9e-3, 0.5e-3, 1e-5, 0.0, -1e-5, -1e-3, -4e-3] {
         let tick = renderer.step(&at(0.0123, height), DT, &NoClock);
@@ -110,7 +110,7 @@ fn device_state_is_that_of_the_grip() {
 }
 
 #[test]
-fn damping_hears_the_velocity_at_the_contact() {
+fn damping_uses_the_velocity_at_the_contact() {
     let mut renderer = cube_on_floor(Settings { damping: 4.0, ..settings() });
     let mut probe = at(0.0, -1e-3);
     probe.twist = Twist { angular: DVec3::Z * 3.0, linear: DVec3::new(0.5, 0.0, -0.1) };
@@ -130,7 +130,7 @@ fn limits_are_kept_and_counted() {
 }
 
 #[test]
-fn a_pose_that_is_none_gives_no_force_and_the_next_step_is_well() {
+fn invalid_pose_gives_no_force_for_one_step() {
     let mut renderer = cube_on_floor(settings());
     let good = renderer.step(&at(0.0, -1e-3), DT, &NoClock).commanded;
     for bad in [
@@ -189,7 +189,7 @@ fn largest_turn(shading: Option<ShadingSettings>) -> f64 {
 }
 
 #[test]
-fn shading_takes_the_edges_off_a_drum() {
+fn shading_smooths_the_edges_of_a_drum() {
     let bare = largest_turn(None);
     let shading = |crease: f64| Some(ShadingSettings { crease_angle: crease.to_radians(), most_turn: 0.5 });
     let shaded = largest_turn(shading(30.0));
@@ -229,7 +229,7 @@ fn the_same_steps_give_the_same_bits() {
 }
 
 #[test]
-fn a_lent_clock_times_the_stages() {
+fn caller_clock_times_the_stages() {
     struct Ticking(Cell<u64>);
     impl Clock for Ticking {
         fn now_ns(&self) -> u64 {

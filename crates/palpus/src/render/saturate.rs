@@ -114,7 +114,7 @@ mod tests {
     const LIMITS: Limits = Limits { force: 8.5, torque: 0.188 };
 
     #[test]
-    fn each_part_keeps_its_direction_and_loses_only_size() {
+    fn force_and_torque_keep_their_directions() {
         let wrench = Wrench { torque: DVec3::new(0.1, -0.7, 0.2), force: DVec3::new(-30.0, 4.0, 1e-3) };
         let answer = saturate(wrench, &LIMITS, Saturation::Separate);
         assert!(answer.force_cut && answer.torque_cut && !answer.non_finite);
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn one_part_may_be_cut_alone() {
+    fn force_and_torque_are_limited_separately() {
         let wrench = Wrench { torque: DVec3::X, force: DVec3::Y };
         let answer = saturate(wrench, &LIMITS, Saturation::Separate);
         assert!(!answer.force_cut && answer.torque_cut);
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn jointly_the_line_of_action_stays() {
+    fn joint_scaling_keeps_the_line_of_action() {
         let wrench = Wrench { torque: DVec3::new(0.0, 0.4, 0.0), force: DVec3::new(8.0, 0.0, 2.0) };
         let answer = saturate(wrench, &LIMITS, Saturation::Joint);
         assert!(answer.force_cut && answer.torque_cut);
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn an_under_actuated_device_feels_the_force_alone() {
+    fn under_actuated_device_gets_only_the_force() {
         let wrench = Wrench { torque: DVec3::Y, force: DVec3::new(30.0, 0.0, 0.0) };
         let answer = saturate(wrench, &LIMITS, Saturation::UnderActuated);
         assert_eq!(answer.wrench.torque, DVec3::ZERO);

@@ -260,7 +260,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_setting_that_cannot_be_is_named() {
+    fn invalid_setting_is_named() {
         let good = Settings::default();
         assert_eq!(good.validate(), Ok(()));
         let friction = |static_coefficient, dynamic_coefficient, tangential_stiffness| Settings {

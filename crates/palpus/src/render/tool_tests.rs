@@ -56,7 +56,7 @@ fn above(height: f64) -> Pose {
 }
 
 #[test]
-fn at_rest_in_free_space_nothing_is_felt() {
+fn force_in_free_space_is_zero() {
     let mut renderer = coupled(|_| ());
     let pose = Pose::new(DQuat::from_rotation_x(0.3), DVec3::new(0.01, -0.02, 0.1));
     for _ in 0..10 {
@@ -83,7 +83,7 @@ fn at_rest_in_free_space_nothing_is_felt() {
 }
 
 #[test]
-fn pressed_on_a_floor_the_springs_in_a_row_balance() {
+fn springs_in_series_balance_on_a_floor() {
     for (mass, stiffness) in [(None, 5000.0), (Some(0.0), 5000.0), (None, 1e5), (Some(0.5), 5000.0)] {
         let mut renderer = coupled(|settings| {
             settings.stiffness = stiffness;
@@ -108,7 +108,7 @@ fn pressed_on_a_floor_the_springs_in_a_row_balance() {
 }
 
 #[test]
-fn a_hand_that_presses_harder_than_the_device_does_not_press_the_tool_in() {
+fn strong_hand_does_not_press_the_tool_in() {
     let mut renderer = coupled(|settings| {
         settings.stiffness = VirtualCoupling::contact_stiffness(&LIMITS, settings.contact_tolerance).unwrap();
     });
@@ -124,7 +124,7 @@ fn a_hand_that_presses_harder_than_the_device_does_not_press_the_tool_in() {
 }
 
 #[test]
-fn one_step_is_what_many_small_ones_are() {
+fn one_step_nearly_equals_many_small_steps() {
     // The same equations with a thousandth of the step: backward Euler converges with first order.
     let device = |time: f64| {
         let swing = (TAU * 3.0 * time).sin();
@@ -157,7 +157,7 @@ fn one_step_is_what_many_small_ones_are() {
 }
 
 #[test]
-fn friction_holds_within_its_cone_and_slides_at_its_edge() {
+fn friction_sticks_in_its_cone_and_slides_at_its_limit() {
     let friction = FrictionSettings { static_coefficient: 0.5, dynamic_coefficient: 0.4, tangential_stiffness: 5000.0 };
     let mut renderer = coupled(|settings| settings.friction = Some(friction));
     let pressed = |x: f64| at(Pose { translation: above(-3e-3).translation + DVec3::X * x, ..Pose::IDENTITY });
@@ -187,7 +187,7 @@ fn friction_holds_within_its_cone_and_slides_at_its_edge() {
 }
 
 #[test]
-fn tilting_through_flat_no_tick_jumps() {
+fn tilting_through_flat_is_continuous() {
     // The torque's change per tick is at most a few times the coupling's torque for the motion of
     // one tick.
     let mut renderer = coupled(|settings| settings.clustering = Clustering::Smooth);
@@ -216,7 +216,7 @@ fn tilting_through_flat_no_tick_jumps() {
 }
 
 #[test]
-fn nonsense_resets_and_is_counted_and_the_next_state_is_felt_again() {
+fn nonsense_resets_the_tool_and_is_counted() {
     let mut renderer = coupled(|_| ());
     renderer.step(&at(above(0.01)), DT, &NoClock);
     let far = Pose { translation: DVec3::splat(1e200), ..above(0.0) };
@@ -231,7 +231,7 @@ fn nonsense_resets_and_is_counted_and_the_next_state_is_felt_again() {
 }
 
 #[test]
-fn what_a_device_allows_is_what_a_coupling_is() {
+fn coupling_follows_the_limits_of_the_device() {
     let of = |force, torque, period| VirtualCoupling::tuned(&Limits { force, torque }, period, 1e-3);
     for limits in [(8.5, 0.188), (3.3, 0.0), (12.0, 0.0), (0.0, 0.0), (f64::INFINITY, f64::INFINITY), (22.0, 0.188)] {
         for period in [1e-4, 1e-3, 2e-3] {
@@ -249,7 +249,7 @@ fn what_a_device_allows_is_what_a_coupling_is() {
 }
 
 #[test]
-fn a_pressed_plate_stands_flat() {
+fn pressed_plate_stays_flat() {
     // 2 N on a plate of 60 mm resist a torque of 60 mN·m before the plate tips over its edge.
     let half = DVec3::new(0.03, 0.03, 0.0025);
     let mut settings =

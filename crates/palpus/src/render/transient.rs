@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn an_impact_rings_as_its_material_does() {
+    fn impact_vibrates_like_its_material() {
         for (name, material) in Material::NAMED {
             let Material { frequency, decay, gain } = material;
             for (k, force) in rung(&material, 0.2, 100).into_iter().enumerate() {
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn what_rests_slides_and_rolls_does_not_ring() {
+    fn resting_sliding_and_rolling_do_not_vibrate() {
         let mut transient = Transient::STILL;
         let turned = |k: usize| DVec3::new((0.01 * k as f64).sin(), 0.0, (0.01 * k as f64).cos());
         transient.press(DVec3::Z, 0.0);
@@ -176,13 +176,13 @@ mod tests {
     }
 
     #[test]
-    fn a_ring_leaves_the_device_to_the_contact() {
+    fn vibration_stays_within_the_limit() {
         let force = rung(&Material::STEEL, 1e6, 50);
         assert!(force.iter().all(|force| force.abs() <= 100.0 / 3.0 + 1e-9) && force.iter().any(|force| *force > 20.0));
     }
 
     #[test]
-    fn a_slow_loop_does_not_ring() {
+    fn slow_loop_does_not_vibrate() {
         let mut transient = Transient::STILL;
         transient.press(DVec3::Z, 1.0);
         assert_eq!(transient.ring(&Material::STEEL, 2e-3, 8.5), DVec3::ZERO);

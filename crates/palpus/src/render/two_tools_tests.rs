@@ -131,7 +131,7 @@ fn wandering(random: &mut Random, pose: &mut Pose) -> ProbeState {
 }
 
 #[test]
-fn tools_that_do_not_touch_are_alone_to_the_bit() {
+fn separate_tools_equal_single_tools_to_the_bit() {
     for coupling in [false, true] {
         let block = block();
         let floor = boxes(&[FLOOR], &Pose::IDENTITY);
@@ -156,7 +156,7 @@ fn tools_that_do_not_touch_are_alone_to_the_bit() {
 }
 
 #[test]
-fn what_one_tool_gives_the_other_takes() {
+fn forces_between_tools_are_opposite() {
     let mut touching = 0;
     for (round, friction) in [None, Some(FRICTION)].into_iter().cycle().take(4).enumerate() {
         let mut two = blocks(
@@ -203,7 +203,7 @@ fn forces_between(tick: &Tick) -> usize {
 }
 
 #[test]
-fn a_tool_that_is_a_part_of_the_environment_feels_like_it() {
+fn resting_tool_equals_a_part_of_the_environment() {
     const WALL: (DVec3, DVec3) = (DVec3::new(0.03, -0.1, 0.001), DVec3::new(0.06, 0.1, 0.08));
     let block = block();
     // First the tool stands in a corner, which pushes in two directions. Then it touches only the
@@ -234,7 +234,7 @@ fn a_tool_that_is_a_part_of_the_environment_feels_like_it() {
 }
 
 #[test]
-fn in_a_moved_frame_everything_is_the_same() {
+fn moving_the_world_moves_the_wrenches() {
     let moved = Pose::new(DQuat::from_scaled_axis(DVec3::new(0.7, -0.4, 1.1)), DVec3::new(0.3, -0.2, 0.5));
     for coupling in [false, true] {
         let block = block();
@@ -273,12 +273,12 @@ fn in_a_moved_frame_everything_is_the_same() {
             }
             most = most.max(here.ticks()[0].from_other.force.length());
         }
-        assert!(most > 0.1, "they hardly touch: {most}");
+        assert!(most > 0.1, "the tools must press harder: {most}");
     }
 }
 
 #[test]
-fn at_rest_a_pair_stays_at_rest() {
+fn resting_pair_stays_at_rest() {
     // Far apart, within the distance of the query, and just touching.
     for gap in [0.01, 4e-4, 1.0001e-4] {
         let mut two = blocks(|settings| settings.friction = Some(FRICTION), true);
@@ -314,7 +314,7 @@ fn pressed(two: &mut Two, overlap: f64, velocity: DVec3, ticks: u32) -> [Wrench;
 }
 
 #[test]
-fn pressed_against_each_other_three_springs_in_a_row_balance() {
+fn three_springs_in_series_balance() {
     let mut two = blocks(|_| (), true);
     let settings = *two.settings_between();
     let coupling = settings.coupling.unwrap();
@@ -330,7 +330,7 @@ fn pressed_against_each_other_three_springs_in_a_row_balance() {
 }
 
 #[test]
-fn pushed_along_they_press_as_at_rest() {
+fn moving_pair_presses_like_a_resting_pair() {
     // Two separate steps with the other tool's last pose would give tens of newtons at 0.1 m/s.
     let standing = pressed(&mut blocks(|_| (), true), 4e-3, DVec3::ZERO, 1200);
     for velocity in [DVec3::X * 0.1, DVec3::X * 0.4, DVec3::new(-0.1, 0.2, 0.3)] {
@@ -342,7 +342,7 @@ fn pushed_along_they_press_as_at_rest() {
 }
 
 #[test]
-fn a_tool_against_a_driven_one_is_a_tool_against_a_wall() {
+fn tool_against_a_direct_tool_equals_tool_against_wall() {
     let block = block();
     let floor = boxes(&[FLOOR], &Pose::IDENTITY);
     let held = coupled();
@@ -362,7 +362,7 @@ fn a_tool_against_a_driven_one_is_a_tool_against_a_wall() {
 }
 
 #[test]
-fn friction_holds_what_moves_differently_and_not_what_moves_together() {
+fn friction_acts_only_on_relative_motion() {
     let mut two = blocks(|settings| settings.friction = Some(FRICTION), false);
     let both = |shift: DVec3, along: DVec3| {
         let place = |x: f64, by: DVec3| still(Pose::from_translation(DVec3::new(x, 0.0, 0.1) + by));
@@ -380,7 +380,7 @@ fn friction_holds_what_moves_differently_and_not_what_moves_together() {
 }
 
 #[test]
-fn a_pose_that_is_none_is_not_there_for_the_other() {
+fn tool_with_invalid_pose_is_ignored() {
     let mut two = blocks(|_| (), true);
     let mut alone = blocks(|_| (), true);
     let away = still(at(0.1, 0.1, 0.1));
@@ -398,7 +398,7 @@ fn a_pose_that_is_none_is_not_there_for_the_other() {
 }
 
 #[test]
-fn nonsense_steps_are_survived() {
+fn nonsense_steps_give_finite_wrenches() {
     let mut two = blocks(|_| (), true);
     pressed(&mut two, 2e-3, DVec3::ZERO, 400);
     let states = [still(at(-HALF.x + 1e-3, 0.0, 0.1)), still(at(HALF.x - 1e-3, 0.0, 0.1))];
@@ -414,7 +414,7 @@ fn nonsense_steps_are_survived() {
 }
 
 #[test]
-fn the_contact_hands_on_what_it_takes_and_no_more() {
+fn contact_transmits_energy_without_gain() {
     for coupling in [false, true] {
         let mut two = blocks(|settings| settings.friction = Some(FRICTION), coupling);
         let (mut sum, mut most, mut through) = (0.0, 0.0f64, 0.0f64);
@@ -441,7 +441,7 @@ fn the_contact_hands_on_what_it_takes_and_no_more() {
 }
 
 #[test]
-fn settings_change_for_one_tool_and_for_what_is_between() {
+fn settings_change_for_one_tool_and_its_pairs() {
     let mut two = blocks(|_| (), false);
     let states = [still(at(-HALF.x + 5e-4, 0.0, 0.1)), still(at(HALF.x - 5e-4, 0.0, 0.1))];
     let soft = Settings { stiffness: 400.0, ..*two.settings()[1] };

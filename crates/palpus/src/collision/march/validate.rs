@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn a_point_on_a_bent_merged_face_is_on_it() {
+    fn point_on_a_bent_merged_face_is_accepted() {
         let mut random = Random::new(SEED);
         let tip = ball(&mut random);
         for case in 0..2000 {

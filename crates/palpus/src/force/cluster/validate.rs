@@ -16,10 +16,10 @@ use crate::algebra::tolerance::VALIDATED_CONTACTS;
 pub(super) enum ClusterFault {
     /// The ranges of the clusters do not cover all admitted contacts without gaps, or a range is
     /// empty.
-    #[error("the clusters do not cover the {0} contacts one after the other")]
+    #[error("the clusters do not cover all {0} contacts without gaps")]
     Ranges(usize),
     /// The members of a cluster are not in canonical order, or a member belongs to another cluster.
-    #[error("cluster {0} has members out of order, or those of another")]
+    #[error("cluster {0} has members out of order, or members of another cluster")]
     Members(usize),
     /// Contacts nearer than the radius are in different clusters.
     #[error("contacts of ranks {0} and {1} are nearer than the radius and in different clusters")]

@@ -104,7 +104,7 @@ fn the_friction_cone_holds_for_any_stream_of_contacts() {
 }
 
 #[test]
-fn a_million_ticks_of_trembling_do_not_move_a_block() {
+fn a_million_ticks_of_tremor_do_not_move_a_block() {
     let mut random = Random::new(SEED ^ 1);
     let mut tracker = FrictionTracker::new(8);
     drag(&mut tracker, 0.1);
@@ -139,7 +139,7 @@ fn a_cluster_is_as_stiff_and_as_strong_as_one_contact() {
 }
 
 #[test]
-fn the_next_piece_takes_over_the_strain_and_a_lost_contact_is_forgotten() {
+fn next_piece_takes_over_the_strain() {
     let mut tracker = FrictionTracker::new(8);
     drag(&mut tracker, 0.0);
     let before = drag(&mut tracker, 5e-4);
@@ -207,7 +207,7 @@ fn corners_resist_twisting_up_to_their_load() {
 }
 
 #[test]
-fn what_is_pushed_along_turns_easily() {
+fn sliding_patch_turns_easily() {
     // A patch that spins while it slides is braked less than a patch that spins in place.
     let (reach, slide) = (0.05, DVec3::X * 5e-5);
     let most = SETTINGS.dynamic_coefficient * NORMAL_FORCE;
@@ -227,7 +227,7 @@ fn what_is_pushed_along_turns_easily() {
 }
 
 #[test]
-fn a_crowded_contact_holds_as_stiffly_as_its_share() {
+fn load_share_sets_the_tangential_stiffness() {
     // With load sharing, the largest strain is the same for any share. So k contacts at one place
     // hold the same force as one contact.
     let shift = DVec3::X * 4e-4;
@@ -258,7 +258,7 @@ fn a_crowded_contact_holds_as_stiffly_as_its_share() {
 }
 
 #[test]
-fn turning_everything_turns_the_friction() {
+fn rotating_the_scene_rotates_the_friction() {
     let mut random = Random::new(SEED ^ 2);
     for round in 0..20 {
         let scene = random.pose(0.5);

@@ -41,7 +41,7 @@ fn corners_count_by_exterior_angle() {
 }
 
 #[test]
-fn inner_and_double_contacts_count_for_nothing() {
+fn inner_and_double_contacts_have_no_share() {
     let flat = [
         at(0.0, 0.0, 0.0),
         at(0.04, 0.0, 0.0),
@@ -55,7 +55,7 @@ fn inner_and_double_contacts_count_for_nothing() {
 }
 
 #[test]
-fn a_face_in_two_pieces_is_borne_by_its_rim() {
+fn rim_bears_a_face_of_two_pieces() {
     let half = |x: f64, piece: u32| {
         [(x, 0.0), (x + 0.02, 0.0), (x + 0.02, 0.02), (x, 0.02)]
             .map(|(x, y)| Tilted { pieces: [0, piece], ..at(x, y, 0.0) })
@@ -67,7 +67,7 @@ fn a_face_in_two_pieces_is_borne_by_its_rim() {
 }
 
 #[test]
-fn other_directions_count_by_themselves() {
+fn contacts_of_other_directions_are_independent() {
     let mut corner = [at(0.0, 0.0, 0.0), at(0.01, 0.0, 0.0)];
     corner[1].direction = DVec3::X;
     close(&shares(&corner), &[1.0, 1.0]);
@@ -76,7 +76,7 @@ fn other_directions_count_by_themselves() {
 }
 
 #[test]
-fn a_deep_contact_keeps_its_share_from_those_without_load() {
+fn unloaded_contacts_take_no_share() {
     // A crown of 0.02 mm over 20 mm: corners lie above the top.
     let mut crown = [at(0.0, 0.0, 0.0); 5];
     for (k, corner) in crown.iter_mut().skip(1).enumerate() {

@@ -107,7 +107,7 @@ mod tests {
     const SEED: u64 = 0xb40a_0001;
 
     #[test]
-    fn a_kept_box_holds_all_that_is_within_the_margin() {
+    fn kept_box_contains_everything_within_the_margin() {
         const MARGIN: f64 = 0.1;
         let mut random = Random::new(SEED);
         let mut broad = Broad::default();
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn it_finds_what_looking_at_all_pairs_finds() {
+    fn pairs_equal_an_exhaustive_search() {
         let mut random = Random::new(SEED);
         let mut broad = Broad::default();
         let count = 40;

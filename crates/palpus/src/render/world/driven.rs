@@ -144,7 +144,7 @@ mod tests {
 
     /// A host at 60 Hz whose body swings and turns.
     #[test]
-    fn between_updates_of_a_slow_host_position_and_velocity_are_continuous() {
+    fn motion_between_updates_is_continuous() {
         let swing = |t: f64| 0.05 * (9.0 * t).sin();
         let rate = |t: f64| 0.45 * (9.0 * t).cos();
         let pose = |t: f64| Pose::new(DQuat::from_rotation_z(10.0 * swing(t)), DVec3::X * swing(t));
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn a_body_that_moves_as_it_was_said_to_stays_on_its_way() {
+    fn constant_velocity_is_followed_exactly() {
         let velocity = Twist { angular: DVec3::ZERO, linear: DVec3::X * 2.0 };
         let mut driven = Driven::at(Pose::IDENTITY);
         driven.update(Pose::IDENTITY, velocity);
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn a_host_that_falls_silent_leaves_its_body_at_rest() {
+    fn body_stops_without_updates() {
         let mut driven = Driven::at(Pose::IDENTITY);
         let velocity = Twist { angular: DVec3::Y, linear: DVec3::X };
         driven.update(Pose::IDENTITY, velocity);
@@ -204,7 +204,7 @@ mod tests {
             last = now;
         }
         assert!(last.1.linear.length() < 1e-12 && driven.is_overdue(), "{last:?}");
-        assert!(fastest < 0.02, "it slows down gently: {fastest}");
+        assert!(fastest < 0.02, "the body must slow down gently: {fastest}");
         assert!((last.0.translation.x - 1.5 * DRIVEN_PATIENCE).abs() < 1e-9, "{last:?}");
     }
 }

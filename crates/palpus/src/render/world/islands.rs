@@ -83,7 +83,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_touches_through_others_is_one_group() {
+    fn indirect_contact_joins_groups() {
         let mut islands = Islands::default();
         (0..7).for_each(|_| islands.add());
         islands.begin();

@@ -190,7 +190,7 @@ mod tests {
 
     /// Bodies on springs, some of them joined: the solution of the product is the original vector.
     #[test]
-    fn solving_undoes_multiplying_for_any_graph_of_contacts() {
+    fn solution_inverts_multiplication_for_any_graph() {
         let mut random = Random::new(SEED);
         for size in [1, 2, 3, 7, 20] {
             let mut system = BlockSystem::new(20);
@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_definite_is_said() {
+    fn indefinite_matrix_is_reported() {
         let mut system = BlockSystem::new(1);
         system.begin(1);
         system.set_own(0, ZERO, &Wrench::ZERO);

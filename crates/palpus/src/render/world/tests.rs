@@ -69,7 +69,7 @@ fn speed(world: &World, body: BodyId) -> f64 {
 }
 
 #[test]
-fn a_block_on_a_table_and_a_stack_of_three_come_to_rest_and_stay() {
+fn block_and_stack_come_to_rest() {
     for count in [1, 3] {
         let mut world = table();
         let body = cuboid(DVec3::splat(0.04));
@@ -96,7 +96,7 @@ fn a_block_on_a_table_and_a_stack_of_three_come_to_rest_and_stay() {
 
 #[test]
 #[ignore = "ten minutes of rest take minutes"]
-fn a_block_and_a_stack_rest_for_ten_minutes() {
+fn block_and_stack_rest_for_ten_minutes() {
     for count in [1, 3] {
         let mut world = table();
         let body = cuboid(DVec3::splat(0.04));
@@ -128,7 +128,7 @@ fn a_block_and_a_stack_rest_for_ten_minutes() {
 /// On a slope just below the friction angle a block stays. Just above this angle, it slides as
 /// Coulomb's law predicts.
 #[test]
-fn a_block_on_a_slope_holds_and_slides_as_coulombs() {
+fn block_on_a_slope_follows_coulombs_law() {
     let limit = MU.atan();
     for (slope, slides) in [(0.5 * limit, false), (0.97 * limit, false), (1.2 * limit, true)] {
         let mut world = table();
@@ -155,7 +155,7 @@ fn a_block_on_a_slope_holds_and_slides_as_coulombs() {
 
 /// Three bodies collide in free space at odd angles.
 #[test]
-fn momentum_is_conserved_when_free_bodies_meet() {
+fn collisions_conserve_momentum() {
     let mut world = World::new(settings()).unwrap();
     let bodies = [
         (cuboid(DVec3::new(0.06, 0.04, 0.02)), at(0.0, 0.0, 0.0)),
@@ -207,7 +207,7 @@ fn meant(in_by: f64, lift: f64, turn: f64) -> [ProbeState; 2] {
 }
 
 #[test]
-fn two_tools_that_squeeze_a_free_block_lift_it_and_turn_it() {
+fn two_tools_lift_and_turn_a_free_block() {
     let (mut world, block, fingers) = squeeze();
     let (depth, height, angle) = (3e-3, 0.05, 0.5);
     for k in 0..3000 {
@@ -228,7 +228,7 @@ fn two_tools_that_squeeze_a_free_block_lift_it_and_turn_it() {
 
 /// Bodies that a tool does not touch do not change its wrench.
 #[test]
-fn a_tool_alone_feels_what_it_feels_among_many() {
+fn bodies_without_contact_do_not_change_the_wrench() {
     let probe = cuboid(DVec3::splat(0.02));
     let press = |k: u32| {
         let t = f64::from(k) * DT;
@@ -253,7 +253,7 @@ fn a_tool_alone_feels_what_it_feels_among_many() {
 }
 
 #[test]
-fn what_is_put_elsewhere_or_added_later_is_felt_there() {
+fn moved_and_added_bodies_are_felt() {
     let mut world = World::new(settings()).unwrap();
     let block = cuboid(DVec3::splat(0.02));
     let wall = world.add(Object::fixed(block.clone(), at(1.0, 0.0, 0.0))).unwrap();
@@ -273,7 +273,7 @@ fn what_is_put_elsewhere_or_added_later_is_felt_there() {
 }
 
 #[test]
-fn what_cannot_be_is_refused_and_changes_nothing() {
+fn invalid_input_is_refused_and_changes_nothing() {
     let mut world = table();
     let body = cuboid(DVec3::splat(0.02));
     for density in [0.0, -1.0, f64::NAN, f64::INFINITY] {

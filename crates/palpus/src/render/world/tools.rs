@@ -53,7 +53,7 @@ impl World {
         }
         let other = |shading: &ShadingSettings| held.crease_angle != Some(shading.crease_angle);
         if let Some(shading) = settings.shading.filter(other) {
-            return refused("shading.crease_angle", shading.crease_angle, "that for which surfaces were prepared");
+            return refused("shading.crease_angle", shading.crease_angle, "the prepared crease angle");
         }
         let thing = held.thing;
         self.tools[tool.0].set_settings(&self.things[thing].body, settings);

@@ -74,7 +74,7 @@ fn largest_step(facets: u32, along: f64) -> f64 {
 
 /// The change is 112 to 120 mN if a contact has no friction in the step that first presses it.
 #[test]
-fn friction_goes_on_from_facet_to_facet() {
+fn friction_continues_from_facet_to_facet() {
     for (facets, along) in [(6, 0.03), (12, 0.0), (12, 0.03)] {
         let step = largest_step(facets, along);
         assert!(step < 0.05, "{facets} facets, {along} m/s along them: {step} N");

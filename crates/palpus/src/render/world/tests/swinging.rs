@@ -34,7 +34,7 @@ fn drag(lean: f64, speed: f64) -> u32 {
 
 /// Without relaxation, 35 of 600 steps oscillate between two solutions until the rounds end.
 #[test]
-fn a_stick_that_friction_lifts_settles() {
+fn step_with_lifting_friction_settles() {
     let unsettled = drag(0.8, 0.3);
     assert!(unsettled <= 6, "{unsettled} steps");
 }
