@@ -24,8 +24,8 @@
 //! * Depths are measured along the direction between the closest points, which turns with the body
 //!   whose feature is a face. If they were measured along the velocity, the depth of a sliding body
 //!   would include its whole path.
-//! * If a pair overlaps and its closest points were never measured, they are computed at the
-//!   pose of the last step (in the first step: at the pose that follows from the twist). If the
+//! * If a pair overlaps and its closest points were never measured, they are computed at an earlier
+//!   pose. This is the pose of the last step; in the first step, it follows from the twist. If the
 //!   pair overlaps there too, it gives no force. This is rare for a watched pair.
 //! * Pairs are watched below a distance of four tolerances, so that their features are known when
 //!   contact begins.

@@ -193,8 +193,8 @@ impl Features {
         Some(Self { a: Polyhedron::new(probe)?, b: Polyhedron::new(environment)?, wall })
     }
 
-    /// Returns the contacts with a separation below `reach` (m). `None` if a contact is deeper than
-    /// half a wall, if the contacts do not explain the overlap, or if two translations that
+    /// Returns the contacts with a separation below `reach` (m). `None` in three cases: a contact
+    /// is deeper than half a wall; the contacts do not explain the overlap; two translations that
     /// separate the bodies are about equally short.
     pub(crate) fn contacts(&self, pose_ba: &Pose, reach: f64) -> Option<Vec<TrueContact>> {
         let placed = self.a.placed.at(pose_ba);

@@ -61,9 +61,9 @@ impl Refined {
         Some(Self(law))
     }
 
-    /// Returns the contacts with a separation below `reach` (m) for the probe at `pose`. `None` if
-    /// they are ambiguous: a contact is deeper than half a wall, so the nearest surface may be on
-    /// the other side, or the pairs of features do not explain the overlap.
+    /// Returns the contacts with a separation below `reach` (m) for the probe at `pose`. `None` in
+    /// two cases: a contact is deeper than half a wall, so the nearest surface may be on the other
+    /// side; or the pairs of features do not explain the overlap.
     pub fn contacts(&self, pose: &Pose, reach: f64) -> Option<Vec<TrueContact>> {
         let mut found = match &self.0 {
             Law::Rails => knife_on_ridges(pose),

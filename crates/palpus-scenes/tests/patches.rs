@@ -1,9 +1,9 @@
 //! Tests flush contact during motion: the torque changes no faster than with springs at the
 //! corners of the overlap.
 //!
-//! The tests use direct rendering without friction, so the wrench is a function of the pose. A
-//! change of the torque is divided by the change from one spring with the contact stiffness k at a
-//! lever of the probe's size: |Δτ| / (motion × k × size).
+//! The tests use direct rendering without friction, so the wrench is a function of the pose. The
+//! tests measure changes of the torque relative to those of one spring with the contact stiffness
+//! k, at a lever of the probe's size: |Δτ| / (motion × k × size).
 
 mod bodies;
 

@@ -156,9 +156,8 @@ pub(super) fn point_shell(body: &Body, size: f64, memory: usize) -> Result<Vec<S
     Ok(outward.into_iter().filter_map(point).collect())
 }
 
-/// If the sum of the unit normals in a voxel is shorter than this, its direction is unreliable; an
-/// example is a voxel with two opposite sides of a sheet. Then the normal of the nearest triangle
-/// is used.
+/// If the sum of the unit normals in a voxel is shorter than this, the normal of the nearest
+/// triangle is used instead. An example is a voxel with two opposite sides of a sheet.
 const CANCELLED: f64 = 1e-6;
 
 /// A sample point of the probe's surface.

@@ -6,9 +6,9 @@
 //! 2. *Point shell*: the centres of the probe's surface voxels, at the same voxel size, each with
 //!    the mean inward normal of the surface there.
 //! 3. *Tangent-plane force*: for a point in a voxel of the force field, take the plane through the
-//!    voxel's centre that is perpendicular to the *point's* normal. d is the depth of the point
-//!    below the plane, towards the environment. The force is K d along the normal. So the force
-//!    does not depend on the environment's normals.
+//!    voxel's centre that is perpendicular to the *point's* normal. Here d is the depth of the
+//!    point below the plane, towards the environment. The force is K d along the normal. So the
+//!    force does not depend on the environment's normals.
 //! 4. *Virtual stiffness*: all forces and torques are added up. With more than ten points in
 //!    contact, the sum is divided by a tenth of their number, so that finer sampling does not make
 //!    the contact stiffer.

@@ -43,8 +43,8 @@ fn slab(low: DVec3, high: DVec3) -> PolygonSoup {
     surface.finish()
 }
 
-/// Returns a sphere around the origin with its vertices at `radius`, m. It is an icosahedron whose
-/// faces are divided in four `subdivisions` times: 20·4ⁿ triangles.
+/// Returns a sphere around the origin with its vertices at `radius`, m. It is an icosahedron in
+/// which each triangle is divided into four, `subdivisions` times: 20·4ⁿ triangles.
 pub fn sphere(radius: f64, subdivisions: u32) -> PolygonSoup {
     let golden = (1.0 + 5f64.sqrt()) / 2.0;
     let mut vertices: Vec<DVec3> = (0..12)

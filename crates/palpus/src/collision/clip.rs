@@ -57,8 +57,7 @@ pub(super) enum OverFace {
     Tail,
     /// The point is the edge's second end.
     Head,
-    /// The edge enters or leaves the prism at this point, over this side (index into the face's
-    /// loop). Or the edge misses the prism on this side.
+    /// The edge enters, leaves or misses the prism over this side (index into the face's loop).
     Side(usize),
 }
 

@@ -166,7 +166,7 @@ fn carrier(polytope: &Polytope, vertices: impl Iterator<Item = u32>, outward: DV
         return Feature::Edge(spoke.edge);
     }
     // A face that was merged within rounding may lack one of the vertices. So take the face that
-    // contains most of them.
+    // contains most of the vertices.
     let mut best = (0, f64::NEG_INFINITY, ring.at(0).left);
     for spoke in ring {
         let face = polytope.face_vertices(spoke.left);

@@ -5,8 +5,8 @@
 //!    Pairs that are left out are counted.
 //!
 //! The depth of an overlapping pair is unknown before its depth walk. The list uses an estimate:
-//! the overlap of the pieces along the direction of the last tick's depth, or along the direction
-//! in which the march detected the overlap.
+//! the overlap of the pieces along the direction of the last tick's depth, or along the
+//! direction that the march reported.
 
 use std::collections::BinaryHeap;
 

@@ -10,8 +10,9 @@
 //!    the most violated plane (vertex → edge, edge → face). The distance of the closed features
 //!    strictly decreases.
 //! 3. If an edge would pair with a face, it is clipped to the prism over the face. If the edge
-//!    crosses the face, the bodies overlap. Otherwise the derivative of its height shows the
-//!    nearest end, and the next pair is a vertex and the face, or the edge and a side of the face.
+//!    crosses the face, the bodies overlap. Otherwise the derivative of the edge's height shows
+//!    which end of the clipped edge is nearest. The next pair is then a vertex and the face, or the
+//!    edge and a side of the face.
 //! 4. A vertex below a face is a local minimum. If the vertex is inside the whole body, the bodies
 //!    overlap. Otherwise it lies above another face, and the march continues there.
 //! 5. Otherwise the pair is closest. Then the result is checked: no vertex of a body may reach past
@@ -20,9 +21,9 @@
 //!    ignores as rounding.
 //!
 //! The next state depends only on the state, so a repeated state means a cycle. After a cycle, an
-//! exhausted budget or a failed check, GJK computes the result, under the same conditions; the stop
-//! reason reports this. Every overlap has a witness: a vertex inside, an edge through a face, or
-//! features within touching distance.
+//! exhausted budget or a failed check, GJK computes the result. Its result satisfies the same
+//! conditions, and the stop reason reports the fallback. Every overlap has a witness: a vertex
+//! inside, an edge through a face, or features within touching distance.
 //!
 //! Deviations from V-Clip. Features are closed and have explicit closest points, so the distance
 //! decreases in each step. Growth needs a gain above rounding and shrinking does not, so parallel

@@ -4,16 +4,17 @@
 //!    the body. The reason: the displacement field of a rigid motion is affine, and the norm of an
 //!    affine field is convex.
 //! 2. So distances between the bodies change by at most the largest motion of a corner. This holds
-//!    for a's motion in b's frame and for b's motion in a's frame. The smaller one of these bounds
-//!    is added to the sum S.
+//!    for a's motion in b's frame and for b's motion in a's frame. The smaller of the two bounds is
+//!    added to the sum S.
 //! 3. A pair at distance `D` when the sum is S₀ is not nearer than `t` until the sum exceeds S₀ +
 //!    (D − t).
 //!
 //! A second sum adds up the angles of rotation (rad).
 //!
-//! S counts whole *quanta*, a fixed small fraction of the bodies' size. A motion is rounded up to
-//! whole quanta, and one quantum is added; a clearance is rounded down. So the sum stays exact for
-//! any run time, and the added quantum is a thousand times the rounding of transformed points.
+//! S is a whole number of *quanta*. A quantum is a fixed small fraction of the bodies' size. A
+//! motion is rounded up to whole quanta, and one quantum is added. A clearance is rounded down. So
+//! the sum stays exact for any run time. The added quantum covers the rounding of transformed
+//! points, which is a thousand times smaller.
 
 use glam::{DMat3, DVec3};
 

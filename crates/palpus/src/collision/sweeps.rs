@@ -32,7 +32,7 @@ fn check(a: &Polytope, b: &Polytope, pose: &Placement, start: FeaturePair, what:
     let rounding = 1e-14 * size;
     match (answer.proximity, expected.proximity) {
         (Proximity::Disjoint(p), Proximity::Disjoint(q)) => {
-            // Each distance lies between its lower bound and itself.
+            // The true distance lies between each result's lower bound and its distance.
             assert!(p.distance - missing <= q.distance + rounding, "march is farther: {}", context());
             assert!(q.distance - loose <= p.distance + rounding, "march is nearer: {}", context());
             (answer, missing / p.distance)

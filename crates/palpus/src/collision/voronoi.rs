@@ -8,7 +8,7 @@
 //! * vertex: one plane per edge at the vertex, perpendicular to the edge; beyond the plane is the
 //!   edge's region;
 //! * edge: two planes at its ends (handled by clamping), and one plane per face, perpendicular to
-//!   the face; beyond the latter is the face's region;
+//!   the face; beyond a face's plane is the face's region;
 //! * face: one plane per side, perpendicular to the face; beyond the plane is the region of the
 //!   side's edge.
 //!

@@ -28,9 +28,9 @@
 //!
 //! Bodies that overlap must always have a contact. If no depth is accepted, the query adds a
 //! *replacement contact*. It leads from a witness point inside the other solid to the nearest
-//! surface. The witness point is taken from the first of these that exists: the shallowest rejected
-//! depth; the deepest contact of the last overlap ([`LastOverlap`]), if its witness point is still
-//! inside; the least depth of two pieces without a shared normal.
+//! surface. It uses the witness point of the first available contact of this list: the shallowest
+//! rejected depth; the deepest contact of the last overlap ([`LastOverlap`]), if its witness point
+//! is still inside; the least depth of two pieces without a shared normal.
 //!
 //! Deviation: \[K02\] moves a depth to original features without such a check.
 
@@ -111,8 +111,8 @@ fn lies_within(body: &Body, own: &[u32], point: DVec3, depth: f64) -> bool {
     body.tree().nearest_among(point, depth, denies).is_none() && (!body.mesh().is_closed() || body.tree().inside(point))
 }
 
-/// Returns the replacement of `contact`: from the deeper one of its witness points to the nearest
-/// surface. `None` if neither point is inside the other body.
+/// Returns the replacement of `contact`: a contact from the deeper witness point of `contact` to
+/// the nearest surface. `None` if neither point is inside the other body.
 pub(super) fn replacement(asked: &Asked<'_>, contact: &Contact) -> Option<Contact> {
     let Asked { a, b, place, .. } = asked;
     let [point_a, point_b] = on_features(asked, contact);

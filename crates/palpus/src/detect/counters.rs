@@ -58,7 +58,8 @@ pub struct QueryCounters {
 }
 
 impl QueryCounters {
-    /// The cost in units of [`crate::algebra::Work`], without the contacts that were returned.
+    /// Returns the cost in units of [`crate::algebra::Work`], without the cost of the returned
+    /// contacts.
     pub(super) fn work(&self) -> u64 {
         self.traversal.work()
             + WORK_WALK * u64::from(self.walks)

@@ -1,6 +1,6 @@
 //! Tests queries with hundreds of touching pieces. A sample represents all pairs, and most pairs
-//! are not measured. The pressure of the contacts must nearly equal that of a query that measures
-//! each pair.
+//! are not measured. The pressure of the contacts must nearly equal the pressure from a query that
+//! measures each pair.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;

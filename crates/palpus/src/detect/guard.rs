@@ -14,10 +14,10 @@
 //! 3. A pair that has tunnelled is put on the list of *sides*. While it is on the list, its contact
 //!    has the normal of the side from which it came, whatever the march returns. The contact's
 //!    separation is the gap between the two support planes along this normal.
-//! 4. A side is dropped if the pair is apart along the side's normal, if its point has slid off the
-//!    edge of the piece, or if the query finds a contact on this side again. It is also dropped if
-//!    the pair becomes deeper than at the tunnelling by a fixed number of tolerances: a tool that
-//!    is pushed so far goes through.
+//! 4. A side is dropped in these cases: the pair is apart along the side's normal; its point has
+//!    slid off the edge of the piece; the query finds a contact on this side again. It is also
+//!    dropped if the pair becomes deeper than at the tunnelling by a fixed number of tolerances: a
+//!    tool that is pushed so far goes through.
 //!
 //! Direct rendering has no proxy that stays on the surface. For thin parts, the useful property of
 //! a proxy is its memory of the side. The guard adds this memory only for pairs that tunnelled.

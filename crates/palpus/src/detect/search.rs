@@ -253,7 +253,7 @@ impl PairSearch {
                 Found::Nothing => None,
             },
         };
-        // If both are equally near, take the contact, since its features are those of the mesh.
+        // If both are equally near, return the contact, since its features belong to the mesh.
         match (contact, nearest) {
             (Some(c), Some(n)) if c.separation <= n.separation => Some(c),
             (c, n) => n.or(c),

@@ -6,9 +6,9 @@
 //! 2. *Order* the contacts by their values (piece indices first). Then a permutation of the input
 //!    changes no bit of a later sum.
 //! 3. *Link* every two contacts whose midpoints are strictly nearer than the radius δ (eq. 2). A
-//!    group is a connected component of these links. A grid of cells of diagonal δ only saves work:
-//!    all midpoints in one cell are linked to the cell's first midpoint, and a cell is compared
-//!    with all cells nearer than δ. The corners of one patch belong to one pair of pieces, so each
+//!    group is a connected component of these links. A grid of cells with diagonal δ saves work.
+//!    All midpoints in one cell are linked to the cell's first midpoint, and each cell is compared
+//!    only with cells nearer than δ. The corners of one patch belong to one pair of pieces, so each
 //!    corner is linked as if it were in the patch's middle.
 //! 4. *Cut* a group whose normals do not fit into one cone of opening `split_angle`. The normal of
 //!    the deepest contact is the axis of the first cone. The cone takes all members whose normals
@@ -20,11 +20,11 @@
 //!
 //! Deviations. In the paper, the cells of an octree *are* the clusters. There, two very close
 //! contacts on the two sides of a cell's wall are in different clusters, which contradicts eq. 2.
-//! The cut (steps 4 and 5) is ours. Eq. 3 has no solution if the normals of a cluster cancel, as in
-//! a slot narrower than δ, or around a peg, where a chain of neighbours joins opposed normals.
-//! After the cut, each normal of a cluster differs from the cone's axis by at most half of
-//! `split_angle`. So the length of their weighted sum is at least `cos(split_angle / 2)` of the
-//! sum of the weights. `split_angle: None` gives the paper's eq. 2 alone.
+//! The cut (steps 4 and 5) is ours. Eq. 3 has no solution if the normals of a cluster cancel.
+//! Examples are a slot narrower than δ, and a peg in a hole, where a chain of neighbours joins
+//! opposed normals. After the cut, each normal of a cluster differs from the cone's axis by at most
+//! half of `split_angle`. So the length of their weighted sum is at least `cos(split_angle / 2)` of
+//! the sum of the weights. `split_angle: None` gives the paper's eq. 2 alone.
 //!
 //! [`Linkage::new`] allocates all memory.
 

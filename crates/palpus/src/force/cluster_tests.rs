@@ -1,5 +1,5 @@
-//! Compares clusters with those of a quadratic single linkage. Both use the same distance
-//! comparison and nothing else in common.
+//! Compares clusters with the clusters of a quadratic single linkage. The two algorithms share only
+//! the comparison of distances.
 
 use glam::DVec3;
 

@@ -45,11 +45,11 @@
 //! k_t, lightly loaded contacts would slip one by one at a smaller pull. A new cluster without load
 //! has no stiffness.
 //!
-//! **Implicit step.** Behind a coupling, the tool's implicit step finds the loads. A contact that
-//! is unloaded at the begin of a step may be loaded at its end: a tool that slides over the edge of
-//! a facet lifts off for one tick and presses again in the same step. So the step gives each
-//! contact at least its share of the load at the end of the last step. The contacts that share a
-//! load are together as stiff as one contact. An unloaded contact keeps its strain, and its
+//! **Implicit step.** Behind a coupling, the tool's implicit step finds the loads. A contact
+//! without load at the beginning of a step may have a load at its end. For example, a tool that
+//! slides over the edge of a facet lifts off and presses again in the same step. So the step gives
+//! each contact at least its share of the load at the end of the last step. The contacts that share
+//! a load are together as stiff as one contact. An unloaded contact keeps its strain, and its
 //! stiffness grows with the load that the step gives it.
 //!
 //! Deviations from HA00: static and dynamic coefficients with slip weakening between them replace

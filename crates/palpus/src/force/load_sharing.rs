@@ -2,15 +2,15 @@
 //! the same direction.
 //!
 //! Single linkage ([`super::Linkage`]) gives a cluster the force of its deepest member. When two
-//! clusters merge, the force of one of them disappears within one tick, and a hand feels this jump.
+//! clusters merge, one of the two forces disappears within one tick, and a hand feels this jump.
 //! Also, the number of clusters depends on the distances between pieces, which are arbitrary. Load
 //! sharing needs no clusters. Each contact pushes along its own direction. Contacts that push in
 //! the same direction have together the force of the deepest of them:
 //!
 //! F = Σᵢ k αᵢ wᵢ · (maxⱼ κᵢⱼ wⱼ / Σⱼ κᵢⱼ αⱼ wⱼ) · nᵢ
 //!
-//! Here w is the engagement (t − d, or the contact offset of a tool minus d; 0 if negative), κᵢⱼ =
-//! (max(nᵢ·nⱼ, 0))², and α is the tilt share ([`TiltShares`]; 1 for a contact outside any patch).
+//! Here κᵢⱼ = (max(nᵢ·nⱼ, 0))². w is the engagement: t − d, or the contact offset of a tool minus
+//! d; 0 if negative. α is the tilt share ([`TiltShares`]; 1 for a contact outside any patch).
 //!
 //! * κᵢᵢ = 1: a single contact keeps all of its force. Several contacts with one direction push
 //!   like one contact: their force, direction and point are exactly those of eq. 3–5 of \[K02\] for
@@ -131,7 +131,7 @@ impl LoadSharing {
         &self.shares
     }
 
-    /// Collects the properties of all contacts, pushing ones first.
+    /// Collects the properties of all contacts; pushing contacts come first.
     fn look(&mut self, contacts: &[Tilted]) {
         let seen = contacts.iter().zip(&self.counts).map(|(contact, &count)| {
             let Tilted { direction, separation, engagement, .. } = *contact;
@@ -160,7 +160,7 @@ impl LoadSharing {
 /// Returns the greatest κ m w and the sum of κ α w of `others`, where m is [`presence`] and w is
 /// `engagement`.
 fn felt(one: &Tilted, others: &[Seen], engagement: impl Fn(&Seen) -> f64) -> (f64, f64) {
-    // Four at a time, for SIMD; the order of the sum is always the same.
+    // The sum runs over groups of four, for SIMD. Its order is always the same.
     let (mut sums, mut most) = ([0.0; 4], [0.0; 4]);
     for four in others.chunks(4) {
         for (k, other) in four.iter().enumerate() {

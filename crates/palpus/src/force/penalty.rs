@@ -3,10 +3,10 @@
 //! 1. The normal force of a cluster: its engagement times the stiffness, plus damping.
 //! 2. The sum of the clusters' wrenches on each body, about that body's centre of mass.
 //!
-//! Deviations. The paper's eq. 6 has no stiffness, so that its force is in metres; here the
-//! stiffness k (N/m) is explicit. Damping is ours: it opposes the speed of approach at the
-//! midpoint, and is never larger than the elastic force. The total is therefore between 0 and 2 k
-//! w: a contact never pulls, and its force does not jump when it begins or ends (w = 0).
+//! Deviations. The paper's eq. 6 has no stiffness, so its force is in metres; here the stiffness k
+//! (N/m) is explicit. The paper has no damping. Here damping opposes the speed of approach at the
+//! midpoint, and never exceeds the elastic force. So the total force is between 0 and 2 k w: a
+//! contact never pulls, and its force does not jump when the contact begins or ends (w = 0).
 
 use glam::DVec3;
 
@@ -16,7 +16,7 @@ use crate::algebra::Wrench;
 /// Parameters of a cluster's normal force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PenaltySettings {
-    /// k, N/m.
+    /// k, stiffness of a cluster, N/m.
     pub stiffness: f64,
     /// Damping of the normal motion, N·s/m; 0 for none.
     pub damping: f64,
@@ -40,9 +40,9 @@ pub struct NetWrench {
     pub on_b: Wrench,
 }
 
-/// The magnitude of the cluster's normal force, N, never negative. `separating_speed` (m/s) is the
-/// speed of a away from b, at the midpoint and along the normal. The cluster gets this `share` of
-/// stiffness and damping: 1 if no other cluster pushes the same way.
+/// Returns the magnitude of the cluster's normal force, N, never negative. `separating_speed` (m/s)
+/// is the speed of a away from b, at the midpoint and along the normal. `share` is the cluster's
+/// fraction of stiffness and damping: 1 if no other cluster pushes in a similar direction.
 pub fn normal_force(cluster: &Cluster, share: f64, separating_speed: f64, settings: &PenaltySettings) -> f64 {
     let elastic = settings.stiffness * (share * cluster.engagement);
     elastic + (-settings.damping * share * separating_speed).clamp(-elastic, elastic)
@@ -83,7 +83,7 @@ mod tests {
             net.add(random.point(5.0), random.point(0.1), &centers);
         }
         assert_eq!(net.on_a.force, -net.on_b.force);
-        // About the same point, the torques are opposite too.
+        // If both torques are taken about the same point, they are opposite too.
         let on_b = net.on_b.about(centers.a - centers.b);
         assert!((net.on_a.torque + on_b.torque).length() < 1e-12, "seed {SEED:#x}");
     }

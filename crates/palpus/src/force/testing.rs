@@ -1,4 +1,4 @@
-//! Random contacts for this room's tests.
+//! Random contacts for the tests of `force`.
 
 use glam::{DQuat, DVec3};
 

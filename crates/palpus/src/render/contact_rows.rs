@@ -184,9 +184,9 @@ impl ContactRows {
         news
     }
 
-    /// Returns the impulse of the contacts on the tool in the step of `h` seconds with the solution
-    /// `twist`, with the forces of the last solved system (N·s, and N·m·s about the tool's
-    /// centre of mass).
+    /// Returns the impulse of the contacts on the tool (N·s, and N·m·s about its centre of mass) in
+    /// a step of `h` seconds. The forces are those of the last solved system, and `twist` is its
+    /// solution.
     pub(super) fn impulse(&self, twist: &Twist, h: f64, lag: f64) -> Wrench {
         let normal_forces = self.normal_rows.iter().filter(|row| row.acts).map(|row| {
             let speed = row.normal.dot(twist.at(row.offset));

@@ -56,8 +56,8 @@ pub struct VirtualCoupling {
     /// Contact offset, m: contacts push below this separation. Positive and at most the contact
     /// tolerance.
     pub skin: f64,
-    /// Mass of the tool, kg. Its inertia is that of the probe's mesh with this mass. With 0 the
-    /// tool has no mass and rests where all forces balance.
+    /// Mass of the tool, kg. The inertia is computed from the probe's mesh with this mass. With 0
+    /// the tool has no mass and rests where all forces balance.
     pub mass: f64,
 }
 

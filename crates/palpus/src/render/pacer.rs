@@ -29,7 +29,8 @@ pub struct Pacer {
 }
 
 impl Pacer {
-    /// A pacer for a loop of `rate_hz`. The target is that of `settings`, or a share of the period.
+    /// A pacer for a loop of `rate_hz`. The target is `time_budget` of `settings`, or a fixed
+    /// fraction of the period.
     pub fn of(settings: &Settings, rate_hz: f64) -> Self {
         Self::new(settings.time_budget.unwrap_or((PACE_SHARE * 1e9 / rate_hz) as u64))
     }

@@ -55,8 +55,8 @@ impl Reach {
         self.clear = self.clear.max(REACH_CREEP * self.skin);
     }
 
-    /// Returns the fraction (at most 1) of a step of `h` seconds with `twist` that the body may
-    /// move, so that it touches only contacts that the query has found.
+    /// Returns the allowed fraction (at most 1) of a step of `h` seconds with `twist`. Within it,
+    /// the body touches only contacts that the query has found.
     pub(super) fn share(&self, twist: &Twist, h: f64) -> f64 {
         let (travel, most) = (self.travel(twist, h), self.most.min(self.clear));
         if travel > most { most / travel } else { 1.0 }

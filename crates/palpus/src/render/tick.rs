@@ -65,7 +65,8 @@ pub struct ToolCounters {
     pub released: u32,
     /// 1 if the last round still changed the set of pressing or sliding contacts.
     pub unsettled: u32,
-    /// 1 if the step was shortened, so that nothing moves beyond the look-ahead distance.
+    /// 1 if the step was shortened, so that no point moves farther than the distance within which
+    /// contacts are searched.
     pub bounded: u32,
     /// 1 if the system had no finite solution; the tool was then moved to the device's pose.
     pub reset: u32,

@@ -42,8 +42,8 @@ pub(super) enum MarchFault {
 }
 
 impl March {
-    /// Returns true for one of [`VALIDATED_ANSWERS`] results. The last digits of the distance
-    /// decide, so every run chooses the same results.
+    /// Returns true for one in [`VALIDATED_ANSWERS`] results. The last digits of the distance
+    /// decide, so every run checks the same results.
     pub(super) fn is_sampled(&self) -> bool {
         match self.proximity {
             Proximity::Disjoint(Closest { distance, .. }) => {

@@ -9,8 +9,8 @@
 //!    Position and velocity are continuous (Hermite's cubic). At a constant velocity, the body
 //!    follows the host exactly.
 //! 2. *Continue*: the body keeps the update's velocity until the next update.
-//! 3. *Stop*: without an update for [`DRIVEN_PATIENCE`], the body slows down to rest within the
-//!    same time again.
+//! 3. *Stop*: if no update comes for [`DRIVEN_PATIENCE`], the body slows down and stops after
+//!    another [`DRIVEN_PATIENCE`].
 //!
 //! The velocity of a tick moves the body exactly to its next pose, so it agrees with the implicit
 //! step.

@@ -134,7 +134,8 @@ pub struct WorldCounters {
     pub largest: u32,
     /// Groups in which the last round still changed the set of pressing or sliding contacts.
     pub unsettled: u32,
-    /// Groups whose step was shortened, so that nothing moves beyond the look-ahead distance.
+    /// Groups whose step was shortened, so that no point moves farther than the distance within
+    /// which contacts are searched.
     pub bounded: u32,
     /// Groups without a solution. Their free bodies stop, and their tools move to the devices'
     /// poses.

@@ -225,8 +225,8 @@ impl Pair {
         self.rows.add_to(system, load, h, self.lag());
     }
 
-    /// Returns the impulse of the contacts on a in the step of `h` s with the solution `twist` of a
-    /// relative to b (N·s, and N·m·s about a's centre of mass).
+    /// Returns the impulse of the contacts on a (N·s, and N·m·s about a's centre of mass) in a
+    /// step of `h` s. The step's solution is the `twist` of a relative to b.
     pub(super) fn impulse(&self, twist: &Twist, h: f64) -> Wrench {
         self.rows.impulse(twist, h, self.lag())
     }

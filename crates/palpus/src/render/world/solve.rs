@@ -1,5 +1,5 @@
-//! The linear system of the bodies that one implicit step moves together: a matrix of 6×6 blocks,
-//! with one diagonal block for each body and one off-diagonal block for each pair of bodies in
+//! The linear system of the bodies that one implicit step moves together. Its matrix consists of
+//! 6×6 blocks: a diagonal block for each body, and an off-diagonal block for each pair of bodies in
 //! contact.
 //!
 //! The matrix is symmetric and positive definite, so it has a Cholesky factorisation. It is
