@@ -187,7 +187,7 @@ impl Near {
 }
 
 impl Features {
-    /// The features of two closed meshes. `wall` is the thickness of the thinnest wall that
+    /// Returns the features of two closed meshes. `wall` is the thickness of the thinnest wall that
     /// contacts enter, m. `None` if a mesh is invalid.
     pub(crate) fn new(probe: &PolygonSoup, environment: &PolygonSoup, wall: f64) -> Option<Self> {
         Some(Self { a: Polyhedron::new(probe)?, b: Polyhedron::new(environment)?, wall })
@@ -305,7 +305,7 @@ fn corners_on_faces(
     found
 }
 
-/// True if `p`, which lies in the plane of a triangle, lies in the triangle.
+/// Returns true if `p`, which lies in the plane of a triangle, lies in the triangle.
 fn is_within(p: DVec3, corners: [DVec3; 3], normal: DVec3) -> bool {
     (0..3).all(|k| {
         let (from, to) = (corners[k], corners[(k + 1) % 3]);

@@ -36,7 +36,7 @@ impl Fit {
     /// All fits.
     pub const ALL: [Self; 4] = [Self::Slot, Self::Drawer, Self::Key, Self::Peg];
 
-    /// The name of the built-in scene.
+    /// Returns the name of the built-in scene.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Slot => "slot",

@@ -43,7 +43,7 @@ enum Law {
 }
 
 impl Refined {
-    /// The contacts of `scene`, if they are known.
+    /// Returns the contacts of `scene`, if they are known.
     pub fn of(scene: &Scene) -> Option<Self> {
         // `wall` is the thickness of the thinnest wall that contacts enter, m.
         let features =

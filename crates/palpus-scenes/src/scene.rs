@@ -37,7 +37,7 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// True if the scene has no bodies except the probe and the environment.
+    /// Returns true if the scene has no bodies except the probe and the environment.
     pub fn is_of_two_bodies(&self) -> bool {
         self.second.is_none() && self.objects.is_empty()
     }

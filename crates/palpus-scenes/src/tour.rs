@@ -124,7 +124,7 @@ impl Walk {
         (self.is_free(&over, &next.lifted) && self.is_free(&place.lifted, &next.lifted)).then_some(next)
     }
 
-    /// True if the bodies are apart on the motion from one pose to another.
+    /// Returns true if the bodies are apart on the motion from one pose to another.
     fn is_free(&mut self, from: &Pose, to: &Pose) -> bool {
         (0..=LOOKS).all(|k| {
             let part = k as f64 / LOOKS as f64;

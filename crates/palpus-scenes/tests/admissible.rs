@@ -66,13 +66,13 @@ impl<'b> Half<'b> {
         self.body.pieces()[self.piece as usize].triangles()
     }
 
-    /// True if a triangle of the piece has this normal.
+    /// Returns true if a triangle of the piece has this normal.
     fn has_normal(&self) -> bool {
         self.patch().iter().any(|&t| self.body.mesh().triangle_normal(t).angle_between(self.outward) < ANGLE)
     }
 
-    /// True if a mesh edge of the piece lies along the edge of its hull, and the normal is between
-    /// the normals of the edge's triangles.
+    /// Returns true if a mesh edge of the piece lies along the edge of its hull, and the normal is
+    /// between the normals of the edge's triangles.
     fn has_arc(&self, edge: u32) -> bool {
         let (mesh, half_edges) = (self.body.mesh(), self.body.half_edges());
         let polytope = &self.body.polytopes()[self.piece as usize];
@@ -128,7 +128,7 @@ impl<'b> Half<'b> {
     }
 }
 
-/// True if `q` is within `near` of the triangle.
+/// Returns true if `q` is within `near` of the triangle.
 fn touches(p: [DVec3; 3], q: DVec3, near: f64) -> bool {
     let (low, high) = (p[0].min(p[1]).min(p[2]), p[0].max(p[1]).max(p[2]));
     if (low - q).max(q - high).max_element() > near {

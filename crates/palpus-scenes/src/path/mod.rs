@@ -121,7 +121,7 @@ impl HandPath {
         self.duration
     }
 
-    /// True if the path starts again after [`Self::duration`].
+    /// Returns true if the path starts again after [`Self::duration`].
     pub fn is_cyclic(&self) -> bool {
         self.cyclic
     }

@@ -50,7 +50,8 @@ pub fn channel(length: f64, section: &ChannelSection) -> PolygonSoup {
 }
 
 /// Returns a block with side lengths `outer` (m) and its top in the plane z = 0. A rectangular hole
-/// with side lengths `hole` (m) goes through it along the z axis. 32 triangles, genus 1.
+/// with side lengths `hole` (m) goes through it along the z axis. The shape has 32 triangles and
+/// genus 1.
 pub fn sleeve(outer: DVec3, hole: DVec2) -> PolygonSoup {
     let mut surface = Surface::default();
     let mut level = |z: f64| (surface.ring(rectangle(outer.truncate(), z)), surface.ring(rectangle(hole, z)));

@@ -78,7 +78,7 @@ impl CenterLine {
 }
 
 /// Returns a folded tube with wall and lumen, open at both cut ends. It is about 160 mm × 180 mm ×
-/// 45 mm in size, around the origin. 24 846 triangles, genus 1.
+/// 45 mm in size, around the origin. The shape has 24 846 triangles and genus 1.
 pub fn intestine() -> PolygonSoup {
     let line = CenterLine;
     let mut surface = Surface::default();

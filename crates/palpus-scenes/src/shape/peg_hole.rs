@@ -40,7 +40,8 @@ pub fn peg() -> PolygonSoup {
 }
 
 /// Returns a block of 40 mm × 40 mm × 25 mm with its top in the plane z = 0. A hole goes through it
-/// along the z axis, and leaves a diametral `clearance` (m) around [`peg`]. 144 triangles, genus 1.
+/// along the z axis, and leaves a diametral `clearance` (m) around [`peg`]. The shape has 144
+/// triangles and genus 1.
 pub fn hole_block(clearance: f64) -> PolygonSoup {
     const HALF_SIDE: f64 = 0.020;
     const HEIGHT: f64 = 0.025;

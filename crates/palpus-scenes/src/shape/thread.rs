@@ -17,7 +17,7 @@ use super::surface::{Surface, circle};
 pub const THREAD_PITCH: f64 = 0.002;
 /// Distance from the lower to the upper end of [`bolt`], m.
 pub const BOLT_LENGTH: f64 = 0.016;
-/// Difference of the radii of the nut's and the bolt's thread, m.
+/// Radius of the nut's thread minus radius of the bolt's thread, m.
 pub const THREAD_CLEARANCE: f64 = 0.0002;
 /// Height of the nut's grip above the start of its thread, m.
 pub const NUT_GRIP: f64 = 0.004;
@@ -54,7 +54,7 @@ pub fn bolt() -> PolygonSoup {
 }
 
 /// Returns a round nut that fits [`bolt`]. It is 10 mm high, and its grip is in the middle of its
-/// axis. 824 triangles, genus 1.
+/// axis. The shape has 824 triangles and genus 1.
 ///
 /// If the nut is turned by any angle φ (rad) about z and raised by [`NUT_GRIP`] + φ/2π ·
 /// [`THREAD_PITCH`] (m), it does not touch the bolt's thread.

@@ -9,14 +9,14 @@ use glam::{DMat3, DVec3};
 use crate::algebra::Placement;
 use crate::body::{OrientedBox, Sphere};
 
-/// Lower bound of the distance between two spheres; `pose_ba` places a's frame in b's.
+/// Returns a lower bound of the distance between two spheres; `pose_ba` places a's frame in b's.
 #[inline]
 pub(crate) fn sphere_gap(a: &Sphere, b: &Sphere, pose_ba: &Placement) -> f64 {
     pose_ba.point(a.center).distance(b.center) - a.radius - b.radius
 }
 
-/// Lower bound of the distance between two oriented boxes: the widest gap along the fifteen
-/// separating axes.
+/// Returns a lower bound of the distance between two oriented boxes: the widest gap along the
+/// fifteen separating axes.
 ///
 /// Ends early when a gap exceeds `enough`. After Gottschalk, Lin, Manocha, *OBB-Tree*, 1996, with
 /// gaps instead of signs.

@@ -46,7 +46,7 @@ pub struct TraversalCounters {
 }
 
 impl TraversalCounters {
-    /// Total cost, in units of [`crate::algebra::Work`].
+    /// Returns the total cost, in units of [`crate::algebra::Work`].
     pub fn work(&self) -> u64 {
         let marches = WORK_MARCH * (u64::from(self.hull_tests) + u64::from(self.leaf_tests));
         u64::from(self.node_pairs) + marches + WORK_STEP * u64::from(self.march_steps)

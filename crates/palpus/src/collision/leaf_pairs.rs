@@ -79,7 +79,7 @@ impl LeafPairs {
         first
     }
 
-    /// Number of pairs that were left out.
+    /// Returns the number of pairs that were left out.
     pub(super) fn dropped(&self) -> u32 {
         self.dropped
     }

@@ -62,7 +62,7 @@ pub fn march(a: &Polytope, b: &Polytope, pose_ba: &Placement, start: FeaturePair
     answer
 }
 
-/// Steps 1 to 5.
+/// Runs steps 1 to 5.
 #[inline]
 fn proven(a: &Polytope, b: &Polytope, pose_ba: &Placement, start: FeaturePair) -> March {
     let pose_ab = pose_ba.inverse();
@@ -169,8 +169,8 @@ impl Field<'_> {
             match self.step(pair) {
                 Step::Move(fa, fb) => {
                     pair = FeaturePair { a: fa, b: fb };
-                    // Brent's cycle detection: compare with the state stored at the last power of
-                    // two.
+                    // Brent's cycle detection: compare with a stored state, which is replaced at
+                    // steps 1, 2, 4, 8 and so on.
                     if pair == seen {
                         let walk = self.best_of_cycle(pair).map_or(Walk::Lost(pair, StopReason::Stalled), Walk::Apart);
                         return (walk, steps);
@@ -192,14 +192,14 @@ impl Field<'_> {
         (Walk::Lost(pair, StopReason::Budget), MARCH_STEPS)
     }
 
-    /// Body a seen from b.
+    /// Returns body a in b's frame.
     #[inline]
     fn onto_b(&self) -> View<'_> {
         let Self { a, b, pose_ba, pose_ab, touching, noise, reach } = *self;
         View { p: a, q: b, p_in_q: pose_ba, q_in_p: pose_ab, noise, touching, reach }
     }
 
-    /// Body b seen from a.
+    /// Returns body b in a's frame.
     #[inline]
     fn onto_a(&self) -> View<'_> {
         let Self { a, b, pose_ba, pose_ab, touching, noise, reach } = *self;

@@ -39,7 +39,7 @@ pub(super) struct MotionBound {
 }
 
 impl MotionBound {
-    /// A motion bound for two bodies inside these boxes. Each box is in its body's frame.
+    /// Returns a motion bound for two bodies inside these boxes. Each box is in its body's frame.
     pub(super) fn new(box_a: OrientedBox, box_b: OrientedBox) -> Self {
         let size = box_a.half.length() + box_b.half.length();
         let quantum = (MOTION_QUANTUM * size).max(f64::MIN_POSITIVE);

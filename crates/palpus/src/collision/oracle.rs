@@ -71,7 +71,7 @@ pub(crate) fn cuboid(half: DVec3) -> Polytope {
     solid(vertices, &loops.map(Vec::from))
 }
 
-/// A prism over a regular polygon of circumradius `radius`, from z = −height/2 to height/2.
+/// Returns a prism over a regular polygon of circumradius `radius`, from z = −height/2 to height/2.
 pub(crate) fn prism(sides: u32, radius: f64, height: f64) -> Polytope {
     let corner = |k: u32, z: f64| {
         let angle = f64::from(k) * std::f64::consts::TAU / f64::from(sides);
@@ -87,7 +87,8 @@ pub(crate) fn prism(sides: u32, radius: f64, height: f64) -> Polytope {
     solid(vertices, &loops)
 }
 
-/// A sphere of radius 1 by latitude and longitude: planar trapezoids, and triangles at the poles.
+/// Returns a sphere of radius 1 by latitude and longitude: planar trapezoids, and triangles at the
+/// poles.
 pub(crate) fn globe(bands: u32, sides: u32) -> Polytope {
     let mut vertices = vec![-DVec3::Z];
     for band in 1..bands {
@@ -112,7 +113,7 @@ pub(crate) fn globe(bands: u32, sides: u32) -> Polytope {
     solid(vertices, &loops)
 }
 
-/// A random tetrahedron in the unit cube, not too flat.
+/// Returns a random tetrahedron in the unit cube, not too flat.
 pub(crate) fn tetrahedron(random: &mut Random) -> Polytope {
     loop {
         let v = [0; 4].map(|_| random.vector());
@@ -123,7 +124,7 @@ pub(crate) fn tetrahedron(random: &mut Random) -> Polytope {
     }
 }
 
-/// A plate over a regular polygon of circumradius 1 in the plane z = 0, squeezed along y.
+/// Returns a plate over a regular polygon of circumradius 1 in the plane z = 0, squeezed along y.
 pub(crate) fn plate(sides: u32, squeeze: f64) -> Polytope {
     let vertices = (0..sides)
         .map(|k| {
@@ -134,8 +135,8 @@ pub(crate) fn plate(sides: u32, squeeze: f64) -> Polytope {
     Polytope::from_polygon(vertices, DVec3::Z, Provenance::Original).unwrap()
 }
 
-/// The hull of random points: on an ellipsoid, in a cube, on a lattice (with many coplanar points),
-/// or near a plane.
+/// Returns the hull of random points: on an ellipsoid, in a cube, on a lattice (with many coplanar
+/// points), or near a plane.
 pub(crate) fn random_hull(random: &mut Random, points: usize) -> Polytope {
     let kind = random.below(4);
     let points: Vec<_> = (0..points)
@@ -150,7 +151,7 @@ pub(crate) fn random_hull(random: &mut Random, points: usize) -> Polytope {
     hull.map_or_else(|| cuboid(DVec3::ONE), |(polytope, _)| polytope)
 }
 
-/// Every kind of test body, each in its own oblique frame and of about size 1.
+/// Returns every kind of test body, each in its own oblique frame and of about size 1.
 pub(crate) fn menagerie(random: &mut Random) -> Vec<(&'static str, Polytope)> {
     let mut oblique = |p: Polytope, stretch: DVec3| {
         let map = DMat3::from_quat(random.rotation()) * DMat3::from_diagonal(stretch);
@@ -187,7 +188,8 @@ pub(crate) fn scaled(p: &Polytope, scale: f64) -> Polytope {
     mapped(p, DMat3::from_diagonal(DVec3::splat(scale)), DVec3::ZERO)
 }
 
-/// A placement of a in b's frame. The distance of the centroids is `apart` times the sum of radii.
+/// Returns a placement of a in b's frame. The distance of the centroids is `apart` times the sum of
+/// radii.
 pub(crate) fn random_pose(random: &mut Random, a: &Polytope, b: &Polytope, apart: f64) -> Placement {
     let rotation = random.rotation();
     let centre = b.centroid() + random.direction() * apart * (a.radius() + b.radius());

@@ -65,7 +65,7 @@ pub struct March {
 }
 
 impl March {
-    /// The distance; zero for an overlap.
+    /// Returns the distance; zero for an overlap.
     pub(super) fn distance(&self) -> f64 {
         match self.proximity {
             Proximity::Disjoint(Closest { distance, .. }) => distance,

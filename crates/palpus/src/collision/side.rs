@@ -36,7 +36,7 @@ pub struct PlacedPair<'a> {
 }
 
 impl<'a> PlacedPair<'a> {
-    /// A search for all pairs nearer than `tolerance` (model units).
+    /// Returns a search for all pairs nearer than `tolerance` (model units).
     pub fn new(a: Side<'a>, b: Side<'a>, pose_ba: &'a Placement, tolerance: f64) -> Self {
         Self { a, b, pose_ba, tolerance, thinner_than: f64::INFINITY }
     }

@@ -148,8 +148,8 @@ fn bound_is_proven_or_march_is_complete() {
     assert!(beyond > zoo.len() * zoo.len(), "{beyond} proofs, seed {SEED:#x}");
 }
 
-/// A special pose of `a` relative to `b`: aligned, turned by 90°, or turned slightly, at a random
-/// gap (negative: overlapping).
+/// Returns a special pose of `a` relative to `b`: aligned, turned by 90°, or turned slightly, at a
+/// random gap (negative: overlapping).
 fn contact_pose(random: &mut Random, a: &Polytope, b: &Polytope) -> Placement {
     let quarter = std::f64::consts::FRAC_PI_2;
     let turns = DVec3::new(random.below(5) as f64, random.below(5) as f64, random.below(5) as f64) * quarter * 0.5;

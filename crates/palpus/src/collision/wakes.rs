@@ -24,7 +24,7 @@ pub(super) struct WakeBoard {
 }
 
 impl WakeBoard {
-    /// A board of `places` places that are never due.
+    /// Returns a board of `places` places that are never due.
     pub(super) fn new(places: usize) -> Self {
         let blocks = places.div_ceil(BLOCK);
         Self { values: vec![NEVER; blocks * BLOCK], least: vec![NEVER; blocks] }

@@ -158,7 +158,7 @@ impl LastOverlap {
         *self = Self::default();
     }
 
-    /// The depth of the last overlap, model units; 0 if the bodies did not overlap.
+    /// Returns the depth of the last overlap, model units; 0 if the bodies did not overlap.
     pub(super) fn depth(&self) -> f64 {
         self.depth
     }

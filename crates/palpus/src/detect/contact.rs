@@ -36,14 +36,14 @@ pub struct Contact {
     pub count: f64,
 }
 
-/// The count of a contact that represents only one contact.
+/// Returns the count of a contact that represents only one contact.
 #[cfg(feature = "serde")]
 fn one() -> f64 {
     1.0
 }
 
 impl Contact {
-    /// p̂ of \[K02\]: the middle of the two points.
+    /// Returns p̂ of \[K02\], the middle of the two points.
     pub fn midpoint(&self) -> DVec3 {
         (self.point_a + self.point_b) * 0.5 // Eq. 1
     }

@@ -20,13 +20,13 @@ const TOLERANCE: f64 = 1e-5;
 /// The vertex near the middle that a test raises.
 const BURR: usize = 17 * (CELLS + 1) + 20;
 
-/// A board with waves in both directions, on its upper side if `up`, otherwise on its lower side.
-/// The two boards fit onto each other.
+/// Returns a board with waves in both directions, on its upper side if `up`, otherwise on its lower
+/// side. The two boards fit onto each other.
 fn board(up: bool) -> Arc<Body> {
     board_with(up, 0.0)
 }
 
-/// Like [`board`], but the vertex [`BURR`] is raised by `burr` (m).
+/// Returns a [`board`] whose vertex [`BURR`] is raised by `burr` (m).
 fn board_with(up: bool, burr: f64) -> Arc<Body> {
     let mut soup = PolygonSoup::new();
     let place = |k: usize| (k as f64 - 0.5 * CELLS as f64) * CELL;
@@ -70,7 +70,8 @@ fn board_with(up: bool, burr: f64) -> Arc<Body> {
     Arc::new(Body::build(mesh, &BodySettings::default(), &mut |_| ()).unwrap())
 }
 
-/// The boards overlap by 10 µm, slide by at most 5 µm per tick, and turn a little.
+/// Returns a pose in which the boards overlap by 10 µm. From tick to tick they slide by at most 5
+/// µm and turn a little.
 fn pose(tick: u32) -> Pose {
     let phase = f64::from(tick) * 0.05;
     let slide = DVec3::new(1e-4 * phase.sin(), 5e-5 * (0.7 * phase).sin(), -1e-5);

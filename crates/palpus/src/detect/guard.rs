@@ -76,7 +76,7 @@ impl Guard {
     /// Largest number of listed pairs; if the list is full, further pairs tunnel.
     const SIDES: usize = 64;
 
-    /// An empty list, with memory for `capacity` contacts.
+    /// Returns an empty list, with memory for `capacity` contacts.
     pub(super) fn new(capacity: usize) -> Self {
         let (sides, before) = (Vec::with_capacity(Self::SIDES), Vec::with_capacity(capacity));
         Self { sides, before, capacity, pose: Placement::IDENTITY }
@@ -252,7 +252,7 @@ mod tests {
         build(&soup)
     }
 
-    /// A square without thickness, in the plane z = 0.
+    /// Returns a square without thickness, in the plane z = 0.
     fn sheet(half: f64) -> Arc<Body> {
         let mut soup = PolygonSoup::new();
         soup.vertices
@@ -286,7 +286,7 @@ mod tests {
             .collect()
     }
 
-    /// 3 m/s at 1 kHz.
+    /// Returns the positions on a line at 3 m/s and 1 kHz.
     fn straight(from: DVec3, to: DVec3) -> Vec<DVec3> {
         let ticks = (from.distance(to) / 3e-3).ceil() as u32;
         (0..=ticks).map(|k| from.lerp(to, f64::from(k) / f64::from(ticks))).collect()

@@ -31,7 +31,7 @@ struct Entry {
 }
 
 impl HeldContacts {
-    /// Memory for `places` pairs with `capacity` contacts in total.
+    /// Allocates memory for `places` pairs with `capacity` contacts in total.
     pub(super) fn new(places: usize, capacity: usize) -> Self {
         let entry = Entry { pieces: [u32::MAX; 2], tick: 0, first: 0, count: 0 };
         let memories = || Vec::with_capacity(capacity);

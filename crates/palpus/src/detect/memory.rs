@@ -45,7 +45,7 @@ impl PairMemory {
         }
     }
 
-    /// The contact at another pose.
+    /// Returns the contact at another pose.
     pub(super) fn extrapolate(&self, pose_ba: &Placement) -> Contact {
         let normal = if self.turns_with_a { pose_ba.vector(self.normal) } else { self.normal };
         let point_a = pose_ba.point(self.point_a);

@@ -75,7 +75,7 @@ pub(super) struct PairSearch {
 const NODE_PAIRS: usize = 1 << 17;
 
 impl PairSearch {
-    /// Memory for queries with these settings.
+    /// Allocates memory for queries with these settings.
     pub(super) fn new(a: &Body, b: &Body, settings: &QuerySettings) -> Self {
         let capacity = settings.capacity.max(1);
         let front = Front::new(side(a), side(b), NODE_PAIRS);
@@ -231,13 +231,13 @@ impl PairSearch {
         self.unlooked
     }
 
-    /// The contacts of the last query.
+    /// Returns the contacts of the last query.
     pub(super) fn contacts(&self) -> &[Contact] {
         &self.contacts
     }
 
-    /// The nearest pair of points at any distance, or the deepest contact. `asked` is the input of
-    /// the last [`Self::run`].
+    /// Returns the nearest pair of points at any distance, or the deepest contact. `asked` is the
+    /// input of the last [`Self::run`].
     pub(super) fn nearest(&mut self, asked: &Asked<'_>, counters: &mut QueryCounters) -> Option<Contact> {
         let least = |x: &&Contact, y: &&Contact| x.separation.total_cmp(&y.separation);
         let contact = self.contacts.iter().min_by(least).copied();
@@ -315,7 +315,7 @@ pub(super) struct Asked<'q> {
 }
 
 impl<'q> Asked<'q> {
-    /// Input of a query with these settings at a pose.
+    /// Returns the input of a query with these settings at a pose.
     pub(super) fn new(a: &'q Body, b: &'q Body, pose_ba: &Pose, settings: &QuerySettings) -> Self {
         let QuerySettings { tolerance, contact_offset, .. } = *settings;
         let offset = contact_offset.map_or(tolerance, |offset| offset.min(tolerance));

@@ -121,7 +121,7 @@ fn deepest_first(order: &mut [u32], count: usize, contacts: &[Contact]) {
 }
 
 impl Linkage {
-    /// Memory for clusters of at most `capacity` contacts.
+    /// Allocates memory for clusters of at most `capacity` contacts.
     pub fn new(capacity: usize) -> Self {
         Self {
             capacity,
@@ -176,17 +176,18 @@ impl Linkage {
         counters
     }
 
-    /// Number of clusters.
+    /// Returns the number of clusters.
     pub fn len(&self) -> usize {
         self.starts.len().saturating_sub(1)
     }
 
-    /// True when there is no cluster.
+    /// Returns true if there is no cluster.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Range of the members of cluster `k` in [`Self::members`] and [`Self::directions`].
+    /// Returns the range of the members of cluster `k` in [`Self::members`] and
+    /// [`Self::directions`].
     pub fn range(&self, k: usize) -> std::ops::Range<usize> {
         self.starts[k] as usize..self.starts[k + 1] as usize
     }
@@ -196,7 +197,8 @@ impl Linkage {
         &self.members
     }
 
-    /// The force directions of the members (unit, in b's frame), parallel to [`Self::members`].
+    /// Returns the force directions of the members (unit, in b's frame), parallel to
+    /// [`Self::members`].
     pub fn directions(&self) -> &[DVec3] {
         &self.directions
     }
@@ -255,7 +257,7 @@ impl Linkage {
         self.order.truncate(most);
     }
 
-    /// Step 2.
+    /// Step 2: sorts the contacts, and collects their midpoints and force directions.
     fn place_in_order(&mut self, contacts: &[Contact], direction: &mut impl FnMut(&Contact) -> DVec3) {
         self.order.sort_unstable_by(|&i, &j| canonical(&contacts[i as usize], &contacts[j as usize]));
         self.points.clear();

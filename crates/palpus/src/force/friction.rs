@@ -173,7 +173,7 @@ pub struct FrictionTracker {
 }
 
 impl FrictionTracker {
-    /// Memory for `capacity` contacts.
+    /// Allocates memory for `capacity` contacts.
     pub fn new(capacity: usize) -> Self {
         Self {
             capacity,
@@ -295,7 +295,7 @@ impl FrictionTracker {
 }
 
 impl Grasp<'_> {
-    /// The share of the cluster's load that member `k` bears; 1 if it is the only one.
+    /// Returns the share of the cluster's load that member `k` bears; 1 if it is the only one.
     fn share_of(&self, k: usize, cluster: &Cluster) -> f64 {
         if cluster.member_count == 1 {
             return 1.0;

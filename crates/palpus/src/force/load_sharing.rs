@@ -78,7 +78,7 @@ struct Seen {
 }
 
 impl LoadSharing {
-    /// Memory for `capacity` contacts.
+    /// Allocates memory for `capacity` contacts.
     pub fn new(capacity: usize) -> Self {
         Self {
             tilts: TiltShares::new(capacity),
@@ -143,7 +143,8 @@ impl LoadSharing {
         self.seen.extend(seen.filter(|one| one.engagement <= 0.0));
     }
 
-    /// Step 2: the greatest κ w of all contacts over the sum of κ α w, for the direction of `one`.
+    /// Step 2: returns the greatest κ w of all contacts divided by the sum of κ α w, for the
+    /// direction of `one`.
     fn share(&self, one: &Tilted, ahead: f64) -> f64 {
         let (most, sum) = felt(one, &self.seen[..self.pushing], |other| other.engagement);
         if most > 0.0 {
@@ -184,7 +185,7 @@ fn presence(count: f64) -> f64 {
     known + (1.0 - known) * count
 }
 
-/// κ of contacts that push along these directions, from 0 to 1.
+/// Returns κ of two directions, from 0 to 1.
 fn kernel(one: DVec3, other: DVec3) -> f64 {
     let alike = one.dot(other).max(0.0);
     alike * alike
@@ -197,7 +198,7 @@ mod tests {
 
     const SEED: u64 = 0xC20D;
 
-    /// A contact outside any patch.
+    /// Returns a contact outside any patch.
     fn single(direction: DVec3, engagement: f64) -> Tilted {
         Tilted {
             place: DVec3::ZERO,
@@ -222,7 +223,7 @@ mod tests {
         contacts
     }
 
-    /// Σ wᵢ sᵢ nᵢ: the force for k = 1 N/m.
+    /// Returns Σ wᵢ sᵢ nᵢ, the force for k = 1 N/m.
     fn push(contacts: &[Tilted]) -> DVec3 {
         let mut sharing = LoadSharing::new(contacts.len());
         contacts.iter().zip(sharing.run(contacts, 0.0)).map(|(c, share)| c.engagement * share * c.direction).sum()

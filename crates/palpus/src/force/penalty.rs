@@ -99,7 +99,7 @@ mod tests {
         assert!(normal_force(&entering, 1.0, -9.0, &SETTINGS) < 1e-11);
     }
 
-    /// A vertex of a, at `vertex` in a's frame, over b's plane z = 0.
+    /// Returns the contact of a vertex of a, at `vertex` in a's frame, with b's plane z = 0.
     fn vertex_on_plane(pose_ba: &Pose, vertex: DVec3) -> Contact {
         let point = pose_ba.point(vertex);
         contact((0, 0), point - DVec3::Z * (0.5 * point.z), DVec3::Z, point.z)

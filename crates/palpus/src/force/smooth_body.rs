@@ -130,7 +130,7 @@ mod tests {
     use super::*;
     use crate::body::{BodySettings, Mesh, PolygonSoup};
 
-    /// A closed prism of `sides` sides around the z axis.
+    /// Returns a closed prism of `sides` sides around the z axis.
     fn drum(sides: u32) -> Body {
         let mut soup = PolygonSoup::new();
         for k in 0..sides {

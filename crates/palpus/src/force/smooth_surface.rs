@@ -86,7 +86,7 @@ impl SmoothSurface {
         SmoothNormal { normal: normal.normalize_or(corners[extreme(shares)].normal), curvature }
     }
 
-    /// Steps 1 and 2.
+    /// Runs steps 1 and 2.
     fn fill_corners(&mut self, mesh: &Mesh, normals: &[[DVec3; 3]], at_vertex: &[Vec<(u32, usize)>]) {
         let curvatures: Vec<f64> = normals
             .iter()
@@ -108,7 +108,7 @@ impl SmoothSurface {
         }
     }
 
-    /// Step 3.
+    /// Runs step 3.
     fn mark_creases(&mut self, normals: &[[DVec3; 3]], half_edges: &HalfEdges, at_vertex: &[Vec<(u32, usize)>]) {
         for (t, n) in normals.iter().enumerate() {
             for k in 0..3 {
@@ -169,7 +169,8 @@ mod tests {
     const RADIUS: f64 = 0.05;
     const SIDES: u32 = 24;
 
-    /// A tube of flat quads around the z axis, cut into triangles; its ends are open.
+    /// Returns a tube of flat quads around the z axis, cut into triangles. The ends of the tube are
+    /// open.
     fn tube() -> (Mesh, HalfEdges) {
         let mut vertices = Vec::new();
         for k in 0..SIDES {
@@ -198,7 +199,7 @@ mod tests {
         SmoothSurface::new(mesh, half_edges, |t, k| outward(mesh.triangle_points(t)[k]))
     }
 
-    /// The point of the tube's surface at `angle`.
+    /// Returns the point of the tube's surface at `angle`.
     fn on_tube(angle: f64, z: f64) -> DVec3 {
         let step = std::f64::consts::TAU / f64::from(SIDES);
         let within = angle.rem_euclid(step) - 0.5 * step;

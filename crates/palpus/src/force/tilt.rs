@@ -62,12 +62,12 @@ pub struct Tilted {
 }
 
 impl Tilted {
-    /// Data of a contact that pushes along its normal below a separation of `skin` (m).
+    /// Returns the data of a contact that pushes along its normal below a separation of `skin` (m).
     pub fn of(contact: &Contact, skin: f64) -> Self {
         Self { engagement: (skin - contact.separation).max(0.0), ..Self::unloaded(contact) }
     }
 
-    /// Data of a contact for tilt shares that depend only on geometry.
+    /// Returns the data of a contact for tilt shares that depend only on geometry.
     pub(crate) fn unloaded(contact: &Contact) -> Self {
         Self {
             place: contact.midpoint(),
@@ -125,7 +125,7 @@ struct Met {
 }
 
 impl TiltShares {
-    /// Memory for `capacity` contacts.
+    /// Allocates memory for `capacity` contacts.
     pub fn new(capacity: usize) -> Self {
         Self {
             sorted: Vec::with_capacity(capacity),
@@ -258,7 +258,7 @@ impl Cell {
 
     const EMPTY: Self = Self { corners: [[DVec2::ZERO; Self::MOST]; 2], now: 0, count: 0 };
 
-    /// The whole square.
+    /// Resets the cell to the whole square.
     fn reset(&mut self) {
         for (corner, [x, y]) in
             self.corners[self.now].iter_mut().zip([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])

@@ -70,7 +70,7 @@ struct FrictionRow {
 }
 
 impl ContactRows {
-    /// Memory for `capacity` contacts.
+    /// Allocates memory for `capacity` contacts.
     pub(super) fn new(capacity: usize) -> Self {
         Self {
             clusters: Vec::with_capacity(capacity),

@@ -66,7 +66,7 @@ impl VirtualCoupling {
     pub(super) const SLACK: Self =
         Self { stiffness: 0.0, damping: 0.0, angular_stiffness: 0.0, angular_damping: 0.0, skin: 0.0, mass: 0.0 };
 
-    /// The coupling for a device with these limits, a loop period of `period` seconds, and
+    /// Returns the coupling for a device with these limits, a loop period of `period` seconds, and
     /// contacts of this tolerance (m).
     pub fn tuned(limits: &Limits, period: f64, contact_tolerance: f64) -> Self {
         let per_square = COUPLING_SAMPLED / (period * period);

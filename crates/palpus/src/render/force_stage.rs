@@ -71,7 +71,7 @@ pub struct Forces {
 }
 
 impl Forces {
-    /// Memory for `capacity` contacts.
+    /// Allocates memory for `capacity` contacts.
     pub fn new(capacity: usize) -> Self {
         Self {
             clusters: Vec::with_capacity(capacity),

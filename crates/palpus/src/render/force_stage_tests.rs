@@ -28,7 +28,7 @@ fn settings() -> Settings {
     }
 }
 
-/// The rounds of a test; every second round has smooth clustering.
+/// Returns the rounds of a test; every second round has smooth clustering.
 fn turns(rounds: usize) -> impl Iterator<Item = (usize, Settings)> {
     let clustering = |round: usize| [Clustering::Linkage, Clustering::Smooth][round % 2];
     (0..rounds).map(move |round| (round, Settings { clustering: clustering(round), ..settings() }))
@@ -62,7 +62,7 @@ fn two_ticks(first: &[Contact], second: &[Contact], motions: &[Motion; 2], setti
     forces
 }
 
-/// Two ticks of a random scene, between which the probe moves a little.
+/// Returns two ticks of a random scene, between which the probe moves a little.
 fn scene(random: &mut Random) -> (Vec<Contact>, Vec<Contact>, [Motion; 2]) {
     let n = 1 + random.below(60);
     let first = contacts(random, n);

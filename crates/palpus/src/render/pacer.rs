@@ -29,13 +29,13 @@ pub struct Pacer {
 }
 
 impl Pacer {
-    /// A pacer for a loop of `rate_hz`. The target is `time_budget` of `settings`, or a fixed
-    /// fraction of the period.
+    /// Returns a pacer for a loop of `rate_hz`. The target is `time_budget` of `settings`, or a
+    /// fixed fraction of the period.
     pub fn of(settings: &Settings, rate_hz: f64) -> Self {
         Self::new(settings.time_budget.unwrap_or((PACE_SHARE * 1e9 / rate_hz) as u64))
     }
 
-    /// A pacer for steps of at most about `target_ns`.
+    /// Returns a pacer for steps of at most about `target_ns`.
     pub fn new(target_ns: u64) -> Self {
         Self { target: target_ns as f64, price: PACE_FIRST_PRICE, rest: 0.0 }
     }

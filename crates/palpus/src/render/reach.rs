@@ -14,7 +14,7 @@ pub(super) struct Reach {
     radius: f64,
     /// m.
     skin: f64,
-    /// m: no point of the body moves farther in the next step.
+    /// Bound on the motion of all points of the body in the next step, m.
     most: f64,
     /// Distance that the body may move before it can touch anything that this tick's query did not
     /// examine, m.
@@ -22,8 +22,8 @@ pub(super) struct Reach {
 }
 
 impl Reach {
-    /// The bound for a body at rest whose points are within `radius` (m) of its centre of mass.
-    /// Contacts push below a separation of `skin` (m).
+    /// Returns the bound for a body at rest whose points are within `radius` (m) of its centre of
+    /// mass. Contacts push below a separation of `skin` (m).
     pub(super) fn new(radius: f64, skin: f64) -> Self {
         Self { radius, skin, most: REACH_LEAST * skin, clear: f64::INFINITY }
     }
@@ -34,7 +34,7 @@ impl Reach {
         self.most = self.most.max(REACH_LEAST * skin);
     }
 
-    /// m: no point of the body moves farther in the next step.
+    /// Returns a bound on the motion of all points of the body in the next step, m.
     pub(super) fn most(&self) -> f64 {
         self.most
     }

@@ -56,8 +56,8 @@ impl Renderer {
         self.world.set_tool_settings(self.tool, settings)
     }
 
-    /// One step of the loop: computes the wrench for the probe's state. `dt` is the time since the
-    /// last step, s.
+    /// Runs one step of the loop: computes the wrench for the probe's state. `dt` is the time since
+    /// the last step, s.
     pub fn step(&mut self, probe: &ProbeState, dt: f64, clock: &impl Clock) -> &Tick {
         self.world.step(std::slice::from_ref(probe), dt, clock);
         self.tick()
@@ -83,12 +83,12 @@ impl Renderer {
         self.world.tool_settings(self.tool)
     }
 
-    /// The probe.
+    /// Returns the probe.
     pub fn probe(&self) -> &Body {
         &self.probe
     }
 
-    /// The environment.
+    /// Returns the environment.
     pub fn environment(&self) -> &Body {
         &self.environment
     }

@@ -31,7 +31,7 @@ pub(super) fn cuboid(low: DVec3, high: DVec3) -> Arc<Body> {
     body(&soup)
 }
 
-/// A closed prism of `sides` sides around the z axis.
+/// Returns a closed prism of `sides` sides around the z axis.
 pub(super) fn drum(radius: f64, half_height: f64, sides: u32) -> Arc<Body> {
     let mut soup = PolygonSoup::new();
     for k in 0..sides {
@@ -46,8 +46,8 @@ pub(super) fn drum(radius: f64, half_height: f64, sides: u32) -> Arc<Body> {
     body(&soup)
 }
 
-/// A cube of 20 mm on a floor whose top is z = 0. The origin of the cube's frame is the middle of
-/// its bottom.
+/// Returns a cube of 20 mm on a floor whose top is z = 0. The origin of the cube's frame is the
+/// middle of its bottom.
 pub(super) fn cube_on_floor(settings: Settings) -> Renderer {
     let cube = cuboid(DVec3::new(-0.01, -0.01, 0.0), DVec3::new(0.01, 0.01, 0.02));
     let floor = cuboid(DVec3::new(-0.1, -0.1, -0.05), DVec3::new(0.1, 0.1, 0.0));

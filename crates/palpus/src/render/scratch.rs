@@ -16,7 +16,7 @@ pub struct Scratch {
 }
 
 impl Scratch {
-    /// Memory for `capacity` contacts in a tick.
+    /// Allocates memory for `capacity` contacts in a tick.
     pub fn new(capacity: usize) -> Self {
         Self {
             linkage: Linkage::new(capacity),
@@ -33,7 +33,7 @@ impl Scratch {
         self.friction.clear();
     }
 
-    /// State of friction.
+    /// Returns the state of friction.
     pub fn friction(&self) -> &FrictionTracker {
         &self.friction
     }

@@ -26,7 +26,7 @@ pub struct ProbeState {
 }
 
 impl ProbeState {
-    /// A probe at rest.
+    /// Returns a probe at rest.
     pub fn at(pose_ba: Pose) -> Self {
         Self { pose_ba, twist: Twist::default() }
     }
@@ -192,7 +192,7 @@ impl TickSummary {
 }
 
 impl Tick {
-    /// An empty tick with memory for `capacity` contacts.
+    /// Returns an empty tick with memory for `capacity` contacts.
     pub fn new(capacity: usize) -> Self {
         Self {
             index: 0,
@@ -217,7 +217,7 @@ impl Tick {
         }
     }
 
-    /// Separation of the deepest contact, m; infinite without contacts.
+    /// Returns the separation of the deepest contact, m; infinite without contacts.
     pub fn separation(&self) -> f64 {
         self.forces.clusters.iter().map(|cluster| cluster.separation).fold(f64::INFINITY, f64::min)
     }

@@ -85,7 +85,7 @@ struct Bond {
 }
 
 impl Tool {
-    /// A tool that starts at the device's first pose.
+    /// Returns a tool that starts at the device's first pose.
     pub(super) fn new(probe: &Body, coupling: VirtualCoupling, settings: &Settings) -> Self {
         let mut tool = Self {
             coupling,
@@ -209,8 +209,8 @@ impl Tool {
 }
 
 impl Bond {
-    /// The coupling's wrench on the tool at the end of a step of `h` seconds with `twist`, about
-    /// the grip.
+    /// Returns the coupling's wrench on the tool at the end of a step of `h` seconds with `twist`,
+    /// about the grip.
     fn wrench(&self, twist: &Twist, h: f64) -> Wrench {
         let grip = twist.at(self.offset);
         Wrench {

@@ -30,7 +30,7 @@ fn block() -> Arc<Body> {
     cuboid(-HALF, HALF)
 }
 
-/// A floor whose top is z = 0.
+/// Returns a floor whose top is z = 0.
 fn floor() -> Arc<Body> {
     cuboid(DVec3::new(-0.2, -0.2, -0.05), DVec3::new(0.2, 0.2, 0.0))
 }

@@ -99,7 +99,7 @@ fn coupled() -> Settings {
     }
 }
 
-/// Two blocks over a floor.
+/// Returns two blocks over a floor.
 fn blocks(change: impl Fn(&mut Settings), coupling: bool) -> Two {
     let block = block();
     let mut settings = if coupling { coupled() } else { direct() };
@@ -197,7 +197,8 @@ fn forces_between_tools_are_opposite() {
     assert!(touching > 200, "seed {SEED:#x}: {touching}");
 }
 
-/// Number of clusters with the other tool; with smooth clustering, each contact is a cluster.
+/// Returns the number of clusters with the other tool; with smooth clustering, each contact is a
+/// cluster.
 fn forces_between(tick: &Tick) -> usize {
     tick.contacts_between as usize
 }

@@ -49,11 +49,10 @@ impl Simplex {
         self.weighted(|c| c.difference)
     }
 
-    /// Unit, from the origin to the nearest point.
+    /// Returns the unit vector from the origin to the nearest point.
     ///
-    /// For a triangle, the normal is computed from the plane, and for a segment it is made
-    /// perpendicular to the segment. So the rounding of a nearest point close to the origin does
-    /// not affect it.
+    /// For a triangle, it is computed from the plane, and for a segment it is made perpendicular to
+    /// the segment. So it does not depend on the rounding of a nearest point close to the origin.
     pub(super) fn normal(&self) -> DVec3 {
         let nearest = self.nearest();
         let p = self.corners[0].difference;

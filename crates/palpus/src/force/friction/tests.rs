@@ -33,8 +33,8 @@ fn tick(tracker: &mut FrictionTracker, contacts: &[Contact], pose_ba: Pose, norm
     tracker.grips().iter().map(|grip| grip.force).sum()
 }
 
-/// The contact at the lowest point of a block that stands at `x` on the plane z = 0, and the
-/// block's pose.
+/// Returns the contact at the lowest point of a block that stands at `x` on the plane z = 0, and
+/// the block's pose.
 fn block(x: DVec3) -> (Contact, Pose) {
     (contact((3, 8), x, DVec3::Z, 0.0), Pose::from_translation(x))
 }
@@ -228,8 +228,8 @@ fn sliding_patch_turns_easily() {
 
 #[test]
 fn load_share_sets_the_tangential_stiffness() {
-    // With load sharing, the largest strain is the same for any share. So k contacts at one place
-    // hold the same force as one contact.
+    // With load sharing, the largest strain does not depend on the share. So k contacts at one
+    // place hold the same force as one contact.
     let shift = DVec3::X * 4e-4;
     let held = |share: f64| {
         let mut tracker = FrictionTracker::new(8);

@@ -44,7 +44,7 @@ pub(super) struct Driven {
 }
 
 impl Driven {
-    /// A body at rest.
+    /// Returns a body at rest.
     pub(super) fn at(pose: Pose) -> Self {
         let still = (pose, Twist::default());
         Self { next: still, step: 0.0, from: still, begins: 0.0, last: still, since: 0.0, lasts: DRIVEN_PERIOD }
@@ -96,7 +96,7 @@ impl Driven {
         if pose.is_valid() { pose } else { self.last.0 }
     }
 
-    /// Steps 1 to 3 of the module's description.
+    /// Runs steps 1 to 3 of the module's description.
     fn on_the_way(&self, since: f64) -> Pose {
         let ends_at = self.begins + self.lasts;
         if since >= ends_at {

@@ -27,7 +27,7 @@ pub(super) struct Free {
 }
 
 impl Free {
-    /// A body of `mass` (kg) at rest. Contacts push below a separation of `skin` (m).
+    /// Returns a body of `mass` (kg) at rest. Contacts push below a separation of `skin` (m).
     pub(super) fn new(body: &Body, mass: f64, skin: f64) -> Self {
         let properties = body.mass();
         Self {

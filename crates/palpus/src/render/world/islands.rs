@@ -49,7 +49,7 @@ impl Islands {
         order.sort_unstable_by_key(|&i| (parent[i as usize], neighbours[i as usize], i));
     }
 
-    /// Number of moved bodies.
+    /// Returns the number of moved bodies.
     pub(super) fn len(&self) -> usize {
         self.order.len()
     }

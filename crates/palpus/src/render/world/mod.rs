@@ -152,8 +152,8 @@ const CORNERS: usize = 64;
 const SHOWN: usize = 4;
 
 impl World {
-    /// An empty world without gravity. `settings` apply to contacts between objects; each tool has
-    /// its own settings.
+    /// Returns an empty world without gravity. `settings` apply to contacts between objects; each
+    /// tool has its own settings.
     ///
     /// Contacts between objects are as stiff as contacts of a tool with a coupling, since an
     /// implicit step moves the objects.
@@ -305,7 +305,7 @@ impl World {
         contacts.iter().map(move |contact| if turned { mirrored(contact) } else { *contact })
     }
 
-    /// Counts of the last step.
+    /// Returns the counts of the last step.
     pub fn counters(&self) -> &WorldCounters {
         &self.counters
     }

@@ -19,7 +19,7 @@ pub struct BodyId(pub(super) usize);
 pub struct ToolId(pub(super) usize);
 
 impl ToolId {
-    /// Index of the tool's state among the probe states of a step.
+    /// Returns the index of the tool's state among the probe states of a step.
     pub fn index(self) -> usize {
         self.0
     }
@@ -161,7 +161,7 @@ impl Thing {
         self.center = pose.point(self.body.mass().center_of_mass);
     }
 
-    /// Rank of the body's kind: in a pair, the body with the lower rank is a.
+    /// Returns the rank of the body's kind: in a pair, the body with the lower rank is a.
     pub(super) fn rank(&self) -> u32 {
         match self.role {
             Role::Tool(_) => 0,

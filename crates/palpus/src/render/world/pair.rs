@@ -54,7 +54,7 @@ pub(super) struct Pair {
 }
 
 impl Pair {
-    /// A pair of two bodies with `settings` for their contacts.
+    /// Returns a pair of two bodies with `settings` for their contacts.
     pub(super) fn new(bodies: [usize; 2], [a, b]: [Arc<Body>; 2], settings: Settings) -> Self {
         let capacity = settings.capacity;
         let asked = QuerySettings {

@@ -14,7 +14,7 @@ use crate::algebra::{SpatialMatrix, Twist, Wrench};
 use crate::render::ToolCounters;
 
 impl World {
-    /// Step 4 of `mod.rs`, with length `h` (s).
+    /// Runs step 4 of `mod.rs` with the step length `h` (s).
     pub(super) fn settle(&mut self, h: f64) {
         self.begin_step(h);
         let mut first = 0;

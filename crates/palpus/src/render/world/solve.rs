@@ -28,13 +28,13 @@ pub(super) struct BlockSystem {
 }
 
 impl BlockSystem {
-    /// Memory for at most `most` bodies.
+    /// Allocates memory for at most `most` bodies.
     pub(super) fn new(most: usize) -> Self {
         let count = most * (most + 1) / 2;
         Self { blocks: vec![ZERO; count], filled: vec![false; count], right: vec![[0.0; 6]; most], size: 0 }
     }
 
-    /// An empty system of `size` bodies.
+    /// Returns an empty system of `size` bodies.
     pub(super) fn begin(&mut self, size: usize) {
         self.size = size;
         self.filled[..size * (size + 1) / 2].fill(false);
@@ -125,7 +125,7 @@ impl BlockSystem {
     }
 }
 
-/// Index of block (i, j), with j ≤ i.
+/// Returns the index of block (i, j), with j ≤ i.
 fn place(i: usize, j: usize) -> usize {
     i * (i + 1) / 2 + j
 }

@@ -49,7 +49,7 @@ fn at(x: f64, y: f64, z: f64) -> Pose {
     Pose::from_translation(DVec3::new(x, y, z))
 }
 
-/// A world with a table whose top is z = 0.
+/// Returns a world with a table whose top is z = 0.
 fn table() -> World {
     let mut world = World::new(settings()).unwrap();
     world.add(Object::fixed(cuboid(DVec3::new(1.0, 1.0, 0.1)), at(0.0, 0.0, -0.05))).unwrap();
@@ -187,7 +187,7 @@ fn collisions_conserve_momentum() {
     assert!(met > 10, "the bodies must collide: {met}");
 }
 
-/// A free block on a table, and two fingers that press it from both sides.
+/// Returns a free block on a table, and two fingers that press it from both sides.
 fn squeeze() -> (World, BodyId, [ToolId; 2]) {
     let mut world = table();
     let block = world.add(Object::free(cuboid(DVec3::splat(0.04)), at(0.0, 0.0, 0.02), 700.0)).unwrap();
@@ -196,8 +196,8 @@ fn squeeze() -> (World, BodyId, [ToolId; 2]) {
     (world, block, fingers)
 }
 
-/// Target poses of the two fingers: each is `in_by` (m) inside the block, lifted by `lift` (m), and
-/// turned about the y axis by `turn` (rad).
+/// Returns the target poses of the two fingers: each is `in_by` (m) inside the block, lifted by
+/// `lift` (m), and turned about the y axis by `turn` (rad).
 fn meant(in_by: f64, lift: f64, turn: f64) -> [ProbeState; 2] {
     let rotation = DQuat::from_rotation_y(turn);
     [-1.0, 1.0].map(|side| {

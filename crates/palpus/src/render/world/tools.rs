@@ -5,12 +5,12 @@ use crate::force::ShadingSettings;
 use crate::render::{Limits, Settings, SettingsError, Tick};
 
 impl World {
-    /// The body id of a tool.
+    /// Returns the body id of a tool.
     pub fn body_of(&self, tool: ToolId) -> BodyId {
         BodyId(self.tools[tool.0].thing)
     }
 
-    /// The tick of a tool in the last step.
+    /// Returns the tick of a tool in the last step.
     pub fn tick(&self, tool: ToolId) -> &Tick {
         &self.tools[tool.0].tick
     }

@@ -42,7 +42,7 @@ impl World {
         self.steps += 1;
     }
 
-    /// Step 1 of the module's description.
+    /// Runs step 1 of the module's description.
     fn begin(&mut self, probes: &[ProbeState], dt: f64) {
         self.counters = WorldCounters::default();
         let h = if dt > 0.0 && dt.is_finite() { dt } else { 0.0 };
@@ -117,7 +117,7 @@ impl World {
         }
     }
 
-    /// Step 2.
+    /// Runs step 2 of the module's description.
     fn find_near(&mut self, dt: f64) {
         for i in 0..self.things.len() {
             let thing = &self.things[i];

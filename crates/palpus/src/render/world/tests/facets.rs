@@ -14,8 +14,8 @@ const TROUGH: f64 = 0.02;
 /// Radius of the ball, m.
 const BALL: f64 = 0.005;
 
-/// A block with a trough along y. The trough's cross-section is an arc of 120° with `facets`
-/// facets.
+/// Returns a block with a trough along y. The trough's cross-section is an arc of 120° with
+/// `facets` facets.
 fn trough(facets: u32) -> Arc<Body> {
     let mut soup = PolygonSoup::new();
     let arc = (0..=facets).map(|k| {

@@ -47,7 +47,7 @@ fn conveyor(t: f64) -> (DVec3, DVec3) {
     (DVec3::X * (2.0 * t - 2.0), DVec3::X * 2.0)
 }
 
-/// 2 mm up and down at 2 Hz, against the tool.
+/// Returns a motion of 2 mm up and down at 2 Hz, against the tool.
 fn press(t: f64) -> (DVec3, DVec3) {
     let phase = 4.0 * std::f64::consts::PI * t;
     (DVec3::Z * (0.002 * phase.sin()), DVec3::Z * (0.002 * 4.0 * std::f64::consts::PI * phase.cos()))
