@@ -15,8 +15,8 @@
 //! * The mass of the body is a setting. It has the inertia of a ball of the probe's size, which is
 //!   equal about all axes. So there is no gyroscopic term.
 //! * By default the dampers give critical damping of the free body.
-//! * Velocities are computed before positions (semi-implicit Euler). Otherwise the coupling alone
-//!   gains energy.
+//! * Velocities are computed before positions (semi-implicit Euler). In the other order, the
+//!   coupling alone would gain energy.
 //! * \[MPT99\] also bounds the stretch of the spring. Here the device's limits bound the force.
 //! * Any method can be the inner method; in the paper it is [`Voxel`](crate::Voxel).
 
@@ -28,7 +28,8 @@ use palpus::body::Body;
 
 use crate::{Baseline, BaselineError, Felt, positive};
 
-/// Settings of the coupling: a spring and a damper each for translation and rotation.
+/// Settings of the coupling: a spring and a damper for translation, and a spring and a damper for
+/// rotation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CouplingSettings {
     /// Mass of the simulated probe, kg.
@@ -42,7 +43,7 @@ pub struct CouplingSettings {
 }
 
 impl Default for CouplingSettings {
-    /// 50 g at 1000 N/m and 0.5 N·m/rad, which a Phantom Premium 1.5/6DOF can render.
+    /// Returns 50 g at 1000 N/m and 0.5 N·m/rad, which a Phantom Premium 1.5/6DOF can render.
     fn default() -> Self {
         Self { mass: 0.05, stiffness: 1000.0, angular_stiffness: 0.5, damping_ratio: 1.0 }
     }

@@ -13,7 +13,7 @@
 //!    them. If the pair overlaps, its separation is the distance of the two points along this
 //!    direction: the last distance minus the motion since then.
 //! 3. *Clusters*: contacts within a radius of the deepest contact become one cluster, with their
-//!    mean point, direction and separation. This is repeated with the remaining contacts.
+//!    mean point, direction and separation. Then this is repeated with the remaining contacts.
 //! 4. *Restoring force*: each cluster gives the force k (t − d) and its torque. All forces and
 //!    torques are added up.
 //! 5. *Force and torque interpolation* (as Otaduy and Lin summarise \[GME00\], as far as we
@@ -275,7 +275,7 @@ fn draw_back(
     look_back(a, b, pair, &drawn)
 }
 
-/// Returns the closest points of a pair at an earlier pose; `None` if it overlapped there.
+/// Returns the closest points of a pair at an earlier pose; `None` if the pair overlapped there.
 fn look_back(a: &Body, b: &Body, pair: &LeafPair, before: &Placement) -> Option<LastClosest> {
     let (piece_a, piece_b) = (&a.polytopes()[pair.piece_a as usize], &b.polytopes()[pair.piece_b as usize]);
     match march(piece_a, piece_b, before, initial_features(piece_a, piece_b, before)).proximity {
@@ -291,7 +291,7 @@ fn earlier(pose_ba: &Pose, twist: &Twist, dt: f64, grip: DVec3) -> Placement {
     Pose::new(back * pose_ba.rotation, translation).placement()
 }
 
-/// Joins contacts within `radius` of a deeper one, starting with the deepest.
+/// Joins contacts within `radius` of a deeper contact, starting with the deepest.
 fn clustered(mut contacts: Vec<PointContact>, radius: f64) -> Vec<PointContact> {
     contacts.sort_by(|p, q| p.separation.total_cmp(&q.separation));
     let mut clusters = Vec::new();

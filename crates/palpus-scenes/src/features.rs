@@ -27,8 +27,7 @@ use crate::truth::TrueContact;
 /// Tolerance of the test whether a direction points above or below a plane, as a cosine to the
 /// plane's normal.
 const LEVEL: f64 = 1e-6;
-/// Two edges are parallel, and two normals equal, if the sine of the angle between them is below
-/// this.
+/// Two edges are parallel, and two normals are equal, if the sine of their angle is below this.
 const PARALLEL: f64 = 1e-6;
 /// Allowed distance of a point outside a face or an edge, relative to its size.
 const OUTSIDE: f64 = 1e-9;

@@ -1,5 +1,5 @@
 //! Tests that contact normals are normals of the meshes and not of the hulls of their pieces,
-//! and that no contact is lost because of that.
+//! and that this rule loses no contact.
 //!
 //! The oracle uses only the mesh, the normals of its triangles, and the mesh triangles of each
 //! piece. Limitation: for a depth on a face or an edge, the oracle only tests whether the piece has
@@ -247,7 +247,7 @@ fn touching(a: &Body, b: &Body, depth: f64, random: &mut Random) -> Pose {
     Pose::new(rotation, q - rotation * p + m * (depth * (2.0 * random.unit() - 1.0)))
 }
 
-/// Pairs of real models that have about the same size in their units.
+/// Pairs of real models of about equal size in their units.
 const PAIRS: [[&str; 2]; 4] = [
     ["paper/teaspoon_336.obj", "paper/teacup_500.obj"],
     ["parts/low_poly_bunny.obj", "parts/chess_knight_1000.obj"],

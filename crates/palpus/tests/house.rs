@@ -111,7 +111,7 @@ fn needs(modules: &Modules, folder: &[String]) -> Needs {
     needs
 }
 
-/// Returns all cycles in the folders of the engine, each as folder and sorted members.
+/// Returns all cycles in the folders of the engine, each as a folder and its sorted members.
 fn circles_of_rooms(modules: &Modules) -> BTreeSet<String> {
     let folders = modules.0.keys().filter(|path| !path.is_empty());
     folders

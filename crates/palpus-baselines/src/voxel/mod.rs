@@ -9,18 +9,18 @@
 //!    voxel's centre that is perpendicular to the *point's* normal. Here d is the depth of the
 //!    point below the plane, towards the environment. The force is K d along the normal. So the
 //!    force does not depend on the environment's normals.
-//! 4. *Virtual stiffness*: all forces and torques are added up. With more than ten points in
-//!    contact, the sum is divided by a tenth of their number, so that finer sampling does not make
-//!    the contact stiffer.
+//! 4. *Virtual stiffness*: all forces and torques are added up. If more than ten points are in
+//!    contact, the sum is divided by a tenth of their number. So finer sampling does not make the
+//!    contact stiffer.
 //! 5. *Collision offset*: "a short-range force field surrounding the static objects, which repels
 //!    the manipulated object and strives to maintain a voxel-scale minimum separation" (abstract).
 //!    The field is a layer of proximity voxels outside the surface.
 //! 6. *Pre-contact braking* (\[K02 §2.3\]: "braking forces \[30\], which have a viscous nature"): a
 //!    force in the layer outside the field, against the approach velocity of the point.
 //! 7. *Virtual coupling* ("force discontinuities arising from the use of a simple penalty force
-//!    model are mitigated by a dynamic simulation based on virtual coupling", abstract) is not
-//!    part of the force model; [`Coupled`](crate::Coupled) implements it. Without it, this method
-//!    is direct, like the others.
+//!    model are mitigated by a dynamic simulation based on virtual coupling", abstract):
+//!    [`Coupled`](crate::Coupled) implements it. Without the coupling, this method renders
+//!    directly, like the other methods.
 //!
 //! Our choices, since the full text was not at hand:
 //!
@@ -36,8 +36,8 @@
 //!   no such mass.
 //! * Voxels are stored in a dense block instead of a tree with 512 children per node. The results
 //!   are equal, and the memory is bounded ([`VoxelSettings::memory`]).
-//! * The winding number of the mesh decides for each connected region whether it is interior. This
-//!   only determines which voxels are behind the field.
+//! * The winding number of the mesh decides whether a connected region is interior. Its only effect
+//!   is which voxels are behind the field.
 
 mod grid;
 mod map;
@@ -204,7 +204,7 @@ mod tests {
         Voxel::new(a, b, settings).expect("the settings are valid")
     }
 
-    /// Half thickness of a small table, m. Its top is at z = 0 of the poses below.
+    /// Half thickness of a small table, m. The poses below are relative to its top.
     const TOP: f64 = 0.005;
 
     fn slab() -> Arc<Body> {

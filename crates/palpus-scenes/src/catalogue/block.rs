@@ -35,8 +35,8 @@ pub(super) fn peg_hole() -> Parts {
     Parts {
         probe: shape::peg(),
         environment: shape::hole_block(DEFAULT_CLEARANCE),
-        // The tolerance must be small compared with the part, not with the clearance. In the hole,
-        // both opposite walls are within the tolerance, and their forces balance.
+        // The tolerance must be small compared with the part, but it may exceed the clearance. Then
+        // opposite walls of the hole are within the tolerance, and their forces balance.
         contact: ContactSettings { tolerance: 0.2e-3, cluster_radius: 2e-3, stiffness: 1500.0, ..USUAL },
         path: HandPath::through(&keys).with_tremor(Tremor::new(0.05e-3, TREMOR_SEED)),
         second: None,

@@ -122,7 +122,7 @@ pub(super) fn rollers() -> Parts {
     rollers_of(48, 20)
 }
 
-/// The same rollers with 200 000 triangles each.
+/// The rollers of [`rollers`], with 200 000 triangles each.
 pub(super) fn fine_rollers() -> Parts {
     rollers_of(500, 199)
 }

@@ -1,5 +1,5 @@
-//! A cup with a real cavity, a wall of 3 mm and a handle. It has 500 triangles as in the paper's
-//! Table 1, and genus 1.
+//! A cup with a real cavity, a wall of 3 mm and a handle. It has 500 triangles, like the model in
+//! the paper's Table 1, and genus 1.
 //!
 //! 1. Turn a profile about z in 16 steps: up the outer wall, over the rim, down the inner wall to
 //!    the floor.

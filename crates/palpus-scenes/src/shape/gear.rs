@@ -21,7 +21,7 @@ pub const GEAR_BACKLASH: f64 = 0.0002;
 
 const MODULE: f64 = 0.002;
 const PRESSURE_ANGLE: f64 = 20.0 * PI / 180.0;
-/// Radius of the tips. It is slightly reduced, so that tips do not touch the roots of the other
+/// Radius of the tips, m. It is slightly reduced, so that tips do not touch the roots of the other
 /// gear.
 const TIP_RADIUS: f64 = GEAR_PITCH_RADIUS + 0.9 * MODULE;
 const ROOT_RADIUS: f64 = GEAR_PITCH_RADIUS - 1.25 * MODULE;

@@ -1,5 +1,5 @@
-//! A tube like an intestine: folded into rows, with a wavy radius (haustra) and a real lumen. It
-//! has 24 846 triangles as in the paper's Table 1.
+//! A tube like an intestine: folded into rows, with a lumen whose radius is wavy (the bulges are
+//! called haustra). It has 24 846 triangles, like the model in the paper's Table 1.
 //!
 //! The surface is one closed sequence of rings: along the outer wall, over one cut end, back along
 //! the lumen, and over the other cut end. The outer radius is smaller than the bend radius of the
@@ -26,8 +26,9 @@ pub const GUT_WALL: f64 = 0.003;
 const ROWS: usize = 4;
 const ROW_LENGTH: f64 = 0.110;
 const BEND_RADIUS: f64 = 0.024;
-/// Amplitude of the rise and fall of the rows, and its wavelength along the centre line, m.
+/// Amplitude of the rise and fall of the rows, m.
 const HEAVE: f64 = 0.005;
+/// Wavelength of the rise and fall along the centre line, m.
 const HEAVE_LENGTH: f64 = 0.180;
 
 const SIDES: usize = 41;

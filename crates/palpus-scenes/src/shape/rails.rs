@@ -10,8 +10,9 @@ const HALF_LENGTH: f64 = 0.030;
 /// Half the distance between the ridges at their two ends, m.
 const WIDE: f64 = 0.005;
 const NARROW: f64 = 0.0010;
-/// Half the width of a ridge, and its height, m.
+/// Half the width of a ridge, m.
 const RIDGE_HALF_WIDTH: f64 = 0.0005;
+/// Height of a ridge, m.
 const RIDGE_HEIGHT: f64 = 0.001;
 
 /// Returns half the distance between the two ridges at `y`, m.

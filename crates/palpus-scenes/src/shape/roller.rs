@@ -12,8 +12,9 @@ pub const ROLLER_RADIUS: f64 = 0.010;
 /// Height of a bump above the mean radius, m.
 pub const KNURL_HEIGHT: f64 = 0.0002;
 
-/// Number of bumps around the roller, and along it.
+/// Number of bumps around the roller.
 const AROUND: f64 = 24.0;
+/// Number of bumps along the roller.
 const ALONG: f64 = 10.0;
 const LENGTH: f64 = 0.026;
 

@@ -1,5 +1,5 @@
-//! A spoon: a bowl with a real cavity, and a handle. It has 336 triangles as in the paper's Table
-//! 1.
+//! A spoon: a bowl with a real cavity, and a handle. It has 336 triangles, like the model in the
+//! paper's Table 1.
 //!
 //! It consists of cross-sections at fixed x with twelve vertices each, swept from the end of the
 //! handle to the tip of the bowl. The sections lie in parallel planes and none intersects itself,

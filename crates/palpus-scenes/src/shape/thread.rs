@@ -22,8 +22,9 @@ pub const THREAD_CLEARANCE: f64 = 0.0002;
 /// Height of the nut's grip above the start of its thread, m.
 pub const NUT_GRIP: f64 = 0.004;
 
-/// Radii of the bolt's root and crest, m.
+/// Radius of the bolt's root, m.
 const ROOT: f64 = 0.0069;
+/// Radius of the bolt's crest, m.
 const CREST: f64 = 0.0079;
 /// Number of vertices per turn.
 const SIDES: usize = 24;

@@ -21,7 +21,7 @@ pub(crate) fn sphere_gap(a: &Sphere, b: &Sphere, pose_ba: &Placement) -> f64 {
 /// Ends early when a gap exceeds `enough`. After Gottschalk, Lin, Manocha, *OBB-Tree*, 1996, with
 /// gaps instead of signs.
 pub(crate) fn box_gap(a: &OrientedBox, b: &OrientedBox, pose_ba: &Placement, enough: f64) -> f64 {
-    // Everything in b's box frame: columns of `r` are a's axes.
+    // All vectors are in the frame of b's box. The columns of `r` are a's axes.
     let to_box = b.axes.transpose();
     let r = to_box * (pose_ba.rotation * a.axes);
     let t = to_box * (pose_ba.point(a.center) - b.center);

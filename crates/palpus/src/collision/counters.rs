@@ -36,7 +36,7 @@ pub struct TraversalCounters {
     pub bounded_by_point: u32,
     /// Due represented pairs whose gap was computed from support vertices.
     pub bounded_by_supports: u32,
-    /// Node pairs in the tree down to the front's cut.
+    /// Node pairs of the tree that the front stores.
     pub front: u32,
     /// Leaf pairs of the front within tolerance.
     pub near: u32,

@@ -1,5 +1,5 @@
-//! Distance of two convex polytopes by Gilbert, Johnson and Keerthi's algorithm: the fallback of
-//! the march, and the reference in its tests.
+//! Distance of two convex polytopes by the algorithm of Gilbert, Johnson and Keerthi. It is the
+//! fallback of the march, and the reference in the march's tests.
 //!
 //! 1. A *corner* is a point of the CSO `A ⊖ B`: a support vertex of a minus a support vertex of b.
 //!    Begin with one corner, from vertices of the features that the caller passes.

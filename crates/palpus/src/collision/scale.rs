@@ -8,7 +8,7 @@ use crate::body::Polytope;
 pub(super) struct Scale {
     /// Sum of the radii.
     pub(super) size: f64,
-    /// Rounding of a placed vertex.
+    /// Rounding error of a placed vertex.
     pub(super) noise: f64,
     /// At or below this distance the bodies overlap.
     pub(super) touching: f64,

@@ -58,7 +58,7 @@ pub(super) fn beyond_edge(polytope: &Polytope, e: u32, toward: DVec3, noise: f64
     let Edge { tail, head, left, right } = polytope.edge(e);
     let d = polytope.vertex(head) - polytope.vertex(tail);
     let across = d.cross(toward);
-    // toward · (normal × d), with normal × d pointing into the left face.
+    // The value is toward · (normal × d), where normal × d points into the left face.
     let (left_normal, right_normal) = (polytope.plane(left).normal, polytope.plane(right).normal);
     let (into_left, into_right) = (left_normal.dot(across), -right_normal.dot(across));
     if into_left <= 0.0 && into_right <= 0.0 {

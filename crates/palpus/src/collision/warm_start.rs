@@ -9,7 +9,7 @@ use crate::body::{Feature, FeaturePair};
 /// Results of march and depth walk of a pair in the last query.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WarmStart {
-    /// The last closest features: where the march starts.
+    /// The last closest features, at which the march starts.
     pub features: FeaturePair,
     /// The normal of the last depth or of the last closest points: unit, from b into a, in b's
     /// frame; zero if unknown. If `facet` is `None`, this normal only separates the nodes.

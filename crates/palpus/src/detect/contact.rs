@@ -22,8 +22,8 @@ pub struct Contact {
     pub point_b: DVec3,
     /// Unit, from b into a.
     pub normal: DVec3,
-    /// d of \[K02\]: distance when apart, minus the depth when overlapping, in model units (metres
-    /// in a scene).
+    /// d of \[K02\]: the distance if the bodies are apart, or minus the depth if they overlap, in
+    /// model units (metres in a scene).
     pub separation: f64,
     /// Tangent of the tilt angle of the contact's patch ([`crate::depth::Patch`]): if the bodies
     /// are tilted by up to this angle, the other corners of the patch are contacts too. 0 if

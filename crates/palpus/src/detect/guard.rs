@@ -46,7 +46,7 @@ pub(super) fn between(from: &Pose, to: &Pose, fraction: f64) -> Pose {
     Pose::new(DQuat::from_vec4(turned), from.translation.lerp(to.translation, fraction))
 }
 
-/// Pairs that have tunnelled, and the side from which each came.
+/// Pairs that have tunnelled, each with its side of entry.
 #[derive(Clone, Debug)]
 pub(super) struct Guard {
     sides: Vec<KeptSide>,
@@ -57,7 +57,7 @@ pub(super) struct Guard {
     pose: Placement,
 }
 
-/// A pair and the side to which it belongs.
+/// A pair that has tunnelled, and its side of entry.
 #[derive(Clone, Copy, Debug)]
 struct KeptSide {
     /// The contact before it tunnelled, with the traced points.
@@ -66,7 +66,7 @@ struct KeptSide {
     normal: DVec3,
     /// True if a's point went through b.
     by_a: bool,
-    /// Vertices near the supports along the normal.
+    /// Vertices of a and b near the support vertices along the normal.
     hub: [u32; 2],
     /// Depth at which the side is dropped; `None` until the depth is measured for the first time.
     deepest: Option<f64>,
@@ -322,8 +322,8 @@ mod tests {
 
     #[test]
     fn thick_parts_need_no_sub_steps() {
-        // 3 mm per tick: the thin wall is found in a sub-step, the thick wall and a thick probe at
-        // the tick's end.
+        // At 3 mm per tick, a sub-step finds the contact with the thin wall. For the thick wall and
+        // for a thick probe, the query at the tick's end finds it.
         let probe = cuboid(DVec3::splat(0.02));
         for (half, cut) in [(1e-4, true), (0.02, false)] {
             let wall = cuboid(DVec3::new(0.05, 0.05, half));

@@ -35,7 +35,7 @@ impl Prover {
         seeds: &[Seed],
         scratch: &mut DepthScratch,
     ) -> Depth {
-        // Fibonacci hashing: the odd multiplier is 2³² over the golden ratio.
+        // Fibonacci hashing: the odd multiplier is 2³² divided by the golden ratio.
         let hash = leaf.piece_a.wrapping_mul(31).wrapping_add(leaf.piece_b).wrapping_mul(0x9E37_79B9);
         let (pieces, memory) = &mut self.places[(hash >> 26) as usize % Self::PLACES];
         if *pieces != [leaf.piece_a, leaf.piece_b] {

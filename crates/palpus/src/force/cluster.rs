@@ -87,7 +87,7 @@ pub struct Linkage {
     order: Vec<u32>,
     points: Vec<DVec3>,
     normals: Vec<DVec3>,
-    /// The corners of the patch whose middle is being computed.
+    /// Memory for the corners of one patch.
     corners: Vec<Tilted>,
     tilts: TiltShares,
     /// Label of each rank; contacts with different labels are never linked.
@@ -231,7 +231,7 @@ impl Linkage {
         self.order.truncate(self.capacity);
     }
 
-    /// Reduces the contacts to `most`.
+    /// Reduces the number of contacts to `most`.
     fn seat(&mut self, contacts: &[Contact], most: usize) {
         if self.order.len() <= most {
             return;
@@ -286,8 +286,8 @@ impl Linkage {
         }
     }
 
-    /// Lists the components one after the other, each in canonical order, ordered by their first
-    /// members.
+    /// Lists the members of all components. Components are ordered by their first members, and
+    /// members are in canonical order.
     fn gather(&mut self) {
         let n = self.order.len();
         self.group_of.clear();

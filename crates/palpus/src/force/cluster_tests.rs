@@ -105,8 +105,8 @@ fn chains_join_but_distance_delta_does_not() {
 
 #[test]
 fn cell_wall_does_not_separate_near_contacts() {
-    // Pairs just under δ apart, in every direction and at every offset to the grid, which begins at
-    // the first contact.
+    // Pairs at slightly less than δ, in random directions and at random offsets to the grid, which
+    // begins at the first contact.
     let mut random = Random::new(SEED ^ 1);
     for round in 0..2000 {
         let p = random.point(10.0 * RADIUS);

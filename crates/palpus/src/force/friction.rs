@@ -149,7 +149,7 @@ pub struct FrictionCounters {
     pub inherited: u32,
     /// Contacts that began without strain.
     pub fresh: u32,
-    /// New contacts whose predecessor was not searched, because the tick's budget was spent.
+    /// New contacts for which no adhesion was searched, because the budget of the tick was spent.
     pub unsought: u32,
 }
 
@@ -163,7 +163,7 @@ impl std::ops::AddAssign for FrictionCounters {
     }
 }
 
-/// Adhesions of the last tick, by pieces. An adhesion ends with its contact.
+/// Adhesions of the last tick, sorted by pieces. An adhesion is dropped when its contact ends.
 #[derive(Clone, Debug)]
 pub struct FrictionTracker {
     capacity: usize,

@@ -25,18 +25,18 @@ pub struct PenaltySettings {
 /// Centres of mass of the two bodies, in b's frame: the points about which torques are taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Centers {
-    /// o₁ of \[K02\], of the probe.
+    /// o₁ of \[K02\], for the probe.
     pub a: DVec3,
-    /// o₂ of \[K02\], of the environment.
+    /// o₂ of \[K02\], for the environment.
     pub b: DVec3,
 }
 
 /// The wrenches on both bodies, in b's frame, each about its body's centre of mass.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NetWrench {
-    /// On the probe, about its centre of mass.
+    /// Wrench on the probe, about its centre of mass.
     pub on_a: Wrench,
-    /// On the environment, about its centre of mass.
+    /// Wrench on the environment, about its centre of mass.
     pub on_b: Wrench,
 }
 

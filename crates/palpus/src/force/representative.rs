@@ -21,8 +21,8 @@ pub struct Cluster {
     pub normal: DVec3,
     /// d (eq. 5): the separation of the deepest member, m.
     pub separation: f64,
-    /// t − d, m, where t is the separation below which contacts push: the tolerance, or the contact
-    /// offset of a coupling. 0 if negative.
+    /// t − d, m; 0 if negative. Contacts push below the separation t: the tolerance, or the contact
+    /// offset of a coupling.
     pub engagement: f64,
     /// Sum of the members' weights, m.
     pub weight: f64,

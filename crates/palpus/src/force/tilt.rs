@@ -48,7 +48,7 @@ pub struct Tilted {
     pub place: DVec3,
     /// Unit direction in which the contact pushes a.
     pub direction: DVec3,
-    /// m, negative where the bodies overlap.
+    /// Separation, m; negative where the bodies overlap.
     pub separation: f64,
     /// w, the engagement, m: 0 for a contact that does not push yet.
     pub engagement: f64,
@@ -95,7 +95,8 @@ pub struct TiltShares {
     cell: Cell,
 }
 
-/// A cell in units of the slope, clipped from the square about the disc.
+/// A cell, in units in which the disc of slopes has radius 1. It starts as the square around the
+/// disc and is clipped.
 #[derive(Clone, Debug)]
 struct Cell {
     /// The corners before and after the last cut.
@@ -105,7 +106,7 @@ struct Cell {
     count: usize,
 }
 
-/// Effect of a contact on the cell of another.
+/// Effect of a contact on the cell of another contact.
 enum Bound {
     /// Nothing.
     None,

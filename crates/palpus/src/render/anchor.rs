@@ -23,10 +23,10 @@ use glam::{DQuat, DVec3};
 use crate::algebra::tolerance::{COUPLING_MOST_TURN, COUPLING_RETURN, COUPLING_SLIP, COUPLING_SLIP_TURN};
 use crate::algebra::{Twist, rotation_between};
 
-/// How far the anchor has slipped from the device's grip, in b's frame.
+/// Displacement of the anchor from the device's grip, in b's frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Anchor {
-    /// m.
+    /// Translation, m.
     slip: DVec3,
     turn: DQuat,
 }

@@ -9,8 +9,8 @@
 //! 3. *Allowance*: (target − rest) / price, but at least the work with which a query makes
 //!    progress.
 //!
-//! The allowances depend on measured times, so a recording must store them. A run with the same
-//! allowances is bit-identical.
+//! The allowances depend on measured times, so a recording must store them. A run with equal
+//! allowances gives bit-identical results.
 
 use super::{Settings, Tick};
 use crate::algebra::tolerance::{

@@ -1,4 +1,4 @@
-//! Bounds how far an implicit step may move a body.
+//! Limits the motion of a body in an implicit step.
 //!
 //! The query searches contacts only as far as the body may move in the next step: twice the
 //! motion of the last step, and at least two contact offsets. No step moves the body farther, so it

@@ -63,7 +63,7 @@ impl Renderer {
         self.tick()
     }
 
-    /// Limits the force to what the device can give at present: see [`World::set_available`].
+    /// Limits the force to the device's present limits: see [`World::set_available`].
     pub fn set_available(&mut self, available: &Limits) {
         self.world.set_available(self.tool, available);
     }

@@ -193,7 +193,7 @@ fn shading_smooths_the_edges_of_a_drum() {
     let bare = largest_turn(None);
     let shading = |crease: f64| Some(ShadingSettings { crease_angle: crease.to_radians(), most_turn: 0.5 });
     let shaded = largest_turn(shading(30.0));
-    // Faces meet at 18°: 0.31 rad.
+    // Neighbouring faces meet at 18°, which is 0.31 rad.
     assert!(bare > 0.25, "{bare}");
     assert!(shaded < 0.01, "{shaded}");
     // Edges sharper than the crease angle are not smoothed.

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::algebra::Wrench;
 use crate::algebra::tolerance::SATURATION_ROUNDING;
 
-/// The largest force and torque that may be commanded; infinite for no limit.
+/// Limits of the commanded force and torque; infinite for no limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -26,7 +26,7 @@ impl Limits {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Saturation {
-    /// Force and torque are scaled separately and keep their directions: the paper's rule.
+    /// Force and torque are scaled separately and keep their directions. This is the paper's rule.
     #[default]
     Separate,
     /// Force and torque are scaled by one factor, so the wrench keeps its line of action. If the

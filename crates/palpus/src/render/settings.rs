@@ -30,7 +30,7 @@ pub struct Settings {
     /// k, the stiffness of each cluster, N/m. With a coupling, the stiffness of a contact in series
     /// with the coupling.
     pub stiffness: f64,
-    /// Damping of the normal motion of each cluster, N·s/m; 0 for none.
+    /// Damping of the normal motion of each cluster, N·s/m; 0 for no damping.
     pub damping: f64,
     /// Pieces that are flush, or tilted by less than this angle (rad), touch at the corners of
     /// their overlap, whose loads fade out toward this angle (see [`crate::depth::Patch`]). `None`:
@@ -47,7 +47,7 @@ pub struct Settings {
     /// Coupling between tool and device. `None`: direct rendering, as in the paper; the probe has
     /// the device's pose.
     pub coupling: Option<VirtualCoupling>,
-    /// The largest force and torque that may be commanded.
+    /// Limits of the commanded force and torque.
     pub limits: Limits,
     /// How a wrench that exceeds the limits is reduced.
     pub saturation: Saturation,
@@ -63,8 +63,8 @@ pub struct Settings {
 }
 
 impl Default for Settings {
-    /// For a hand-sized probe on a Phantom Premium 1.5/6DOF: 1 mm tolerance, 4 mm clusters, 800
-    /// N/m.
+    /// Returns settings for a hand-sized probe on a Phantom Premium 1.5/6DOF: a tolerance of 1 mm,
+    /// clusters of 4 mm, and 800 N/m.
     fn default() -> Self {
         Self {
             contact_tolerance: 1e-3,
@@ -134,7 +134,7 @@ impl Settings {
     /// `period` is the period of the loop (s), and `contact_tolerance` is in m. A scene that
     /// contains only two meshes gets these settings.
     ///
-    /// A good tolerance is a hundredth of the smaller body.
+    /// A good tolerance is a hundredth of the smaller body's size.
     #[must_use]
     pub fn coupled(limits: Limits, period: f64, contact_tolerance: f64) -> Self {
         let default = Self::default();

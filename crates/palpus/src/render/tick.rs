@@ -48,7 +48,7 @@ pub struct StageTimes {
     pub depth: u64,
     /// Shading, clusters, penalty, friction.
     pub force: u64,
-    /// Computing the device's wrench from the wrench of the contacts.
+    /// Computation of the device's wrench from the wrench of the contacts.
     pub couple: u64,
     /// Limiting the wrench.
     pub saturate: u64,
@@ -61,7 +61,7 @@ pub struct StageTimes {
 pub struct ToolCounters {
     /// Number of times that the system was solved.
     pub rounds: u32,
-    /// Clusters that stopped pressing within the step.
+    /// Clusters that lost contact within the step.
     pub released: u32,
     /// 1 if the last round still changed the set of pressing or sliding contacts.
     pub unsettled: u32,
@@ -99,7 +99,7 @@ pub struct Counters {
 /// Results of one step of the loop. See the module's description for frames.
 #[derive(Clone, Debug)]
 pub struct Tick {
-    /// 0 for the first step of a renderer.
+    /// Index of the step; 0 for the first step of a renderer.
     pub index: u64,
     /// Length of the step, as given by the caller, s.
     pub dt: f64,

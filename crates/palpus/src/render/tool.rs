@@ -54,9 +54,9 @@ pub(super) struct Tool {
     grip_a: DVec3,
     /// The centre of mass, in a's frame.
     center_a: DVec3,
-    /// kg·m² about the centre of mass, along a's axes.
+    /// Inertia about the centre of mass, along a's axes, kg·m².
     inertia_a: DMat3,
-    /// a placed in b's frame; `None` before the first step.
+    /// Pose of a in b's frame; `None` before the first step.
     pose_ba: Option<Pose>,
     /// Velocity; the linear part is that of the centre of mass.
     twist: Twist,

@@ -19,7 +19,7 @@ const HALF: DVec3 = DVec3::new(0.02, 0.015, 0.01);
 const FRICTION: FrictionSettings =
     FrictionSettings { static_coefficient: 0.5, dynamic_coefficient: 0.4, tangential_stiffness: 800.0 };
 
-/// Two tools and a fixed environment, whose frame is the world's.
+/// Two tools and a fixed environment. The environment's frame is the world's frame.
 struct Two {
     world: World,
     tools: [ToolId; 2],

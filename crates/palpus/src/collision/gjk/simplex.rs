@@ -6,7 +6,7 @@ use crate::algebra::Placement;
 use crate::algebra::tolerance::MARCH_NOISE;
 use crate::body::Polytope;
 
-/// A point of the CSO: the difference of two vertices, all in b's frame.
+/// A point of the CSO: the difference of two vertices, in b's frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Corner {
     pub(super) a: u32,

@@ -1,4 +1,4 @@
-//! Step 4 of the clustering: groups whose normals do not fit into one cone are cut.
+//! Step 4 of the clustering: cuts groups whose normals do not fit into one cone.
 
 use glam::DVec3;
 

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::Linkage;
 use crate::algebra::tolerance::CLUSTER_CELLS;
 
-/// Grid cell of a contact; sorting puts the contacts of one cell side by side.
+/// Grid cell of a contact. Sorting makes the contacts of one cell adjacent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Cell {
     label: u32,
@@ -24,7 +24,7 @@ pub(super) struct Run {
     whole: bool,
 }
 
-/// Bits of a cell's key for each axis.
+/// Number of bits per axis in a cell's key.
 const AXIS_BITS: u32 = 21;
 
 /// The (x, y) offsets of the rows along z that contain the forward half of a cell's neighbours. A

@@ -1,4 +1,4 @@
-//! Friction of blocks, and of many contacts, with known results.
+//! Tests friction of blocks and of many contacts against known results.
 
 use super::super::represent;
 use super::super::testing::{Random, contact};
@@ -48,7 +48,7 @@ fn drag(tracker: &mut FrictionTracker, x: f64) -> f64 {
 fn a_dragged_block_sticks_then_slides_then_sticks_again() {
     let mut tracker = FrictionTracker::new(8);
     assert_eq!(drag(&mut tracker, 0.02), 0.0);
-    // Elastic up to μ_s F_n / k_t = 1 mm.
+    // The spring is elastic up to μ_s F_n / k_t = 1 mm.
     for k in 1..=9 {
         let z = 1e-4 * f64::from(k);
         assert!((drag(&mut tracker, 0.02 + z) + 1000.0 * z).abs() < 1e-9);
@@ -189,7 +189,7 @@ fn corners_resist_twisting_up_to_their_load() {
     let most = NORMAL_FORCE * reach;
     let mut tracker = FrictionTracker::new(8);
     assert_eq!(turn(&mut tracker, reach, 0.0, DVec3::ZERO), (DVec3::ZERO, 0.0));
-    // Elastic up to the static limit.
+    // The spring is elastic up to the static limit.
     let limit = SETTINGS.static_coefficient * NORMAL_FORCE / SETTINGS.tangential_stiffness / reach;
     let (_, torque) = turn(&mut tracker, reach, 0.9 * limit, DVec3::ZERO);
     assert!((torque / (0.9 * SETTINGS.static_coefficient * most) + 1.0).abs() < 1e-3, "{torque}");

@@ -78,7 +78,7 @@ fn contacts_of_other_directions_are_independent() {
 
 #[test]
 fn unloaded_contacts_take_no_share() {
-    // A crown of 0.02 mm over 20 mm: corners lie above the top.
+    // A crowned face, 0.02 mm high over 20 mm: its corners lie above its top.
     let mut crown = [at(0.0, 0.0, 0.0); 5];
     for (k, corner) in crown.iter_mut().skip(1).enumerate() {
         let sign = |bit: usize| if k >> bit & 1 == 1 { 0.01 } else { -0.01 };

@@ -124,7 +124,8 @@ impl Driven {
     fn extrapolated(&self, since: f64) -> Pose {
         let (pose, twist) = self.last;
         let late = ((since - DRIVEN_PATIENCE) / DRIVEN_PATIENCE).clamp(0.0, 1.0);
-        // The distance covered while the velocity falls to zero because the update is late.
+        // If the update is late, the velocity falls to zero, and the distance is that of a shorter
+        // time.
         let time = since.min(DRIVEN_PATIENCE) + DRIVEN_PATIENCE * late * (1.0 - 0.5 * late);
         if twist == Twist::default() {
             return pose;
@@ -142,7 +143,7 @@ mod tests {
 
     const DT: f64 = 1e-3;
 
-    /// A host at 60 Hz whose body swings and turns.
+    /// The host has 60 Hz, and its body swings and turns.
     #[test]
     fn motion_between_updates_is_continuous() {
         let swing = |t: f64| 0.05 * (9.0 * t).sin();
@@ -197,7 +198,7 @@ mod tests {
         let mut last = (Pose::IDENTITY, velocity);
         for tick in 0..500 {
             let now = driven.advance(DT);
-            // The body was at rest at first, and catches up.
+            // The body starts at rest, and needs some ticks to catch up.
             if tick > 50 {
                 fastest = fastest.max((now.1.linear - last.1.linear).length());
             }

@@ -16,12 +16,12 @@ use crate::body::Body;
 pub(super) struct Free {
     /// kg.
     pub(super) mass: f64,
-    /// kg·m² about the centre of mass, along the body's axes.
+    /// Inertia about the centre of mass, along the body's axes, kg·m².
     inertia: DMat3,
     /// Inertia per kilogram along the body's axes, m². Its determinant cannot overflow or vanish
     /// for any mass.
     gyration: DMat3,
-    /// N·s, and N·m·s about the centre of mass.
+    /// Momentum, N·s, and N·m·s about the centre of mass.
     pub(super) momentum: Wrench,
     pub(super) reach: Reach,
 }

@@ -4,7 +4,7 @@
 /// Groups of bodies. Memory is allocated when bodies are added.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Islands {
-    /// For each body, another body of its group (union–find); the root points to itself.
+    /// Parent of each body in the union–find structure of the groups; a root is its own parent.
     parent: Vec<u32>,
     /// For each body: number of moved neighbours.
     neighbours: Vec<u32>,
@@ -21,7 +21,7 @@ impl Islands {
         self.order.reserve(self.parent.len());
     }
 
-    /// Makes each body a group of its own.
+    /// Makes each body a separate group.
     pub(super) fn begin(&mut self) {
         self.parent.iter_mut().enumerate().for_each(|(i, parent)| *parent = i as u32);
         self.neighbours.fill(0);

@@ -55,8 +55,8 @@
 //! would brake the tool with 2 k h v (34 N at 0.1 m/s on a usual device). If the step also used the
 //! body's last velocity, the two bodies would oscillate.
 //!
-//! Memory is allocated when bodies are added. A step allocates none, and no input of a device or a
-//! host makes it panic.
+//! Memory is allocated when bodies are added. A step allocates no memory, and no input of a device
+//! or a host makes it panic.
 
 mod broad;
 mod driven;
@@ -121,7 +121,7 @@ pub struct World {
     counters: WorldCounters,
 }
 
-/// Counts of a world's step, in addition to the ticks of its tools.
+/// Counts of a world's step. Other counts are in the ticks of its tools.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WorldCounters {
     /// Pairs of bodies that were queried.

@@ -1,4 +1,4 @@
-//! Tests how far a sticking tool moves behind a coupling.
+//! Tests the motion of a sticking tool behind a coupling.
 
 use glam::DVec3;
 

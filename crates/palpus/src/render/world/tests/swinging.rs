@@ -1,4 +1,4 @@
-//! Tests friction that lifts the sliding body.
+//! Tests steps in which friction lifts the sliding body.
 
 use glam::{DQuat, DVec3};
 
