@@ -142,8 +142,9 @@ struct Figures {
     turns: Vec<(f64, f64)>,
     error: f64,
     truth: f64,
-    /// Sums of the squared force, and of the product of force and true force.
+    /// Sum of the squared force.
     felt: f64,
+    /// Sum of the product of force and true force.
     both: f64,
     inside: u32,
     lost: u32,

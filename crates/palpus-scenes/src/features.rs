@@ -396,7 +396,8 @@ mod tests {
         for (x, middle) in [(0.0, 0.0), (0.015, 0.0125)] {
             let pose = turned(DQuat::IDENTITY, x);
             let contacts = boxes.contacts(&pose, 1e-5).expect("not deep");
-            // Corners of the small box, and crossings of its edges with edges of the large box.
+            // The contacts are at corners of the small box, and at crossings of its edges with
+            // edges of the large box.
             assert_eq!(contacts.len(), 4, "{contacts:?}");
             let (force, torque) = push(&contacts, 0.0, DVec3::new(middle, 0.0, 0.0));
             assert!((force - DVec3::Z * DEPTH).length() < 1e-12, "{force}");
@@ -434,7 +435,7 @@ mod tests {
 
     #[test]
     fn shorter_of_two_translations_is_used() {
-        // A small box over the edge of a large box. The boxes are separated by 0.2 mm up, or by
+        // A small box overlaps the edge of a large box. The boxes are separated by 0.2 mm up, or by
         // `aside` to the side.
         let (small, large) = (cuboid(DVec3::splat(0.01)), cuboid(DVec3::splat(0.04)));
         let boxes = Features::new(&small, &large, 0.02).expect("boxes");

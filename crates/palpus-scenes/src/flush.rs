@@ -98,15 +98,19 @@ pub struct FlushCase {
     pub tolerance: f64,
 }
 
-/// Side lengths of the plate and of the drawer, m.
+/// Side lengths of the plate, m.
 const PLATE: DVec3 = DVec3::new(0.050, 0.002, 0.040);
+/// Side lengths of the drawer, m.
 const DRAWER: DVec3 = DVec3::new(0.060, 0.040, 0.020);
-/// Length of the slot and of the drawer's frame, m.
+/// Length of the slot, m.
 const SLOT_LENGTH: f64 = 0.080;
+/// Length of the drawer's frame, m.
 const FRAME_LENGTH: f64 = 0.050;
 /// Thickness of the walls of the drawer's frame and of the blocks with holes, m.
 const WALL: f64 = 0.010;
+/// Height of the block with the key's hole, m.
 const KEY_BLOCK_HEIGHT: f64 = 0.012;
+/// Height of the block with the peg's hole, m.
 const PEG_BLOCK_HEIGHT: f64 = 0.025;
 
 impl FlushCase {

@@ -21,17 +21,21 @@ struct Outcome {
     late: u32,
     held: u32,
     unseen: u32,
-    /// Largest force of the full result, N; largest and mean difference from the full result, N.
+    /// Largest force of the full result, N.
     most: f64,
+    /// Largest difference from the full result, N.
     worst: f64,
+    /// Mean difference from the full result, N.
     mean: f64,
-    /// Largest change of the force from tick to tick, with and without the limit, N.
+    /// Largest change of the force from tick to tick with the limit, N.
     jump: f64,
+    /// Largest change of the force from tick to tick without the limit, N.
     full_jump: f64,
-    /// Number of contacts of the full result; number of contacts that the limited result lacks;
-    /// number of lacking contacts that the reported unseen separation does not cover.
+    /// Number of contacts of the full result.
     contacts: u32,
+    /// Number of contacts that the limited result lacks.
     lacking: u32,
+    /// Number of lacking contacts that are nearer than the reported unseen separation.
     missing: u32,
     /// Largest excess of a reported separation over the true separation, m.
     too_far: f64,
@@ -146,8 +150,8 @@ fn tool_waits_for_pairs_not_yet_queried() {
             deepest = judge.contacts(&tick.tool_ba).iter().fold(deepest, |most, contact| most.max(-contact.separation));
         }
         assert!(late > 3 && waited > 3, "{name}: {late} late, {waited} waited");
-        // Measured: 0.07 mm in the hole, where the tool slowly continues along the wall. In the
-        // other scenes there is no overlap.
+        // The measured depth is 0.07 mm in the hole, where the tool slowly continues along the
+        // wall. In the other scenes there is no overlap.
         assert!(deepest < 1e-4, "{name}: {deepest} m deep");
     }
 }

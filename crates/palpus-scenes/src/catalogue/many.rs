@@ -14,9 +14,11 @@ use crate::scene::{Motion, Object};
 use crate::shape::{self, BOLT_LENGTH};
 use crate::{ContactSettings, HandPath, Key};
 
-/// Densities of hard wood, aluminium and steel, kg/m³.
+/// Density of hard wood, kg/m³.
 const WOOD: f64 = 700.0;
+/// Density of aluminium, kg/m³.
 const ALUMINIUM: f64 = 2700.0;
+/// Density of steel, kg/m³.
 const STEEL: f64 = 7800.0;
 
 /// Height above the support at which objects start, m.
@@ -112,7 +114,7 @@ pub(super) fn tray() -> Parts {
 pub(super) fn conveyor() -> Parts {
     const RADIUS: f64 = 0.090;
     const HEIGHT: f64 = 10.0;
-    // rad/s.
+    // Angular velocity of the turntable, rad/s.
     const SPEED: f64 = 0.8;
     let disc = Arc::new(shape::disc(RADIUS, HEIGHT * 1e-3, 48));
     let part = Arc::new(shape::cuboid(DVec3::new(0.020, 0.020, 0.016)));

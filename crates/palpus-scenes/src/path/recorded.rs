@@ -61,9 +61,10 @@ const WIDTH: f64 = 0.015;
 const POINTS: i32 = 5;
 /// Samples are dense if the median of their time steps is at most this, s.
 const DENSE: f64 = 0.02;
-/// Intervals longer than this are gaps: the larger of a time (s) and a multiple of the median step.
-/// In shorter intervals the path is a straight line.
+/// An interval is a gap if it is longer than this time (s) and longer than [`GAP_MEDIANS`] median
+/// steps. In shorter intervals the path is a straight line.
 const GAP: f64 = 1.0;
+/// See [`GAP`].
 const GAP_MEDIANS: f64 = 8.0;
 /// Time in which the hand comes to rest before a gap, and starts after it, s; at most a third of
 /// the gap.

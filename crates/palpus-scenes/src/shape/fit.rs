@@ -24,7 +24,7 @@ pub struct ChannelSection {
 /// The shape has 28 triangles.
 pub fn channel(length: f64, section: &ChannelSection) -> PolygonSoup {
     let ChannelSection { half_gap: gap, half_width: wide, floor, bottom } = *section;
-    // Counter-clockwise about +x, the direction of the sweep.
+    // The points are counter-clockwise about +x, the direction of the sweep.
     let profile = |x: f64| {
         [
             (-wide, bottom),

@@ -16,7 +16,7 @@ pub fn v_groove() -> PolygonSoup {
     const HALF_WIDTH: f64 = 0.040;
     const HALF_LENGTH: f64 = 0.060;
     const HEIGHT: f64 = 0.040;
-    // Counter-clockwise about +y, the direction of the sweep.
+    // The points are counter-clockwise about +y, the direction of the sweep.
     let profile = [
         (-HALF_WIDTH, -HEIGHT),
         (-HALF_WIDTH, 0.0),

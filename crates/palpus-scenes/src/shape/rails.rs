@@ -25,7 +25,7 @@ pub fn rails_half_gap(y: f64) -> f64 {
 pub fn rails() -> PolygonSoup {
     const HALF_WIDTH: f64 = 0.020;
     const BOTTOM: f64 = -0.010;
-    // Counter-clockwise about +y, the direction of the sweep.
+    // The points are counter-clockwise about +y, the direction of the sweep.
     let profile = |y: f64| {
         let (gap, side, floor) = (rails_half_gap(y), RIDGE_HALF_WIDTH, -RIDGE_HEIGHT);
         [

@@ -122,7 +122,7 @@ impl Thread {
         faces.push(vec![start[1], start[2], start[3], start[4]]);
         faces.push(vec![end[4], end[3], end[2], end[1]]);
         for face in faces {
-            // A fan around the first corner.
+            // Adds a fan of triangles around the first corner.
             for k in 1..face.len() - 1 {
                 let [a, b, c] = [face[0], face[k], face[k + 1]];
                 if self.inward { surface.triangle(a, c, b) } else { surface.triangle(a, b, c) }

@@ -11,8 +11,9 @@ use super::{Contact, ContactQuery, QuerySettings};
 use crate::algebra::{NoClock, Pose};
 use crate::body::{Body, BodySettings, Mesh, PolygonSoup};
 
-/// Number of cells along a side of the board, and the length of a cell, m.
+/// Number of cells along a side of the board.
 const CELLS: usize = 36;
+/// Length of a cell, m.
 const CELL: f64 = 1e-3;
 /// Height of the waves, m.
 const HEIGHT: f64 = 1e-4;

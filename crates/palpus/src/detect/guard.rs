@@ -343,13 +343,13 @@ mod tests {
     #[test]
     fn side_is_dropped_beyond_the_edge_or_when_deep() {
         let wall = cuboid(DVec3::new(0.05, 0.05, 1e-4));
-        // Through the wall, and then sideways past its edge.
+        // The cube moves through the wall, and then sideways past its edge.
         let mut way = straight(DVec3::new(0.04, 0.0, 0.0095), DVec3::new(0.04, 0.0, -0.005));
         way.extend(straight(DVec3::new(0.04, 0.0, -0.005), DVec3::new(0.07, 0.0, -0.005)));
         let felt = go(&wall, &way, true);
         assert!(felt.iter().flatten().any(|contact| contact.separation < -0.004));
         assert!(felt.last().unwrap().is_none());
-        // Through the wall, and far beyond it.
+        // The cube moves through the wall, and far beyond it.
         let felt = go(&wall, &straight(DVec3::new(0.01, 0.0, 0.0095), DVec3::new(0.01, 0.0, -0.06)), true);
         assert!(felt.iter().flatten().any(|contact| contact.separation < -0.015));
         assert!(felt.last().unwrap().is_none());

@@ -11,8 +11,9 @@ use crate::algebra::Placement;
 #[derive(Clone, Debug, Default)]
 pub(super) struct HeldContacts {
     entries: Vec<Entry>,
-    /// Contacts that were stored in the last tick, and in this tick.
+    /// Contacts that were stored in the last tick.
     last: Vec<PairMemory>,
+    /// Contacts that were stored in this tick.
     now: Vec<PairMemory>,
     /// Largest number of contacts in each list.
     capacity: usize,

@@ -75,8 +75,8 @@ fn clusters_equal_quadratic_single_linkage() {
     let mut random = Random::new(SEED);
     for round in 0..400 {
         let n = 1 + random.below(90);
-        // From one cluster with all contacts to one cluster for each contact; sometimes far from
-        // the origin, sometimes in a plane.
+        // The size of the cloud varies: small clouds have one cluster, and large clouds have a
+        // cluster for each contact. Some clouds are far from the origin, and some lie in a plane.
         let half = RADIUS * random.between(0.3, 12.0);
         let mut contacts = cloud(&mut random, n, half);
         let far = if round % 5 == 0 { random.point(1e3) } else { DVec3::ZERO };

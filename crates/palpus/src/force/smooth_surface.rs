@@ -71,8 +71,8 @@ impl SmoothSurface {
         let creases = self.creases[t as usize];
         let creased = match feature {
             Feature::Face(_) => false,
-            // The side opposite the corner with the smallest weight. Side k runs from corner k to
-            // corner k + 1.
+            // Tests the side opposite the corner with the smallest weight. Side k runs from corner
+            // k to corner k + 1.
             Feature::Edge(_) => creases & (1 << ((extreme(shares.map(|s| -s)) + 1) % 3)) != 0,
             Feature::Vertex(_) => creases & (8 << extreme(shares)) != 0,
         };

@@ -178,7 +178,7 @@ fn a_slot_narrower_than_delta_grips_the_probe_from_both_sides() {
     assert_eq!((at(0.0).clusters.len(), at(0.0).cancelled_normals), (2, 0));
     // Both walls push: twice the stiffness.
     assert!((at(1e-4).net.on_a.force + DVec3::Y * (2.0 * 800.0 * 1e-4)).length() < 1e-12);
-    // With the paper's rule alone: one cluster whose normals cancel.
+    // With the paper's rule alone, there is one cluster, and its normals cancel.
     let paper = Settings { split_angle: None, ..settings };
     assert_eq!(two_ticks(&slot(0.0), &slot(0.0), &[still; 2], &paper).cancelled_normals, 1);
 }

@@ -79,7 +79,7 @@ mod tests {
         for _ in 0..20_000 {
             pacer.learn(&step(5_000, 400_000, 100_000));
         }
-        // 80 ns a unit, and half a millisecond for the query.
+        // A unit takes 80 ns, and half a millisecond remains for the query.
         assert!((6200..6300).contains(&pacer.allowance()), "{}", pacer.allowance());
     }
 

@@ -170,7 +170,7 @@ mod tests {
             }
             assert_eq!(transient.ring(&Material::WOOD, H, 8.5), DVec3::ZERO, "tick {k}");
         }
-        // An impact on another wall.
+        // Adds an impact on another wall.
         transient.press(turned(600).cross(DVec3::Y), 0.05);
         assert!(transient.ring(&Material::WOOD, H, 8.5).length() > 0.1);
     }

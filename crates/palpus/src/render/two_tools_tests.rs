@@ -280,7 +280,8 @@ fn moving_the_world_moves_the_wrenches() {
 
 #[test]
 fn resting_pair_stays_at_rest() {
-    // Far apart, within the distance of the query, and just touching.
+    // In the three cases, the tools are too far apart for contacts, near enough for contacts
+    // without force, and nearly touching.
     for gap in [0.01, 4e-4, 1.0001e-4] {
         let mut two = blocks(|settings| settings.friction = Some(FRICTION), true);
         let poses = [at(-HALF.x - gap / 2.0, 0.0, 0.1), at(HALF.x + gap / 2.0, 0.001, 0.1)];

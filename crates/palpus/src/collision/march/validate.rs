@@ -42,7 +42,7 @@ pub(super) enum MarchFault {
 }
 
 impl March {
-    /// Returns true for one in [`VALIDATED_ANSWERS`] results. The last digits of the distance
+    /// Returns true for one result of every [`VALIDATED_ANSWERS`]. The last digits of the distance
     /// decide, so every run checks the same results.
     pub(super) fn is_sampled(&self) -> bool {
         match self.proximity {

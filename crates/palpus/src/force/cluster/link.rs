@@ -69,8 +69,8 @@ impl Linkage {
         }
     }
 
-    /// Sorts the contacts into cells. Midpoints outside the grid go into its outermost cells. This
-    /// is slower but not wrong, because each distance is compared there.
+    /// Sorts the contacts into cells. Midpoints outside the grid go into its outermost cells. Such
+    /// large cells are slower but not wrong, because all distances in a cell are compared.
     fn fill_cells(&mut self, radius: f64) {
         let low = self.points.iter().copied().fold(DVec3::INFINITY, DVec3::min);
         let per_metre = 3f64.sqrt() / radius;

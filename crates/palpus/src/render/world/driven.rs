@@ -107,7 +107,7 @@ impl Driven {
         let turn = rotation_between(from.rotation, end.rotation);
         let share = ((since - self.begins) / self.lasts).max(0.0);
         let cubic = |way: DVec3, begins: DVec3, ends: DVec3| {
-            // Hermite's cubic from 0 to `way`.
+            // This is Hermite's cubic from 0 to `way`.
             let (square, cube) = (share * share, share * share * share);
             way * (3.0 * square - 2.0 * cube)
                 + (begins * (cube - 2.0 * square + share) + ends * (cube - square)) * self.lasts
