@@ -12,8 +12,8 @@
 //!
 //! Our choices:
 //!
-//! * The mass of the body is a setting. It has the inertia of a ball of the probe's size, which is
-//!   equal about all axes. So there is no gyroscopic term.
+//! * The mass of the body is a setting. Its inertia equals that of a ball of the probe's size, and
+//!   is equal about all axes. So there is no gyroscopic term.
 //! * By default the dampers give critical damping of the free body.
 //! * Velocities are computed before positions (semi-implicit Euler). In the other order, the
 //!   coupling alone would gain energy.

@@ -14,11 +14,11 @@
 //! 4. The witness is the point of this face that is nearest to the origin. Its barycentric weights,
 //!    applied to the corners on A and on B, give the two points.
 //!
-//! Deviation: the start is not the last simplex of a GJK run. It consists of four support
-//! points that span a volume, as in quickhull, and distances of faces are signed. While the origin
-//! is outside, the polytope grows towards the origin; afterwards it grows as in the original
-//! algorithm. So degenerate ends of GJK need no special case. If several faces lie in one plane,
-//! the face that contains the witness is used.
+//! Deviation: the start is not the last simplex of a GJK run. The start tetrahedron consists of
+//! four support points that span a volume, as in quickhull, and distances of faces are signed.
+//! While the origin is outside, the polytope grows towards the origin; afterwards it grows as in
+//! the original algorithm. So degenerate ends of GJK need no special case. If several faces lie in
+//! one plane, the face that contains the witness is used.
 
 use glam::DVec3;
 use palpus::algebra::{Placement, closest_on_triangle};

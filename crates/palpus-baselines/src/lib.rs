@@ -1,5 +1,5 @@
-//! Other haptic rendering methods, implemented from their papers for comparison with palpus. They
-//! are used only in benchmarks: no part of the product depends on this crate.
+//! Other haptic rendering methods, implemented from their papers for comparison with palpus. Only
+//! benchmarks use these methods: no part of the product depends on this crate.
 //!
 //! * [`Epa`] follows Coal, FCL and most physics engines: each overlapping pair of convex pieces
 //!   gives one contact, with a witness from the expanding polytope algorithm.

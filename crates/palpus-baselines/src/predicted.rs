@@ -22,11 +22,11 @@
 //! Our choices, since the full text was not at hand:
 //!
 //! * Depths are measured along the direction between the closest points, which turns with the body
-//!   whose feature is a face. If they were measured along the velocity, the depth of a sliding body
-//!   would include its whole path.
+//!   whose feature is a face. Along the velocity, the depth of a sliding body would include its
+//!   whole path.
 //! * If a pair overlaps and its closest points were never measured, they are computed at an earlier
-//!   pose. This is the pose of the last step; in the first step, it follows from the twist. If the
-//!   pair overlaps there too, it gives no force. This is rare for a watched pair.
+//!   pose. This is the pose of the last step; in the first step, the twist gives the earlier pose.
+//!   If the pair overlaps there too, it gives no force, which is rare for a watched pair.
 //! * Pairs are watched below a distance of four tolerances, so that their features are known when
 //!   contact begins.
 //! * Pieces have virtual features where the surface was cut. As in palpus, closest points on
@@ -35,8 +35,8 @@
 //! * While a pair overlaps, it keeps the features from the moment before the overlap, however far
 //!   it slides. With [`PredictedSettings::drawn_back`], the features are searched again in each
 //!   step. For this search, the probe is moved back along the last direction until the pair is
-//!   apart. This is better than the method that \[K02\] describes, so the claims of \[K02\] can be
-//!   tested with both variants.
+//!   apart. This variant is better than the method that \[K02\] describes, so the claims of \[K02\]
+//!   can be tested with both variants.
 //! * Clusters have the same radius as in palpus. Interpolation is off by default, because it delays
 //!   every force and hides force steps.
 
@@ -339,8 +339,8 @@ mod tests {
 
     #[test]
     fn prediction_keeps_old_features_while_sliding_inside() {
-        // This is the weakness that [K02] describes. The ball is pressed in by 0.5 mm and then
-        // rolled by 20°. Then the corner that touched first is far from the deepest corner.
+        // The test shows the weakness that [K02] describes. The ball is pressed in by 0.5 mm and
+        // then rolled by 20°. Then the corner that touched first is far from the deepest corner.
         let mut method = make(testing::ball(), testing::table(), testing::SETTINGS);
         let mut roll = |angle: f64, height: f64| {
             let pose = Pose::new(DQuat::from_rotation_y(angle), DVec3::Z * (0.012 + height));

@@ -1,7 +1,7 @@
 //! Finds all contacts of two polyhedra by testing every pair of features, without pieces, hulls,
 //! fronts or cached results.
 //!
-//! A pair is a vertex of one mesh and a face of the other, or two edges. It is a contact if
+//! A pair is a vertex of one mesh and a face of the other, or two edges. A pair is a contact if
 //!
 //! 1. its direction is the face's normal, or perpendicular to both edges,
 //! 2. near the pair, each body's surface lies on its own side of the plane perpendicular to this
@@ -15,8 +15,9 @@
 //! The contacts are checked: the probe is moved by the shortest translation that ends all contacts,
 //! and the edges of both bodies are sampled there. If an edge is still far inside the other body,
 //! the result is `None`. Sometimes a shorter translation, which ends only one contact, also
-//! separates the bodies. If it is at most half as long, the contacts that remain after it are
-//! dropped, because they belong to another side. Otherwise the result is `None`.
+//! separates the bodies. If the shorter translation is at most half as long, the contacts that
+//! remain after it are dropped, because they belong to another side. Otherwise the result is
+//! `None`.
 
 use glam::DVec3;
 use palpus::algebra::Pose;
@@ -38,9 +39,9 @@ const OUTSIDE: f64 = 1e-9;
 const SLACK: f64 = 30e-6;
 const SLACK_SHARE: f64 = 0.5;
 /// The translation that ends a single contact is compared with the translation that ends all
-/// contacts. It counts as a different translation if the ratio of their lengths and the cosine
-/// between them are below the first value. It is the right translation if the ratio is at most the
-/// second value.
+/// contacts. The two translations count as different if the ratio of their lengths and the cosine
+/// between them are below the first value. The shorter translation is the right one if the ratio is
+/// at most the second value.
 const SHORTER: f64 = 0.9;
 const MUCH_SHORTER: f64 = 0.5;
 /// Distance between samples along an edge, m.
@@ -56,8 +57,8 @@ const INWARD: f64 = 1e-3;
 pub(crate) struct Features {
     a: Polyhedron,
     b: Polyhedron,
-    /// Thickness of the thinnest wall, m. A contact deeper than half of it could be left through
-    /// both sides.
+    /// Thickness of the thinnest wall, m. For a contact deeper than half of this thickness, the
+    /// nearest surface may be on the other side of the wall.
     wall: f64,
 }
 
@@ -253,9 +254,9 @@ fn way_out(contacts: &[TrueContact]) -> DVec3 {
 }
 
 /// Returns the contacts of corners of `own` with faces of `other`, each with its normal from
-/// `other` to `own`. `joins` gets the middle of two points, and whether they overlap. It returns
-/// true if there is material at the middle of overlapping points, or air at the middle of separate
-/// points.
+/// `other` to `own`. `joins` gets the middle of two points, and whether they overlap. `joins`
+/// returns true if there is material at the middle of overlapping points, or air at the middle of
+/// separate points.
 fn corners_on_faces(
     own: Side<'_>,
     other: Side<'_>,

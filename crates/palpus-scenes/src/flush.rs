@@ -1,8 +1,9 @@
 //! Scenes with two parts that fit into each other with flush faces. The hand twists one part
 //! against the other. The scenes have parameters.
 //!
-//! The times are equal in all cases. The part moves to its held position. It rests there from
-//! [`REST_START`] to [`REST_END`], turned by more than its play allows, and then goes back.
+//! The times are equal in all cases. The part moves to its held position. The hand holds the part
+//! there from [`REST_START`] to [`REST_END`], with a larger rotation than the play allows. Then the
+//! part goes back.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 

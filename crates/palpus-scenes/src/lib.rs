@@ -7,8 +7,8 @@
 //! * [`flush`] — parts that fit into each other with flush faces. [`overlap`] — the true overlap of
 //!   two solids.
 //! * [`sweep`] — the depth to which contact with a body persists, and its error.
-//! * [`truth`] — the true contacts of scenes with a formula for them. [`refined`] — the true
-//!   contacts of scenes with several contacts or curved surfaces.
+//! * [`truth`] — the true contacts of scenes in which formulas give the contacts. [`refined`] — the
+//!   true contacts of scenes with several contacts or curved surfaces.
 //! * [`scenes`], [`trials`], [`scene`] — the built-in scenes by name: a probe, an environment, the
 //!   contact settings and the motion of the hand.
 

@@ -7,14 +7,15 @@
 //!    solid's surface. The overlap is the largest distance.
 //! 3. Along edges that enter the other solid, refine the deepest point between the samples.
 //!
-//! The result is a lower bound of the overlap. It misses a crossing of two edges that is shallower
-//! than the spacing of the samples.
+//! The result is a lower bound of the overlap. Samples miss a crossing of two edges that is
+//! shallower than the spacing of the samples.
 
 use glam::DVec3;
 use palpus::algebra::Pose;
 use palpus::body::{Mesh, MeshError, PolygonSoup, TriangleTree};
 
-/// Maximum number of samples along the edges of one mesh. It bounds the time for fine meshes.
+/// Maximum number of samples along the edges of one mesh. The limit bounds the time for fine
+/// meshes.
 const MOST_SAMPLES: f64 = 40_000.0;
 /// Distance between samples along an edge, m; larger if the mesh would need more than
 /// [`MOST_SAMPLES`].

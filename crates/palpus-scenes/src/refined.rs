@@ -1,6 +1,6 @@
-//! True contacts of scenes with several contacts or curved surfaces. They come from formulas of the
-//! surfaces that the meshes approximate, or from an exhaustive search over the features of the
-//! meshes (`Features`).
+//! True contacts of scenes with several contacts or curved surfaces. The contacts come from
+//! formulas of the surfaces that the meshes approximate, or from an exhaustive search over the
+//! features of the meshes (`Features`).
 //!
 //! * `rails`: the contacts of the knife's edge with the two ridges.
 //! * `torus-torus`: the local minima of the distance between two circles, minus the radii of the

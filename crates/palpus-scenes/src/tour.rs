@@ -1,5 +1,5 @@
-//! A path on which one body touches another body at many places. It works for any two bodies, from
-//! a start pose.
+//! A path on which one body touches another body at many places. A start pose is enough to compute
+//! it for any two bodies.
 //!
 //! 1. Move from the start toward the nearest point of the other body until they touch (conservative
 //!    advancement: a motion by the nearest distance never passes through the surface).
@@ -8,7 +8,7 @@
 //!    collide.
 //! 3. At every place, press the probe in by a few tolerances, slide it sideways and lift it.
 //!
-//! The path is a random walk over the surface. It works inside a hollow as well as outside.
+//! The path is a random walk over the surface, inside a hollow or outside.
 
 use std::sync::Arc;
 

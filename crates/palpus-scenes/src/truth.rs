@@ -1,4 +1,5 @@
-//! True contacts of scenes, computed by formulas. They are the reference for rendered forces.
+//! True contacts of scenes, computed by formulas. These contacts are the reference for rendered
+//! forces.
 //!
 //! * `pen-sphere`: the pen's point against the ideal sphere that the mesh approximates.
 //! * `v-groove`: the corners of the ball's mesh against the two walls, which are planes. The forces

@@ -3,7 +3,7 @@
 //!
 //! The oracle uses only the mesh, the normals of its triangles, and the mesh triangles of each
 //! piece. Limitation: for a depth on a face or an edge, the oracle only tests whether the piece has
-//! the normal, not whether the witness point lies next to it.
+//! the normal. It does not test whether the triangle with this normal is near the witness point.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -14,8 +14,8 @@ use palpus::body::{Body, BodySettings, EdgeKind, Feature, PolygonSoup};
 use palpus::detect::{Contact, ContactQuery, QuerySettings};
 use palpus_scenes::{Scene, scenes};
 
-/// Largest deviation of a normal from the mesh's normals, rad. It covers rounding of coordinates in
-/// files and the engine's tolerance.
+/// Largest deviation of a normal from the mesh's normals, rad. The value covers rounding of
+/// coordinates in files and the engine's tolerance.
 const ANGLE: f64 = 2e-3;
 
 /// A point nearer than this counts as on a triangle, relative to the body's size.

@@ -79,8 +79,8 @@ fn extruded(outline: &[DVec2], width: f64) -> PolygonSoup {
     soup
 }
 
-/// Returns the block on two runners, 10 mm wide. It is not convex and has a contact under each
-/// runner.
+/// Returns the block on two runners, 10 mm wide. This block is not convex and has a contact under
+/// each runner.
 fn sled() -> PolygonSoup {
     let outline = [(-30, -8), (-20, -8), (-20, 0), (20, 0), (20, -8), (30, -8), (30, 8), (-30, 8)];
     extruded(&outline.map(|(x, z)| DVec2::new(f64::from(x), f64::from(z)) * 1e-3), SIZE.y)

@@ -32,12 +32,12 @@
 //! * Points behind the field use the plane of the nearest voxel of the field, at any depth
 //!   ([`Beyond::Nearest`]). The abstract's "short-range" rather means a field of one layer
 //!   ([`Beyond::Nothing`]). But in direct rendering, a hand would fall through such a field.
-//! * Braking is off by default. It removes energy from a simulated mass, and direct rendering has
-//!   no such mass.
+//! * Braking is off by default. Braking removes energy from a simulated mass, and direct rendering
+//!   has no simulated mass.
 //! * Voxels are stored in a dense block instead of a tree with 512 children per node. The results
 //!   are equal, and the memory is bounded ([`VoxelSettings::memory`]).
-//! * The winding number of the mesh decides whether a connected region is interior. Its only effect
-//!   is which voxels are behind the field.
+//! * The winding number of the mesh decides whether a connected region is interior. This decision
+//!   is used only to find the voxels behind the field.
 
 mod grid;
 mod map;

@@ -1,8 +1,8 @@
 //! A spoon in a cup \[K02 Figures 4 and 5\].
 //!
 //! The spoon goes down into the cavity. It stirs two turns, while the back of its bowl is
-//! alternately pressed against the wall and lifted off. Then it goes onto the floor, lays its
-//! handle on the rim, and comes out again.
+//! alternately pressed against the wall and lifted off. Then the tip goes down to the floor, the
+//! handle leans on the rim, and the spoon comes out again.
 
 use std::f64::consts::{PI, TAU};
 
@@ -66,8 +66,8 @@ fn stir(keys: &mut Vec<Key>) {
 }
 
 /// Returns the pose of the spoon with its tip at `tip`. The back of its bowl faces outward at
-/// `angle` around the cup. Its handle leans from the vertical against that direction by `lean`
-/// (rad).
+/// `angle` around the cup. Its handle leans from the vertical by `lean` (rad), against this
+/// direction.
 fn upright(tip: DVec3, angle: f64, lean: f64) -> Pose {
     let outward = DVec3::new(angle.cos(), angle.sin(), 0.0);
     let x = outward * lean.sin() - DVec3::Z * lean.cos();

@@ -207,9 +207,9 @@ fn same_hemisphere(keys: &[Key]) -> (Vec<DVec4>, f64) {
 }
 
 /// Returns the position, velocity and acceleration of the coordinates at key `k`. At a resting key,
-/// velocity and acceleration are zero. At other keys, the parabola through the key and its two
-/// neighbours gives them. `value(j, laps)` returns the coordinates at key `j` in the previous (−1),
-/// the present (0) or the next period (1).
+/// velocity and acceleration are zero. At other keys, velocity and acceleration are those of the
+/// parabola through the key and its two neighbours. `value(j, laps)` returns the coordinates at key
+/// `j` in the previous (−1), the present (0) or the next period (1).
 fn reach<V>(keys: &[Key], cyclic: bool, k: usize, value: impl Fn(usize, i32) -> V) -> Reach<V>
 where
     V: Copy + std::ops::Sub<Output = V> + std::ops::Add<Output = V> + std::ops::Mul<f64, Output = V>,

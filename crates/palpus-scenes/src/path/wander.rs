@@ -7,7 +7,8 @@
 //!    the script does not have.
 //! 3. Progress and deviations are sums of sines up to 2 Hz. A seed gives the frequencies and
 //!    phases. The same seed gives the same motion, which does not repeat within a year.
-//! 4. The tremor of the script is kept. Its time is the real time, not the time along the path.
+//! 4. The tremor of the script is kept. The tremor depends on the real time, not on the time along
+//!    the path.
 
 use std::f64::consts::TAU;
 
@@ -18,7 +19,7 @@ use super::{HandPath, Tremor};
 
 /// Number of sines of each coordinate.
 const SINES: usize = 8;
-/// Lowest frequency, Hz. Its period is about the time that a hand stays at one place.
+/// Lowest frequency, Hz. A hand stays at one place for about one period of this frequency.
 const LOWEST_HZ: f64 = 0.05;
 /// Highest frequency, Hz. Voluntary movements of a hand rarely contain higher frequencies.
 const HIGHEST_HZ: f64 = 2.0;

@@ -30,7 +30,7 @@ pub fn v_groove() -> PolygonSoup {
     let near = surface.ring(profile.map(|(x, z)| DVec3::new(x, -HALF_LENGTH, z)));
     let far = surface.ring(profile.map(|(x, z)| DVec3::new(x, HALF_LENGTH, z)));
     surface.band(&near, &far);
-    // The ends are not convex. They are divided so that no triangle spans the groove.
+    // The ends are not convex. Each end is divided so that no triangle spans the groove.
     for [a, b, c] in [[0, 1, 2], [0, 2, 3], [0, 3, 6], [3, 4, 6], [4, 5, 6]] {
         surface.triangle(far[a], far[b], far[c]);
         surface.triangle(near[a], near[c], near[b]);

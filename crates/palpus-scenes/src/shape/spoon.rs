@@ -1,7 +1,7 @@
 //! A spoon: a bowl with a real cavity, and a handle. It has 336 triangles, like the model in the
 //! paper's Table 1.
 //!
-//! It consists of cross-sections at fixed x with twelve vertices each, swept from the end of the
+//! The surface consists of cross-sections at fixed x with twelve vertices each, from the end of the
 //! handle to the tip of the bowl. The sections lie in parallel planes and none intersects itself,
 //! so the surface cannot intersect itself.
 
@@ -13,9 +13,9 @@ use super::surface::Surface;
 /// The tip of the bowl in the spoon's frame, m.
 pub const SPOON_TIP: DVec3 = DVec3::new(0.070, 0.0, -0.0066);
 
-/// One cross-section; all values are in mm. They are: position along x; half the width; height of
-/// the edges; height of the upper side's middle above the edges (negative: a cavity); depth of the
-/// lower side's middle below the edges; thickness at the edges.
+/// One cross-section; all values are in mm. The values in order: position along x; half the width;
+/// height of the edges; height of the upper side's middle above the edges (negative: a cavity);
+/// depth of the lower side's middle below the edges; thickness at the edges.
 struct Section(f64, f64, f64, f64, f64, f64);
 
 const SECTIONS: [Section; 14] = [

@@ -1,10 +1,10 @@
 //! A bolt and its nut, with real threads.
 //!
-//! The thread is one strip that winds up around the axis. It has four rows of vertices per turn
-//! (root, flank, crest, flank). The first row of a turn is the fifth row of the previous turn. Both
-//! ends of the strip are cut along a plane through the axis. A plain collar connects each end with
-//! a flat ring. The thread of the nut is the same strip, wider by the clearance, with its front
-//! toward the axis.
+//! The thread is one strip that winds up around the axis. The strip has four rows of vertices per
+//! turn (root, flank, crest, flank). The first row of a turn is the fifth row of the previous turn.
+//! Both ends of the strip are cut along a plane through the axis. A plain collar connects each end
+//! with a flat ring. The thread of the nut is the same strip, wider by the clearance, with its
+//! front toward the axis.
 
 use std::f64::consts::TAU;
 

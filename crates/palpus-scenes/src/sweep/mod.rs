@@ -1,4 +1,4 @@
-//! Two sweeps over a closed body. They measure the depth to which contact persists, and the
+//! Two sweeps over a closed body. The sweeps measure the depth to which contact persists, and the
 //! errors of depth and direction.
 //!
 //! * *Pop-through*: a small probe is pushed in at random points of the surface, along the inward

@@ -36,9 +36,9 @@ use simplex::{Corner, Reduction, Simplex};
 /// features of the last result are fastest.
 ///
 /// The stop reason is `Converged` when the two bounds of the distance agree within rounding.
-/// Otherwise it is `Stalled` or `Budget`: then the points are on the bodies and prove them apart,
-/// but they may not be the closest points. A pair that is not proven apart is reported as
-/// overlapping, never as disjoint.
+/// Otherwise the stop reason is `Stalled` or `Budget`. Then the points are on the bodies and prove
+/// the bodies apart, but they may not be the closest points. A pair that is not proven apart is
+/// reported as overlapping, never as disjoint.
 pub fn gjk(a: &Polytope, b: &Polytope, pose_ba: &Placement, start: FeaturePair) -> March {
     let Scale { size, noise, touching } = Scale::of(a, b, pose_ba);
     let mut simplex = Simplex::new(Corner::new(a, b, pose_ba, start.a.some_vertex(a), start.b.some_vertex(b)), noise);

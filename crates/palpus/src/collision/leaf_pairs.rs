@@ -1,4 +1,5 @@
-//! The leaf pairs that a query found. If they exceed the capacity, the deepest are kept.
+//! The leaf pairs that a query found. If there are more pairs than the capacity, the deepest pairs
+//! are kept.
 //!
 //! 1. Pairs are kept in the order in which they are found.
 //! 2. When the list is full, a new pair replaces the least deep pair if the new pair is deeper.

@@ -3,8 +3,8 @@
 //! 1. From one tick to the next, no point of a body moves farther than the corners of a box around
 //!    the body. The reason: the displacement field of a rigid motion is affine, and the norm of an
 //!    affine field is convex.
-//! 2. So distances between the bodies change by at most the largest motion of a corner. This holds
-//!    for a's motion in b's frame and for b's motion in a's frame. The smaller of the two bounds is
+//! 2. So distances between the bodies change by at most the largest motion of a corner. This bound
+//!    is computed for a's motion in b's frame and for b's motion in a's frame. The smaller value is
 //!    added to the sum S.
 //! 3. A pair at distance `D` when the sum is S₀ is not nearer than `t` until the sum exceeds S₀ +
 //!    (D − t).

@@ -22,17 +22,17 @@ impl Scale {
         Self { size, noise, touching: (TOUCHING * size).max(noise) }
     }
 
-    /// Returns how far a vertex may reach past the closest points for a result without a second
-    /// check.
+    /// Returns the largest length by which a vertex may reach past the closest points without a
+    /// second check.
     #[inline]
     pub(super) fn tight(&self, distance: f64) -> f64 {
         MARCH_PROOF * distance + self.noise
     }
 
-    /// Returns how far a vertex may reach past the closest points after a second check. The
-    /// error of the direction between near points is the rounding of the points over their
-    /// distance. Merged faces are planar only within their merge distance. The limit is at most a
-    /// fixed fraction of the distance, so the distance stays reliable.
+    /// Returns the largest length by which a vertex may reach past the closest points after a
+    /// second check. The error of the direction between near points is the rounding of the points
+    /// over their distance. Merged faces are planar only within their merge distance. The limit is
+    /// at most a fixed fraction of the distance, so the distance stays reliable.
     pub(super) fn loose(&self, distance: f64) -> f64 {
         (COPLANAR * (self.size + distance) + self.noise * self.size / distance).min(MARCH_DOUBT * distance)
     }

@@ -41,8 +41,8 @@ impl<'a> PlacedPair<'a> {
         Self { a, b, pose_ba, tolerance, thinner_than: f64::INFINITY }
     }
 
-    /// Returns a lower bound of the distance of two nodes. It is computed from their spheres, and
-    /// from their boxes if the spheres' bound does not exceed `enough`.
+    /// Returns a lower bound of the distance of two nodes. The bound is computed from their
+    /// spheres, and from their boxes if the spheres' bound does not exceed `enough`.
     pub(super) fn bound(&self, nodes: [u32; 2], enough: f64) -> f64 {
         let (a, b) = (self.a.hierarchy.node(nodes[0]), self.b.hierarchy.node(nodes[1]));
         let gap = sphere_gap(&a.sphere, &b.sphere, self.pose_ba);

@@ -1,4 +1,4 @@
-//! The wake values of all pairs. They decide when a pair is measured again.
+//! The wake values of all pairs. A pair's wake value decides when the pair is measured again.
 //!
 //! A pair is *due* when the sum of the motion bound exceeds the pair's wake value. Until then it is
 //! not measured. The board has one value for each place of the front, and the least value of each

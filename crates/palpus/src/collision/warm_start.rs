@@ -1,6 +1,7 @@
 //! Warm starts: the searches of a pair of nodes begin at the results of the last query.
 //!
-//! Warm starts may be cleared at any time. They change the start of a search, not its result.
+//! Warm starts may be cleared at any time. A warm start changes the start of a search, not its
+//! result.
 
 use glam::DVec3;
 

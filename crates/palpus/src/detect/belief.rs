@@ -27,10 +27,10 @@
 //! sides of the corner.
 //!
 //! Bodies that overlap must always have a contact. If no depth is accepted, the query adds a
-//! *replacement contact*. It leads from a witness point inside the other solid to the nearest
-//! surface. It uses the witness point of the first available contact of this list: the shallowest
-//! rejected depth; the deepest contact of the last overlap ([`LastOverlap`]), if its witness point
-//! is still inside; the least depth of two pieces without a shared normal.
+//! *replacement contact*, from a witness point inside the other solid to the nearest surface. The
+//! witness point belongs to the first available contact of this list: the shallowest rejected
+//! depth; the deepest contact of the last overlap ([`LastOverlap`]), if its witness point is still
+//! inside; the least depth of two pieces without a shared normal.
 //!
 //! Deviation: \[K02\] moves a depth to original features without such a check.
 
@@ -148,7 +148,7 @@ fn to_surface(body: &Body, point: DVec3) -> Option<DVec3> {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct LastOverlap {
     contact: Option<PairMemory>,
-    /// Its depth, model units; 0 without a contact.
+    /// Depth of the contact, model units; 0 without a contact.
     depth: f64,
 }
 

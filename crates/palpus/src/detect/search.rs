@@ -205,8 +205,8 @@ impl PairSearch {
         doubtful
     }
 
-    /// Adds a replacement contact if the bodies overlap and no depth is accepted. It replaces a
-    /// rejected depth, the last overlap, or a depth along a normal that is not shared.
+    /// Adds a replacement contact if the bodies overlap and no depth is accepted. The contact
+    /// replaces a rejected depth, the last overlap, or a depth along a normal that is not shared.
     fn hold_overlap(&mut self, asked: &Asked<'_>, doubtful: &Doubtful, counters: &mut QueryCounters) {
         if self.contacts.iter().any(|contact| contact.separation <= 0.0) {
             return;
@@ -214,8 +214,8 @@ impl PairSearch {
         let rejected = doubtful.rejected.map(|contact| replacement(asked, &contact).unwrap_or(contact));
         let still = || self.last_overlap.still(asked).filter(|_| counters.traversal.postponed == 0);
         let replaced = rejected.or_else(still).or_else(|| replacement(asked, &doubtful.unowned?));
-        // The memory of construction is never exceeded. If it is full of contacts that are apart,
-        // these contacts keep the bodies apart.
+        // The query never exceeds the memory of its construction. If this memory is full of
+        // contacts that are apart, these contacts keep the bodies apart.
         let room = self.capacity - self.contacts.len();
         counters.stood_in += u32::from(replaced.is_some() && room > 0);
         self.contacts.extend(replaced.into_iter().take(room));

@@ -1,8 +1,8 @@
 //! Clusters of contacts: exact single linkage of midpoints, cut where normals oppose each other
 //! \[K02 §4.2\].
 //!
-//! 1. *Admit* contacts that are finite and nearer than the tolerance. If they exceed the capacity,
-//!    keep the deepest and only count the others.
+//! 1. *Admit* contacts that are finite and nearer than the tolerance. If there are more contacts
+//!    than the capacity, keep the deepest and only count the others.
 //! 2. *Order* the contacts by their values (piece indices first). Then a permutation of the input
 //!    changes no bit of a later sum.
 //! 3. *Link* every two contacts whose midpoints are strictly nearer than the radius δ (eq. 2). A
@@ -51,8 +51,8 @@ pub struct LinkageSettings {
     /// groups are never cut.
     pub split_angle: Option<f64>,
     /// Largest number of clustered contacts. If there are more contacts, half of this number are
-    /// the deepest contacts. The other half are the deepest contacts whose normals clearly differ
-    /// from the first half's; they stop the tool when it is thrown back.
+    /// the deepest contacts. The other half are the deepest contacts with clearly different
+    /// normals. These contacts stop the tool when it is thrown back.
     pub most: usize,
 }
 

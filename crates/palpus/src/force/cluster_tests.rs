@@ -245,8 +245,8 @@ fn contacts_above_capacity_are_counted_and_deepest_kept() {
 fn deepest_and_differently_directed_contacts_are_kept() {
     let mut random = Random::new(SEED ^ 9);
     let settings = LinkageSettings { radius: 0.0, most: 40, ..PAPER };
-    // A hundred contacts press on a floor; thirty contacts at the ceiling are farther away than
-    // any of them.
+    // A hundred contacts press on a floor. Thirty contacts at the ceiling are farther away than all
+    // contacts on the floor.
     let contacts: Vec<Contact> = (0..130)
         .map(|k| {
             let (normal, near) = if k < 100 { (DVec3::Z, 0.0) } else { (DVec3::NEG_Z, 5e-4) };

@@ -5,7 +5,7 @@
 //! clusters merge, one of the two forces disappears within one tick, and a hand feels this jump.
 //! Also, the number of clusters depends on the distances between pieces, which are arbitrary. Load
 //! sharing needs no clusters. Each contact pushes along its own direction. Contacts that push in
-//! the same direction have together the force of the deepest of them:
+//! the same direction have together the force of the deepest contact:
 //!
 //! F = Σᵢ k αᵢ wᵢ · (maxⱼ κᵢⱼ wⱼ / Σⱼ κᵢⱼ αⱼ wⱼ) · nᵢ
 //!

@@ -50,7 +50,7 @@ enum ClusterFault {
     #[error("the normal is not unit")]
     Normal,
     /// A member is deeper than the cluster, or the deepest member's separation differs from the
-    /// cluster's.
+    /// cluster's separation.
     #[error("the separation differs from the deepest member's")]
     Separation,
     /// The midpoint is outside the bounding box of the members' midpoints.

@@ -1,10 +1,10 @@
 //! The smooth surface of a body under each feature of each of its convex pieces.
 //!
 //! For each body, the triangles of the mesh that lie in each face of each piece, and the normal at
-//! each vertex, are computed once. A face may also list triangles that only touch it, and a virtual
-//! face may list triangles that lie in it only partly. A contact is never on such a triangle. These
-//! triangles must be left out, because a contact point may be as near to them as to the right
-//! triangle.
+//! each vertex, are computed once. A face may also list triangles that only touch the face, and a
+//! virtual face may list triangles that lie only partly in the face. A contact is never on such a
+//! triangle. These triangles are left out, because a contact point may be equally near to them and
+//! to the right triangle.
 
 use glam::DVec3;
 

@@ -1,4 +1,4 @@
-//! Tilt shares: how much each contact counts in the patch that it belongs to.
+//! Tilt shares: the fraction with which each contact of a patch counts.
 //!
 //! Imagine the bodies pressed together and tilted a little, in any direction and by any slope up to
 //! r. For each tilt, the bodies would rest on the lowest contact. The *tilt share* αᵢ of contact i
@@ -9,7 +9,7 @@
 //! Here j runs over the corners of i's own patch, and of other patches with a corner at i's
 //! position. x are the positions perpendicular to i's direction, d the separations, and e the
 //! allowance described below. Without the allowance, the cells are a power diagram, and the shares
-//! are the Monge–Ampère measure of the lower hull of the contacts. This has these consequences:
+//! are the Monge–Ampère measure of the lower hull of the contacts. It follows:
 //!
 //! * The shares of a flush polygon's corners are proportional to their exterior angles. The
 //!   weighted mean of the corners is the polygon's Steiner point, for example the middle of a line
@@ -151,7 +151,7 @@ impl TiltShares {
         &self.shares
     }
 
-    /// Shares of the last run.
+    /// Returns the shares of the last run.
     pub fn shares(&self) -> &[f64] {
         &self.shares
     }

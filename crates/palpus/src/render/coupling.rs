@@ -30,8 +30,8 @@
 //! A scene may request softer contacts ([`Settings::stiffness`](super::Settings::stiffness)). Then
 //! contacts keep the stiffness of step 5, and the coupling is softened instead. Contact and
 //! softened coupling in series are as stiff as the softer contact and the original coupling. So the
-//! feel changes, but not how far the tool sinks in. (A tool that sank in by millimetres would leave
-//! a thin part on its other side.)
+//! feel changes, but the tool does not sink in farther. (A tool that sank in by millimetres would
+//! leave a thin part on the other side.)
 
 use super::Limits;
 use crate::algebra::tolerance::{

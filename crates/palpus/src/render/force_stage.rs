@@ -175,8 +175,8 @@ fn share(contacts: &[Contact], settings: &Settings, scratch: &mut Scratch, force
     }
 }
 
-/// Fraction of the contact offset: if no contact pushes yet, contacts up to this far beyond the
-/// nearest share the coming load.
+/// If no contact pushes yet, the coming load is shared by contacts up to this distance beyond the
+/// nearest contact, relative to the contact offset.
 const AHEAD: f64 = 0.5;
 
 /// Returns the range of each patch's corners in `members`, where they are adjacent.

@@ -1,4 +1,4 @@
-//! Settings of a renderer. They are set at its construction and can change between steps.
+//! Settings of a renderer, which can change between steps.
 
 use glam::DVec3;
 
@@ -99,7 +99,7 @@ pub enum Clustering {
     /// one load, at any distance from each other. The force is continuous, and its stiffness does
     /// not depend on the mesh of a surface ([`crate::force::LoadSharing`]).
     ///
-    /// This is the default: in `docs/feel.md`, it measures better wherever both rules differ.
+    /// This rule is the default: in `docs/feel.md`, it measures better wherever both rules differ.
     #[default]
     Smooth,
 }
@@ -218,7 +218,7 @@ impl Settings {
         check(budget >= LEAST_BUDGET, "time_budget", budget as f64, "at least 1000 ns")
     }
 
-    /// Settings of the clustering.
+    /// Returns the settings of the clustering.
     pub fn linkage(&self) -> LinkageSettings {
         let (radius, most) = match self.clustering {
             Clustering::Linkage => (self.cluster_radius, usize::MAX),
@@ -233,7 +233,7 @@ impl Settings {
         self.coupling.map_or(self.contact_tolerance, |coupling| coupling.skin)
     }
 
-    /// Settings of the penalty force.
+    /// Returns the settings of the penalty force.
     pub fn penalty(&self) -> PenaltySettings {
         PenaltySettings { stiffness: self.stiffness, damping: self.damping }
     }

@@ -116,8 +116,8 @@ fn strong_hand_does_not_press_the_tool_in() {
     for k in 0..2000 {
         let depth = (f64::from(k) * 2e-5).min(0.03);
         let tick = renderer.step(&at(above(-depth)), DT, &NoClock);
-        // At 8.5 N the tool sinks in by half the contact offset. It sinks in farther only while it
-        // is still moving.
+        // At 8.5 N the tool sinks in by half the contact offset. The tool sinks in farther only
+        // while it is still moving.
         assert!(tick.contacts.is_empty() || tick.separation() > 0.04e-3, "tick {k}: {}", tick.separation());
         assert!(tick.commanded.force.length() <= LIMITS.force);
     }

@@ -5,9 +5,9 @@
 //! feels no update as a step:
 //!
 //! 1. *Chase*: the body moves from its pose and velocity in the last step to the extrapolated
-//!    pose of the update. This takes [`CHASE`] times the interval between the last two updates.
-//!    Position and velocity are continuous (Hermite's cubic). At a constant velocity, the body
-//!    follows the host exactly.
+//!    pose of the update. The chase takes [`CHASE`] times the interval between the last two
+//!    updates. Position and velocity are continuous (Hermite's cubic). At a constant velocity, the
+//!    body follows the host exactly.
 //! 2. *Continue*: the body keeps the update's velocity until the next update.
 //! 3. *Stop*: if no update comes for [`DRIVEN_PATIENCE`], the body slows down and stops after
 //!    another [`DRIVEN_PATIENCE`].

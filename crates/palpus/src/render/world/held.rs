@@ -65,8 +65,8 @@ impl Held {
     }
 
     /// Begins a tick. Returns the pose for the query, the centre of mass, and its twist for
-    /// damping. With a coupling, the pose is the tool's, otherwise the probe's. `None` if the state
-    /// is invalid.
+    /// damping. With a coupling, this is the pose of the tool, otherwise that of the probe. `None`
+    /// if the state is invalid.
     pub(super) fn begin(
         &mut self,
         index: u64,

@@ -34,11 +34,11 @@
 //! 2. *Near*: find the bodies that may touch, by axis-aligned boxes (`broad.rs`).
 //! 3. *Query* and *force*: compute contacts and forces separately for each pair of near bodies
 //!    (`pair.rs`).
-//! 4. *Step*: one implicit step moves each group of touching bodies (`solve.rs`). It is linear in
-//!    the velocities V′ at its end. Aᵢ and bᵢ are the matrix and the right side of body i alone (a
-//!    tool's coupling, a free body's mass and weight). K and l are the matrix and the right side of
-//!    the contacts between i and j, about i's centre of mass. T converts j's velocity into the
-//!    velocity of j's point at i's centre of mass:
+//! 4. *Step*: one implicit step moves each group of touching bodies (`solve.rs`). The step is
+//!    linear in the velocities V′ at its end. Aᵢ and bᵢ are the matrix and the right side of body i
+//!    alone (a tool's coupling, a free body's mass and weight). K and l are the matrix and the
+//!    right side of the contacts between i and j, about i's centre of mass. T converts j's velocity
+//!    into the velocity of j's point at i's centre of mass:
 //!
 //!    | Aᵢ + K   −K T        | Vᵢ′ = bᵢ + l
 //!    | −Tᵀ K    Aⱼ + Tᵀ K T | Vⱼ′ = bⱼ − Tᵀ l
@@ -205,7 +205,7 @@ impl World {
         Ok(self.add_thing(body, role, pose.unstretched()))
     }
 
-    /// Adds a tool with its own body and settings. Its state is the next one among the probe
+    /// Adds a tool with its own body and settings. The tool's state is appended to the probe
     /// states of [`Self::step`].
     ///
     /// # Errors

@@ -1,10 +1,10 @@
 //! Relaxes the rounds of a step whose solutions oscillate.
 //!
-//! A round first predicts from given twists (the *guess*) which contacts press and slide. Then it
-//! solves for the twists under these contacts. The next round uses this solution as its guess. The
-//! rounds can oscillate if the friction of a sliding contact lifts the body. Friction lifts the
-//! body off, so the next round has no friction, and the contact presses again. Between the two
-//! twists there is a twist whose solution equals the guess.
+//! A round first predicts from given twists (the *guess*) which contacts press and slide. Then the
+//! round solves for the twists under these contacts. The next round uses this solution as its
+//! guess. The rounds can oscillate if the friction of a sliding contact lifts the body. Friction
+//! lifts the body off, so the next round has no friction, and the contact presses again. Between
+//! the two twists there is a twist whose solution equals the guess.
 //!
 //! So if a round's solution returns to the solution of two rounds before, the next guess is between
 //! the guess and the solution. The fraction between them follows from a straight line through the

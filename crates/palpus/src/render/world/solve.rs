@@ -2,9 +2,10 @@
 //! 6×6 blocks: a diagonal block for each body, and an off-diagonal block for each pair of bodies in
 //! contact.
 //!
-//! The matrix is symmetric and positive definite, so it has a Cholesky factorisation. It is
-//! computed block by block, and zero blocks are skipped. Bodies with few neighbours should come
-//! first, because the elimination of a body couples all of its remaining neighbours (fill-in).
+//! The matrix is symmetric and positive definite, so it has a Cholesky factorisation. The
+//! factorisation is computed block by block, and zero blocks are skipped. Bodies with few
+//! neighbours should come first, because the elimination of a body couples all of its remaining
+//! neighbours (fill-in).
 
 use glam::DVec3;
 

@@ -106,9 +106,9 @@ impl World {
         }
     }
 
-    /// Returns the separation below which the query of a pair searches contacts, m. It is the
-    /// contact offset plus the largest motion of both bodies in this step, if these motions are
-    /// known.
+    /// Returns the separation below which the query of a pair searches contacts, m. This separation
+    /// is the contact offset plus the largest motion of both bodies in this step, if these motions
+    /// are known.
     fn looked_ahead(&self, pair: &Pair, dt: f64) -> f64 {
         let settings = pair.settings();
         match pair.bodies.map(|i| self.reach(i, dt)) {
