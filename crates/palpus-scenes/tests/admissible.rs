@@ -56,7 +56,7 @@ fn halves<'b>(a: &'b Body, b: &'b Body, place: &Placement, contact: &Contact) ->
 }
 
 impl<'b> Half<'b> {
-    /// Returns the same side with its point at a vertex of the piece.
+    /// Returns this side with its point at a vertex of the piece.
     fn at_vertex(&self, v: u32) -> Half<'b> {
         let point = self.body.polytopes()[self.piece as usize].vertex(v);
         Half { body: self.body, piece: self.piece, feature: self.feature, point, outward: self.outward }

@@ -96,8 +96,8 @@ fn rails() -> PolygonSoup {
     soup
 }
 
-/// Returns the same table with the ribs across the slope. A sliding block bumps into the next rib,
-/// because the contact tolerance surrounds the rib.
+/// Returns the table of [`rails`] with its ribs across the slope. A sliding block bumps into the
+/// next rib, because the contact tolerance surrounds the rib.
 fn ribs() -> PolygonSoup {
     let mut outline = vec![DVec2::new(0.15, -0.02), DVec2::new(0.15, 0.0)];
     for k in (-24..=25).rev() {

@@ -107,8 +107,8 @@ fn whole(v: DVec3) -> [i32; 3] {
     v.floor().to_array().map(|k| k as i32)
 }
 
-/// Returns true if a triangle meets a cube. Separating axis test with 13 axes: Akenine-Möller,
-/// *Fast 3D Triangle–Box Overlap Testing*, 2001.
+/// Returns true if a triangle meets a cube. The test uses 13 separating axes (Akenine-Möller, *Fast
+/// 3D Triangle–Box Overlap Testing*, 2001).
 fn meets(corners: &[DVec3; 3], center: DVec3, half: f64) -> bool {
     let [p, q, r] = corners.map(|corner| corner - center);
     let sides = [q - p, r - q, p - r];

@@ -93,12 +93,12 @@ impl HandPath {
         Self::cyclic(&(0..=count).map(key).collect::<Vec<_>>())
     }
 
-    /// Returns the same path with an added tremor.
+    /// Returns this path with an added tremor.
     pub fn with_tremor(self, tremor: Tremor) -> Self {
         Self { tremor: Some(tremor), ..self }
     }
 
-    /// Returns the same path in another frame. `pose` places the old frame in the new frame.
+    /// Returns this path in another frame. `pose` places the old frame in the new frame.
     #[must_use]
     pub fn placed(mut self, pose: &Pose) -> Self {
         let turn = DMat4::from_cols(

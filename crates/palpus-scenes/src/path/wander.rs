@@ -100,8 +100,8 @@ impl Wander {
         }
     }
 
-    /// Returns the same motion with the probe held at `grip_a` (m, in the probe's frame; by default
-    /// the origin). Rotations away from the path are about this point.
+    /// Returns this motion with the probe held at `grip_a` (m, in the probe's frame; by default the
+    /// origin). Rotations away from the path are about this point.
     #[must_use]
     pub fn turning_at(self, grip_a: DVec3) -> Self {
         Self { grip_a, ..self }

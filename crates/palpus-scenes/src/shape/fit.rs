@@ -106,7 +106,8 @@ pub fn square_peg() -> PolygonSoup {
     surface.finish()
 }
 
-/// Returns the same shape, rotated so that its z axis becomes x, its x axis y, and its y axis z.
+/// Returns `soup`, rotated so that its z axis becomes x, its x axis becomes y, and its y axis
+/// becomes z.
 pub fn along_x(mut soup: PolygonSoup) -> PolygonSoup {
     for vertex in &mut soup.vertices {
         *vertex = DVec3::new(vertex.z, vertex.x, vertex.y);

@@ -1,8 +1,8 @@
 //! One step of the march, by the kinds of the two features.
 //!
-//! Each kind of pair is written once, for a feature of p against a feature of q in q's frame. Each
-//! body can be p. Features are closed: a step first finds their closest points. Then the step
-//! returns the next pair, or these points as the result.
+//! The code for each kind of pair treats a feature of p and a feature of q in q's frame. Each of
+//! the two bodies can be p. Features are closed: a step first finds their closest points. Then the
+//! step returns the next pair, or these points as the result.
 
 use glam::DVec3;
 
