@@ -2,8 +2,8 @@
 //! corners of the overlap.
 //!
 //! The tests use direct rendering without friction, so the wrench is a function of the pose. The
-//! tests measure changes of the torque relative to those of one spring with the contact stiffness
-//! k, at a lever of the probe's size: |Δτ| / (motion × k × size).
+//! tests divide the change of the torque by motion × k × size. This product is the change of the
+//! torque from one spring with the contact stiffness k at a lever of the probe's size.
 
 mod bodies;
 

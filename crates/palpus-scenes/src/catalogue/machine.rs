@@ -122,7 +122,7 @@ pub(super) fn rollers() -> Parts {
     rollers_of(48, 20)
 }
 
-/// The rollers of [`rollers`], with 200 000 triangles each.
+/// Two knurled rollers of 200 000 triangles each roll on each other.
 pub(super) fn fine_rollers() -> Parts {
     rollers_of(500, 199)
 }

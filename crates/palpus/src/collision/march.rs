@@ -91,7 +91,7 @@ fn proven(a: &Polytope, b: &Polytope, pose_ba: &Placement, start: FeaturePair) -
 
 /// Continues the walk if a vertex reaches slightly past the closest points, because two features
 /// are parallel within the dead zone of growth. The second walk has no dead zone. It accepts a
-/// result if vertices reach past the closest points only within the rounding of the direction.
+/// result in which vertices reach past the closest points by rounding only.
 #[cold]
 fn second_look(field: &mut Field<'_>, scale: &Scale, first: Candidate, steps: u32) -> March {
     field.noise = 0.0;

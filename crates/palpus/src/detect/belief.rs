@@ -16,7 +16,7 @@
 //! ignored. Such a surface may be nearer to the point, but the other piece would have to move
 //! farther to leave through it. So a peg whose middle has passed a wall is still pushed back to the
 //! side from which it came. (A depth that was moved to an admissible normal is checked against all
-//! surfaces, because the search may not have tried the nearer surface.)
+//! surfaces, because the search may have missed a nearer surface.)
 //!
 //! Least depths of pieces are checked only if they exceed the contact tolerance. The check costs a
 //! search for the nearest surface, and smaller depths are within the tolerance of contacts anyway.

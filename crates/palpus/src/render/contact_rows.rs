@@ -55,8 +55,8 @@ struct FrictionRow {
     strain: DVec3,
     /// Tangential stiffness while the contact sticks, N/m.
     stiffness: f64,
-    /// If the contact had no load: its stiffness for each newton of load at the end of the step,
-    /// 1/m; otherwise 0.
+    /// Stiffness for each newton of load at the end of the step, 1/m; 0 if the contact already had
+    /// a load.
     stiffening: f64,
     /// Largest load that counts for friction, N.
     most: f64,
