@@ -7,9 +7,9 @@ use crate::body::FeaturePair;
 /// Result of a distance search: two convex polytopes are apart or overlap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Proximity {
-    /// The polytopes are apart; their closest points.
+    /// The polytopes are apart. The value contains their closest points.
     Disjoint(Closest),
-    /// The polytopes touch or overlap; where the search detected the overlap.
+    /// The polytopes touch or overlap. The value describes where the search detected the overlap.
     Overlapping(Overlap),
 }
 

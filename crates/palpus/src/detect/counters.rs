@@ -47,7 +47,7 @@ pub struct QueryCounters {
     pub kept_side: u32,
     /// Patches that were computed.
     pub patches: u32,
-    /// Contacts that are further corners of a patch.
+    /// Additional contacts at the other corners of patches.
     pub corners: u32,
     /// Contacts left out because one of their values was not a finite number.
     pub non_finite: u32,

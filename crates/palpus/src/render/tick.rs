@@ -131,7 +131,7 @@ pub struct Tick {
     /// Wrench from other tools, about this tool's centre of mass; part of [`Forces::net`].
     pub from_other: Wrench,
     /// Work of other tools on this tool, J: by translation of the grip and by rotation. With a
-    /// coupling, the work during this step; otherwise the work since the last step.
+    /// coupling, this is the work during the step, otherwise the work since the last step.
     pub work_from_other: [f64; 2],
     /// Wrench from driven and free objects, about the tool's centre of mass; part of
     /// [`Forces::net`].

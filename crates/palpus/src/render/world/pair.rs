@@ -246,7 +246,7 @@ impl Pair {
 
 /// Returns the pose of a in b's frame.
 pub(super) fn relative(a: &Pose, b: &Pose) -> Pose {
-    // No product with the identity, since its rounding would change bits.
+    // There is no multiplication by the identity, because its rounding would change bits.
     if *b == Pose::IDENTITY { *a } else { b.inverse() * *a }
 }
 
