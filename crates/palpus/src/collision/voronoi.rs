@@ -126,7 +126,8 @@ pub(super) struct Cover {
 /// centroid. The search is a support query on the polar dual polytope, whose vertices are the faces
 /// and whose edges are the edges. So a climb over adjacent faces ends at the global maximum. The
 /// point is inside exactly if the gauge is at most 1. For an inside point, a second climb by height
-/// leads to a nearer face, which is a better estimate of the depth direction. Not valid for plates.
+/// leads to a nearer face, which is a better estimate of the depth direction. The function is not
+/// valid for plates.
 pub(super) fn lowest_cover(polytope: &Polytope, from: u32, x: DVec3) -> Cover {
     let centre = polytope.centroid();
     let gauge = |f: u32| {

@@ -45,7 +45,7 @@ use link::{Cell, Run};
 pub struct LinkageSettings {
     /// t of \[K02\], m: contacts at this separation or farther are ignored.
     pub tolerance: f64,
-    /// δ of \[K02\], m: midpoints nearer than this are linked. 0 links nothing.
+    /// δ of \[K02\], m: midpoints nearer than this are linked. With 0, no contacts are linked.
     pub radius: f64,
     /// Largest opening of the cone that contains the normals of a cluster (rad, at most π). `None`:
     /// groups are never cut.

@@ -27,8 +27,8 @@ pub struct Settings {
     /// Largest opening of the cone that contains the normals of a cluster (rad), 60° to 170°.
     /// `None`: clusters are not cut, as in the paper.
     pub split_angle: Option<f64>,
-    /// k, the stiffness of each cluster, N/m. With a coupling, the stiffness of a contact in series
-    /// with the coupling.
+    /// k, the stiffness of each cluster, N/m. With a coupling, this is the stiffness of a contact
+    /// in series with the coupling.
     pub stiffness: f64,
     /// Damping of the normal motion of each cluster, N·s/m; 0 for no damping.
     pub damping: f64,

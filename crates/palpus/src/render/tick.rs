@@ -46,7 +46,7 @@ pub struct StageTimes {
     pub query: u64,
     /// The depth walks.
     pub depth: u64,
-    /// Shading, clusters, penalty, friction.
+    /// Shading, clusters, penalty forces and friction.
     pub force: u64,
     /// Computation of the device's wrench from the wrench of the contacts.
     pub couple: u64,
@@ -75,15 +75,16 @@ pub struct ToolCounters {
 /// Counters of a tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
-    /// Leaf pairs, marches, fallbacks, walks, depths moved to other normals.
+    /// Counters of the queries.
     pub query: QueryCounters,
-    /// Contacts admitted and left out; groups that were cut.
+    /// Numbers of admitted contacts, of contacts that were left out, and of groups that were cut.
     pub linkage: LinkageCounters,
-    /// Friction contacts: sliding, with the strain of a predecessor, and new.
+    /// Numbers of contacts that slide, that took over the strain of another contact, and that began
+    /// without strain.
     pub friction: FrictionCounters,
     /// Clusters whose normals cancelled, so that the deepest member's normal was used.
     pub cancelled_normals: u32,
-    /// Rounds, releases and resets of the tool.
+    /// Counters of the tool's step.
     pub tool: ToolCounters,
     /// 1 if the force was reduced to its limit.
     pub saturated_force: u32,
@@ -105,8 +106,8 @@ pub struct Tick {
     pub dt: f64,
     /// The probe's state, as given by the caller. A twist that was not finite is replaced by rest.
     pub probe: ProbeState,
-    /// The pose of the query: a placed in b's frame. With a coupling, the tool's pose; otherwise
-    /// the probe's pose.
+    /// The pose of the query: a placed in b's frame. With a coupling, this is the tool's pose,
+    /// otherwise the probe's pose.
     pub tool_ba: Pose,
     /// The wrench for the device, about the grip and within the limits.
     pub commanded: Wrench,
