@@ -66,15 +66,14 @@ impl Grid {
         self.origin + (DVec3::from_array(self.place(voxel).map(f64::from)) + DVec3::splat(0.5)) * self.size
     }
 
-    /// Returns the voxels that share a face with this one: six inside the block, fewer at its
-    /// sides.
+    /// Returns the voxels that share a face with `voxel`: six inside the block, fewer at its sides.
     pub(super) fn beside(&self, voxel: usize) -> impl Iterator<Item = usize> + '_ {
         let [x, y, z] = self.place(voxel);
         let places = [[x - 1, y, z], [x + 1, y, z], [x, y - 1, z], [x, y + 1, z], [x, y, z - 1], [x, y, z + 1]];
         places.into_iter().filter_map(|place| self.at(place))
     }
 
-    /// Returns the voxels that share a corner with this one: 26 inside the block, fewer at its
+    /// Returns the voxels that share a corner with `voxel`: 26 inside the block, fewer at its
     /// sides.
     pub(super) fn around_voxel(&self, voxel: usize) -> impl Iterator<Item = usize> + '_ {
         let [x, y, z] = self.place(voxel);

@@ -5,8 +5,8 @@
 //!    *sub-steps* of about this fraction. Each sub-step finds the contacts of thin pieces, which
 //!    are thinner than a few times the tick's motion. So each contact of a thin piece is found
 //!    within the tolerance on the side of entry, and its depth walk starts there. A body that
-//!    enters a thicker piece in one tick is still near the side from which it came. Such a body can
-//!    tunnel only through the tip of an edge.
+//!    enters a thicker piece in one tick is still near the side of entry, except at the tip of an
+//!    edge, which it may pass.
 //! 2. In fast ticks, the two points of each contact are *traced* from one pose to the next. A
 //!    point of a has tunnelled if it leaves b's piece through a face that looks away from the
 //!    side of entry. The same rule applies to a point of b in a's piece. A pair has also tunnelled

@@ -97,7 +97,7 @@ impl ContactRows {
             self.clusters.push(Load { stiffness, predicted: 0.0 });
             for k in cluster.members() {
                 let stiffness = stiffness * forces.weights[k] / cluster.weight;
-                // Negative if the contact does not push yet.
+                // The force is negative if the contact does not push yet.
                 let force = stiffness * (skin - forces.separations[k]);
                 self.normal_rows.push(NormalRow {
                     offset: forces.places[k] - center,

@@ -176,7 +176,7 @@ fn a_slot_narrower_than_delta_grips_the_probe_from_both_sides() {
     let at = |shift: f64| two_ticks(&slot(shift), &slot(shift), &[still; 2], &settings);
     assert!(at(0.0).net.on_a.force.length() < 1e-12);
     assert_eq!((at(0.0).clusters.len(), at(0.0).cancelled_normals), (2, 0));
-    // Both walls push: twice the stiffness.
+    // Both walls push, so the stiffness is doubled.
     assert!((at(1e-4).net.on_a.force + DVec3::Y * (2.0 * 800.0 * 1e-4)).length() < 1e-12);
     // With the paper's rule alone, there is one cluster, and its normals cancel.
     let paper = Settings { split_angle: None, ..settings };

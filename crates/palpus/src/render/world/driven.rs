@@ -124,8 +124,8 @@ impl Driven {
     fn extrapolated(&self, since: f64) -> Pose {
         let (pose, twist) = self.last;
         let late = ((since - DRIVEN_PATIENCE) / DRIVEN_PATIENCE).clamp(0.0, 1.0);
-        // If the update is late, the velocity falls to zero, and the distance is that of a shorter
-        // time.
+        // If the next update is late, the velocity falls to zero. `time` is the time in which the
+        // full velocity would cover the distance.
         let time = since.min(DRIVEN_PATIENCE) + DRIVEN_PATIENCE * late * (1.0 - 0.5 * late);
         if twist == Twist::default() {
             return pose;
