@@ -42,7 +42,7 @@ fn check(a: &Polytope, b: &Polytope, pose: &Placement, start: FeaturePair, what:
         (Proximity::Disjoint(_), Proximity::Overlapping(_)) if expected.stop != StopReason::Converged => {
             (answer, missing)
         }
-        // The march used its fallback, which has not converged.
+        // The march used its fallback, which may report an overlap for very near bodies.
         (Proximity::Overlapping(_), Proximity::Disjoint(q)) if answer.stop != StopReason::Converged => {
             assert!(q.distance < 1e-7 * size, "one is apart: {}", context());
             (answer, 0.0)

@@ -153,7 +153,7 @@ impl ContactRows {
     }
 
     /// Predicts normal and friction forces at the end of the step if the tool moves with `twist`.
-    /// Returns true if other contacts press or slide than before.
+    /// Returns true if the set of pressing contacts or a friction force has changed.
     pub(super) fn revise(&mut self, twist: &Twist, h: f64, lag: f64) -> bool {
         let mut news = false;
         self.clusters.iter_mut().for_each(|cluster| cluster.predicted = 0.0);

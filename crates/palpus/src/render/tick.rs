@@ -63,7 +63,7 @@ pub struct ToolCounters {
     pub rounds: u32,
     /// Clusters that lost contact within the step.
     pub released: u32,
-    /// 1 if the last round still changed the set of pressing or sliding contacts.
+    /// 1 if the last round still changed the set of pressing contacts or a friction force.
     pub unsettled: u32,
     /// 1 if the step was shortened, so that no point moves farther than the distance within which
     /// contacts are searched.

@@ -132,7 +132,8 @@ pub struct WorldCounters {
     pub islands: u32,
     /// Bodies in the largest group.
     pub largest: u32,
-    /// Groups in which the last round still changed the set of pressing or sliding contacts.
+    /// Groups in which the last round still changed the set of pressing contacts or a friction
+    /// force.
     pub unsettled: u32,
     /// Groups whose step was shortened, so that no point moves farther than the distance within
     /// which contacts are searched.

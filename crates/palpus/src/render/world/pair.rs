@@ -231,8 +231,8 @@ impl Pair {
         self.rows.impulse(twist, h, self.lag())
     }
 
-    /// Predicts the contact forces if a moves with `twist` relative to b. Returns true if other
-    /// contacts press or slide than before.
+    /// Predicts the contact forces if a moves with `twist` relative to b. Returns true if the
+    /// set of pressing contacts or a friction force has changed.
     pub(super) fn revise(&mut self, twist: &Twist, h: f64) -> bool {
         let lag = self.lag();
         self.rows.revise(twist, h, lag)

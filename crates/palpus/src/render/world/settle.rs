@@ -106,7 +106,7 @@ impl World {
     }
 
     /// Predicts the contact forces of the `chosen` pairs of a group for the present twists. Returns
-    /// true if other contacts press or slide than before.
+    /// true if the set of pressing contacts or a friction force has changed.
     fn predict(&mut self, group: u32, h: f64, chosen: impl Fn(&Pair) -> bool) -> bool {
         let mut news = false;
         for &k in &self.near {
