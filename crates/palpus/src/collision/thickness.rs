@@ -1,7 +1,8 @@
 //! Thickness of the pieces of a body, and of the thinnest piece below each node of its hierarchy.
 //!
-//! The thickness of a piece is the least width along its faces' normals. It slightly exceeds the
-//! true least width if that is the distance of two edges. A flat piece has thickness 0.
+//! The thickness of a piece is the least width along its faces' normals. If the true least width is
+//! a distance between two edges, the thickness slightly exceeds this width. A flat piece has
+//! thickness 0.
 
 use super::Side;
 use crate::body::{NodeKind, Polytope};
