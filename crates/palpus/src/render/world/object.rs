@@ -18,13 +18,6 @@ pub struct BodyId(pub(super) usize);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ToolId(pub(super) usize);
 
-impl ToolId {
-    /// Its place among the tools' probe states.
-    pub fn index(self) -> usize {
-        self.0
-    }
-}
-
 /// A body that no hand holds, to be added to a [`World`](super::World).
 #[derive(Clone, Debug)]
 pub struct Object {
