@@ -141,9 +141,8 @@ mod tests {
         let shading = ShadingNormals::new(&mesh, &edges, 0.6);
         let truth = |p: DVec3| (p - DVec3::new(p.x, p.y, 0.0).normalize()).normalize();
         for t in 0..mesh.triangles().len() as u32 {
-            let p = mesh.triangle_points(t);
-            for k in 0..3 {
-                assert!(shading.corner(t, k).angle_between(truth(p[k])) < 0.02);
+            for (k, corner) in mesh.triangle_points(t).into_iter().enumerate() {
+                assert!(shading.corner(t, k).angle_between(truth(corner)) < 0.02);
                 let (other, j) = edges.neighbour(t, k).unwrap();
                 // The common side starts at corner k of t, and ends at corner j of the other.
                 for (here, there) in [(k, (j + 1) % 3), ((k + 1) % 3, j)] {
