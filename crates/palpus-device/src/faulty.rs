@@ -106,11 +106,6 @@ impl Script {
         Self { faults: faults.into(), reads: Arc::default(), time: time.cloned() }
     }
 
-    /// Returns the faults.
-    pub fn faults(&self) -> &[(u64, Fault)] {
-        &self.faults
-    }
-
     /// Wraps `step` so that the faults of the script act in it.
     pub fn step<T>(
         &self,
@@ -241,11 +236,6 @@ impl<D: HapticDevice> FaultyDevice<D> {
     pub fn claiming(mut self, spec: DeviceSpec) -> Self {
         self.spec = spec;
         self
-    }
-
-    /// Returns the wrapped device.
-    pub fn device(&self) -> &D {
-        &self.device
     }
 
     fn lost() -> DeviceError {
