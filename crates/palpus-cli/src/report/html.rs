@@ -1,7 +1,7 @@
-//! HTML. Only this file and the plots write tags; all other text is escaped.
+//! Writes HTML. Only this file and the plots write tags; all other text is escaped.
 //!
-//! Names in recordings are untrusted text. In addition, each page has a content security policy
-//! that forbids loading resources and running scripts.
+//! Names in recordings are untrusted text. Each page also has a content security policy, which
+//! forbids loading resources and running scripts.
 
 use data_encoding::BASE64;
 
@@ -50,7 +50,7 @@ impl Html {
         self
     }
 
-    /// Text of the program; text between backticks is code.
+    /// Appends text of the program; text between backticks is code.
     pub(crate) fn prose(&mut self, text: &str) -> &mut Self {
         for (k, part) in text.split('`').enumerate() {
             match k % 2 {
@@ -101,7 +101,7 @@ impl Html {
         self.prose_in("h3", "", text)
     }
 
-    /// A section with its own heading, to which a table of contents can link.
+    /// Appends a section with its own heading, to which a table of contents can link.
     pub(crate) fn section(&mut self, id: &'static str, title: &str, inner: impl FnOnce(&mut Self)) -> &mut Self {
         self.0 += &format!("<section id=\"{id}\">\n");
         self.prose_in("h2", "", title);
@@ -110,7 +110,7 @@ impl Html {
         self
     }
 
-    /// A list of links to sections.
+    /// Appends a list of links to sections.
     pub(crate) fn contents(&mut self, sections: &[(&'static str, String)]) -> &mut Self {
         self.element("nav", "contents", |nav| {
             for (id, title) in sections {
@@ -126,7 +126,7 @@ impl Html {
         self
     }
 
-    /// Key numbers: name, value with its unit, and tone.
+    /// Appends key numbers: name, value with its unit, and tone.
     pub(crate) fn tiles(&mut self, tiles: &[(String, String, Tone)]) -> &mut Self {
         self.element("div", "tiles", |all| {
             for (what, value, tone) in tiles {
@@ -137,7 +137,7 @@ impl Html {
         })
     }
 
-    /// Names and values.
+    /// Appends names and values.
     pub(crate) fn facts(&mut self, facts: &[(String, String)]) -> &mut Self {
         self.element("div", "scroll", |scroll| {
             scroll.element("table", "facts", |table| {
@@ -171,7 +171,7 @@ impl Html {
         });
     }
 
-    /// A section that can be opened and closed.
+    /// Appends a section that can be opened and closed.
     pub(crate) fn folded(&mut self, title: &str, inner: impl FnOnce(&mut Self)) -> &mut Self {
         self.element("details", "", |details| {
             details.prose_in("summary", "", title);
@@ -179,17 +179,17 @@ impl Html {
         })
     }
 
-    /// A plot made by this program.
+    /// Appends a plot made by this program.
     pub(crate) fn plot(&mut self, svg: &Svg, caption: &str) -> &mut Self {
         self.figure(caption, |scroll| scroll.0 += svg.as_str())
     }
 
-    /// A plot from a file, as an image, in which no script can run.
+    /// Appends a plot from a file as an image, in which no script can run.
     pub(crate) fn drawing(&mut self, svg: &[u8], caption: &str) -> &mut Self {
         self.figure(caption, |scroll| scroll.picture("image/svg+xml", svg, caption))
     }
 
-    /// A picture, light and dark (PNG).
+    /// Appends a picture, light and dark (PNG).
     pub(crate) fn picture_pair(&mut self, light: &[u8], dark: &[u8], caption: &str) -> &mut Self {
         self.element("figure", "shot", |figure| {
             figure.0 += &format!(
@@ -216,7 +216,7 @@ impl Html {
         self.0 += &format!("<img alt=\"{words}\" src=\"data:{kind};base64,{}\">", BASE64.encode(bytes));
     }
 
-    /// Legend of colours: a style class and a meaning for each.
+    /// Appends a legend of colours: a style class and a meaning for each.
     pub(crate) fn key(&mut self, entries: &[(&'static str, &str)]) -> &mut Self {
         self.element("p", "key", |all| {
             for (class, meaning) in entries {

@@ -1,30 +1,30 @@
-//! Passivity observer and controller: if the hand has received more energy than it has put in, the
-//! grip is damped until the excess is taken back \[Hannaford and Ryu 2002, "HR02"\].
+//! Passivity observer and controller. If the hand has received more energy than it has put in, the
+//! controller damps the grip until the excess is taken back \[Hannaford and Ryu 2002, "HR02"\].
 //!
 //! Translation and rotation share one account: a tool that is pushed into a corner turns in the
 //! hand, so work done by pushing comes back by turning. In every tick:
 //!
-//! 1. *Observe* the work of the wrenches that acted, over the sensed motion (`sensed_work.rs`). It
-//!    is positive if the hand has received energy. The wrench that acts now was written earlier;
-//!    the device states the delay ([`SafetyLimits::delay`]).
-//! 2. *Update the account* with this work. A credit is at most the energy that a spring can return
-//!    at peak force. Otherwise a long slide, which puts energy in all the time, would hide a later
-//!    oscillation.
+//! 1. *Observe* the work of the wrenches that acted, over the sensed motion (`sensed_work.rs`). The
+//!    work is positive if the hand has received energy. The wrench that acts now was written
+//!    earlier; the device states the delay ([`SafetyLimits::delay`]).
+//! 2. *Update the account* with the observed work. The account's credit is at most the energy that
+//!    a spring can return at peak force. Otherwise a long slide, which puts energy in all the time,
+//!    would hide a later oscillation.
 //! 3. *Control*: take back the energy beyond the allowance, as far as the motion allows in the
 //!    coming tick. A force and a torque act against the velocities, each in proportion to what it
-//!    can take back. Each is at most the part of the wrench along the motion plus a damper that the
-//!    device can render stably. Near rest, where the direction of a velocity is noise, both fade
-//!    out.
+//!    can take back. Force and torque are each at most the component of the wrench along the
+//!    motion, plus the force of a damper that the device can render stably. Near rest, where the
+//!    direction of a velocity is noise, both fade out.
 //!
 //! Energy that the controller takes back acts later and is observed then, so nothing is counted
 //! twice.
 //!
-//! If a loop has several tools, another tool may push this one, and the energy comes from another
+//! If a loop has several tools, another tool may push this tool, and the energy comes from another
 //! hand. So a tool may pass on the energy that it got from contact with other tools, as long as
 //! such contact gives no more energy than it takes ([`ContactAccount`]).
 //!
 //! Differences from HR02: the account uses the wrench that acted, with its delay, instead of the
-//! commanded one. Step 3 has two bounds. A small excess is allowed, since sensed positions have
+//! commanded wrench. Step 3 has two bounds. A small excess is allowed, since sensed positions have
 //! steps.
 
 use glam::DVec3;
@@ -40,8 +40,8 @@ const SLOW: f64 = 3e-3;
 /// Rotation speed below which the direction is noise, rad/s: a tenth of a step of 2.5e-4 rad per
 /// millisecond.
 const SLOW_TURN: f64 = 0.025;
-/// Largest damping of the controller, relative to the damping after a fault. It is less than
-/// half of the damping at which the device would begin to oscillate.
+/// Largest damping of the controller, relative to the damping after a fault. This limit is less
+/// than half of the damping at which the device would begin to oscillate.
 const MOST_DAMPING: f64 = 3.0;
 /// Travel for the credit, m: a spring with the peak force over this travel can return half of force
 /// times travel.
@@ -69,9 +69,10 @@ pub struct EnergyAccount {
 /// they have taken.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactAccount {
-    /// Energy given to all tools together and not yet taken back, J; negative if more was taken.
+    /// Energy given to all tools together and not yet taken back, J; negative if the contacts took
+    /// more than they gave.
     given: f64,
-    /// Energy that may be given without having been taken, J.
+    /// Energy that the contacts may give before they have taken any, J.
     allowance: f64,
     /// Largest amount by which `given` can be below zero, J; at least 0.
     credit: f64,
@@ -88,7 +89,7 @@ impl ContactAccount {
     }
 
     /// Takes the work that contact did on each tool in this tick, J, by translation and by
-    /// rotation. Replaces it by the part that the tool may pass on to its hand.
+    /// rotation. Replaces each work by the part that the tool may pass on to its hand.
     pub fn pass(&mut self, works: &mut [[f64; 2]]) {
         let sum: f64 = works.as_flattened().iter().sum();
         if !sum.is_finite() {
@@ -134,8 +135,8 @@ impl EnergyAccount {
     /// Returns `computed`, or the wrench that may be commanded instead, for a grip in `state`.
     ///
     /// `elapsed` is the time since the last call, s. The last commanded wrench was held for this
-    /// time, and the next one will be held as long. If no energy must be removed, the result equals
-    /// `computed` bit for bit; any other result counts as [`super::Cut::Passivity`].
+    /// time, and the next wrench will be held as long. If no energy must be removed, the result
+    /// equals `computed` bit for bit; any other result counts as [`super::Cut::Passivity`].
     pub fn limit(&mut self, computed: &Wrench, state: &DeviceState, elapsed: f64) -> Wrench {
         let [translation, rotation] = self.work.moved_to(&state.pose, elapsed);
         self.give(translation + rotation);
@@ -150,8 +151,9 @@ impl EnergyAccount {
     }
 
     /// Adds the work that moving bodies and the tools of other devices did on this tool in this
-    /// tick, J, by translation and by rotation; negative if the tool did work on them. The hand may
-    /// receive this energy. Called before [`Self::limit`].
+    /// tick, J, by translation and by rotation. The work is negative if the tool did work on the
+    /// others. The hand may receive this energy. The chain calls this function before
+    /// [`Self::limit`].
     pub fn received(&mut self, work: [f64; 2]) {
         self.give(-work.iter().sum::<f64>());
     }
@@ -175,8 +177,8 @@ impl EnergyAccount {
         }
     }
 
-    /// Step 3: returns the share to take back of `payable`, the largest power (W) that both
-    /// kinds of motion can pay. `dt`: duration of the coming tick, s.
+    /// Step 3: returns the fraction of `payable` to take back. `payable` is the largest power
+    /// (W) that both kinds of motion together can return. `dt`: duration of the coming tick, s.
     fn share_taken(&self, payable: f64, dt: f64) -> f64 {
         let excess = self.given - self.allowance;
         // This form also covers NaN.
@@ -188,8 +190,8 @@ impl EnergyAccount {
 }
 
 impl Port {
-    /// Returns the largest part of `load` plus damping that may be taken off, along the motion
-    /// `rate`.
+    /// Returns the largest force (or torque) that may be taken off `load`: its component along the
+    /// motion `rate`, plus damping.
     fn most(&self, load: DVec3, rate: DVec3) -> DVec3 {
         let speed = rate.length();
         if !(speed > 0.0 && speed.is_finite()) {
@@ -277,8 +279,8 @@ mod tests {
 
     #[test]
     fn energy_of_pushing_may_return_by_turning() {
-        // The hand puts in 40 mJ by pushing and gets back 30 mJ by turning. Without the push the 30
-        // mJ would be generated.
+        // The hand puts in 40 mJ by pushing and gets back 30 mJ by turning. Without the push, the
+        // device would have generated these 30 mJ.
         assert_eq!(turned_by_a_corner(4.0), 0);
         assert!(turned_by_a_corner(0.0) > 400);
     }

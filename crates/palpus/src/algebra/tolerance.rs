@@ -605,8 +605,8 @@ pub const JUMP: f64 = 0.1;
 pub const SPHERE_NAP: f64 = 8.0;
 
 /// Relative to the distance of a piece from the other body's origin: more than the rounding of a
-/// point bound's normal and base to single precision.
-pub const POINT_BOUND_ROUNDING: f64 = 3e-7;
+/// point bound's normals and base to single precision.
+pub const POINT_BOUND_ROUNDING: f64 = 4e-7;
 
 /// Ticks: the bound by boxes is enough if it lets the pair sleep longer than this. This value
 /// affects only speed.

@@ -41,6 +41,12 @@ impl<'a> PlacedPair<'a> {
         Self { a, b, pose_ba, tolerance, thinner_than: f64::INFINITY }
     }
 
+    /// Returns true if pairs whose thinnest piece has this thickness (model units) are examined.
+    #[inline]
+    pub(super) fn wants(&self, thickness: f32) -> bool {
+        self.thinner_than == f64::INFINITY || f64::from(thickness) < self.thinner_than
+    }
+
     /// A lower bound of the distance of two nodes: by their spheres, and by their boxes if the
     /// bound by spheres is not above `enough`.
     pub(super) fn bound(&self, nodes: [u32; 2], enough: f64) -> f64 {

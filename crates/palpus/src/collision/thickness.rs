@@ -45,8 +45,8 @@ impl Thickness {
 
     /// Thickness of the thinnest piece below a node.
     #[inline]
-    pub(super) fn of_node(&self, node: u32) -> f64 {
-        f64::from(self.nodes[node as usize])
+    pub(super) fn of_node(&self, node: u32) -> f32 {
+        self.nodes[node as usize]
     }
 }
 
@@ -75,6 +75,6 @@ mod tests {
         for (piece, half) in halves.iter().enumerate() {
             assert!((thickness.of_piece(piece as u32) - 2.0 * half).abs() < 1e-5);
         }
-        assert_eq!(thickness.of_node(hierarchy.root()), thickness.of_piece(1));
+        assert_eq!(f64::from(thickness.of_node(hierarchy.root())), thickness.of_piece(1));
     }
 }

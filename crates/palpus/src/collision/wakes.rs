@@ -10,8 +10,9 @@
 //! along a path for each of them. A wheel of buckets moves many entries at once when it turns over,
 //! which a loop at 1 kHz feels.
 
-/// Number of places in a block.
-pub(super) const BLOCK: usize = 32;
+/// Number of places in a block. With larger blocks, more values are read for each pair that is due;
+/// with smaller ones, a tick reads more least values.
+pub(super) const BLOCK: usize = 8;
 
 /// Never due.
 pub(super) const NEVER: u64 = u64::MAX;
@@ -57,24 +58,35 @@ impl WakeBoard {
         *least = (*least).min(value);
     }
 
-    /// The first block from `from` to `to` that may hold a value less than `sum`.
-    #[inline]
-    pub(super) fn next_block(&self, from: usize, to: usize, sum: u64) -> Option<usize> {
-        self.least[from..to].iter().position(|&least| least < sum).map(|k| from + k)
-    }
-
-    /// Writes the places of a block whose values are less than `sum` to `due`, corrects the block's
-    /// least value, and returns how many there are.
-    pub(super) fn open(&mut self, block: usize, sum: u64, due: &mut [u32; BLOCK]) -> usize {
-        let begin = block * BLOCK;
-        let (mut count, mut least) = (0, NEVER);
-        for (k, &value) in self.values[begin..begin + BLOCK].iter().enumerate() {
-            due[count] = (begin + k) as u32;
-            count += usize::from(value < sum);
-            least = least.min(value);
+    /// Collects places whose values are less than `sum`, from block `from` up to block `to`, in
+    /// order, while `due` has room for a whole block. Leaves out blocks for which `is_wanted` is
+    /// false. Returns how many places were written to `due`, and the block at which the search goes
+    /// on. Corrects the least value of each block in which it finds none.
+    pub(super) fn collect(
+        &mut self,
+        from: usize,
+        to: usize,
+        sum: u64,
+        is_wanted: impl Fn(usize) -> bool,
+        due: &mut [u32],
+    ) -> (usize, usize) {
+        let (mut count, mut block) = (0, from);
+        while count + BLOCK <= due.len() {
+            let Some(next) = self.least[block..to].iter().position(|&least| least < sum) else { return (count, to) };
+            block += next + 1;
+            if !is_wanted(block - 1) {
+                continue;
+            }
+            let (before, begin) = (count, (block - 1) * BLOCK);
+            for (k, &value) in self.values[begin..begin + BLOCK].iter().enumerate() {
+                due[count] = (begin + k) as u32;
+                count += usize::from(value < sum);
+            }
+            if count == before {
+                self.settle(block - 1);
+            }
         }
-        self.least[block] = least;
-        count
+        (count, block)
     }
 
     /// Corrects a block's least value after its places were set.
@@ -114,18 +126,18 @@ mod tests {
                 board.set(place as u32, value);
                 model[place] = value;
             }
-            let (mut found, mut block) = (Vec::new(), 0);
-            while let Some(next) = board.next_block(block, places.div_ceil(BLOCK), round) {
-                let mut due = [0; BLOCK];
-                let count = board.open(next, round, &mut due);
+            let (mut found, mut block, blocks) = (Vec::new(), 0, places.div_ceil(BLOCK));
+            while block < blocks {
+                let mut due = [0; 2 * BLOCK];
+                let (count, next) = board.collect(block, blocks, round, |_| true, &mut due);
                 found.extend_from_slice(&due[..count]);
                 for &place in &due[..count] {
                     assert_eq!(board.get(place), model[place as usize]);
                     board.set(place, NEVER);
                     model[place as usize] = NEVER;
+                    board.settle(place as usize / BLOCK);
                 }
-                board.settle(next);
-                block = next + 1;
+                block = next;
             }
             let expected = board.least(places.div_ceil(BLOCK)) >= round && model.iter().all(|&value| value >= round);
             assert!(expected, "seed {SEED:#x}, round {round}: {found:?}");

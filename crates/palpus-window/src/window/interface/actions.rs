@@ -14,7 +14,7 @@ use crate::window::run_keys::Action;
 use crate::window::shot;
 
 impl Interface<'_> {
-    /// Step 2, and the requests of buttons.
+    /// Carries out an action of a key or a button (step 2).
     pub(super) fn act(&mut self, context: &egui::Context, action: Action) {
         match action {
             Action::Pause => {

@@ -19,7 +19,7 @@ use crate::window::{compass, floor};
 
 /// Largest number of drawn dots; more could not be distinguished.
 const MOST_DOTS: usize = 1000;
-/// Points.
+/// Length, points.
 const LETTERS: f32 = 14.0;
 /// Height of titles, points.
 const TITLE: f32 = 36.0;
@@ -109,7 +109,7 @@ impl View3d {
         (drawing, marks.labels)
     }
 
-    /// Values next to the marks, each at the right of its point.
+    /// Draws values next to the marks, each at the right of its point.
     fn label(&self, ui: &egui::Ui, area: &Area, labels: &[Label], style: &Style) {
         let painter = ui.painter_at(area.rect);
         let halo = colour(style.theme.colours().below).gamma_multiply(0.75);
