@@ -1,7 +1,7 @@
 //! `palpus bench depth`: the plots of docs/penetration-depth.md and docs/global-depth.md.
 //!
 //! 1. *What a tilting box feels*: a box tilts on a table through flat contact. The plot shows the
-//!   exact witness point and the centre of the contact patch.
+//!    exact witness point and the centre of the contact patch.
 //! 2. *Depths of whole bodies* ([`bracket`]).
 
 mod bracket;

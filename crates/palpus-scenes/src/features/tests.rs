@@ -12,7 +12,8 @@ fn boxes() -> Features {
     Features::new(&cuboid(DVec3::new(0.02, 0.01, 0.006)), &cuboid(DVec3::splat(0.04)), 0.006).expect("boxes")
 }
 
-/// Placed so that its lowest point is `DEPTH` below the large box's top.
+/// Returns a pose of the small box in which its lowest point is `DEPTH` below the large box's
+/// top.
 fn turned(rotation: DQuat, x: f64) -> Pose {
     let corners = [0.01, -0.01]
         .into_iter()
@@ -22,12 +23,13 @@ fn turned(rotation: DQuat, x: f64) -> Pose {
 }
 
 #[test]
-fn flat_box_is_held_at_the_corners_of_its_part_on_the_other() {
+fn flat_box_has_contacts_at_the_corners_of_the_overlap() {
     let boxes = boxes();
     for (x, middle) in [(0.0, 0.0), (0.015, 0.0125)] {
         let pose = turned(DQuat::IDENTITY, x);
         let contacts = boxes.contacts(&pose, 1e-5).expect("not deep");
-        // Corners of the small box, and crossings of its edges with those of the large one.
+        // The contacts are at corners of the small box, and at crossings of its edges with
+        // edges of the large box.
         assert_eq!(contacts.len(), 4, "{contacts:?}");
         let (force, torque) = push(&contacts, 0.0, DVec3::new(middle, 0.0, 0.0));
         assert!((force - DVec3::Z * DEPTH).length() < 1e-12, "{force}");
@@ -36,12 +38,12 @@ fn flat_box_is_held_at_the_corners_of_its_part_on_the_other() {
 }
 
 #[test]
-fn tilted_box_is_held_at_its_lowest_corner() {
+fn tilted_box_has_a_contact_at_its_lowest_corner() {
     let pose = turned(DQuat::from_euler(glam::EulerRot::XYZ, 0.4, 0.3, 0.2), 0.0);
     let contacts = boxes().contacts(&pose, 1e-5).expect("not deep");
     let [contact] = contacts[..] else { panic!("{contacts:?}") };
     assert!((contact.separation + DEPTH).abs() < 1e-12 && contact.normal == DVec3::Z, "{contact:?}");
-    // Apart by as much.
+    // The same pose, moved up: the boxes are `DEPTH` apart.
     let above = Pose { translation: pose.translation + DVec3::Z * (2.0 * DEPTH), ..pose };
     let apart = boxes().contacts(&above, 2.0 * DEPTH).expect("apart");
     assert!(apart.len() == 1 && (apart[0].separation - DEPTH).abs() < 1e-12, "{apart:?}");
@@ -64,8 +66,9 @@ fn crossing_edges_push_across_both() {
 }
 
 #[test]
-fn the_shorter_of_two_ways_out_counts() {
-    // A box over the edge of another one: 0.2 mm up, or to the side.
+fn shorter_of_two_translations_is_used() {
+    // A small box overlaps the edge of a large box. The boxes are separated by 0.2 mm up, or by
+    // `aside` to the side.
     let (small, large) = (cuboid(DVec3::splat(0.01)), cuboid(DVec3::splat(0.04)));
     let boxes = Features::new(&small, &large, 0.02).expect("boxes");
     let over = |aside: f64| {
@@ -77,11 +80,11 @@ fn the_shorter_of_two_ways_out_counts() {
         assert!(!found.is_empty() && found.iter().all(|contact| contact.normal.z > 0.5), "{found:?}");
     }
     let found = over(2.5e-4);
-    assert!(found.is_none(), "as far up as aside: {found:?}");
+    assert!(found.is_none(), "up and aside are equally far: {found:?}");
 }
 
 #[test]
-fn deeper_than_half_a_wall_there_is_no_answer() {
+fn contact_deeper_than_half_a_wall_is_none() {
     let pose = Pose { translation: DVec3::Z * 0.0195, ..turned(DQuat::IDENTITY, 0.0) };
     assert!(boxes().contacts(&pose, 1e-5).is_none());
 }

@@ -1,32 +1,31 @@
-//! The wake values of all sleeping pairs, which decide when each is measured again; searched block
-//! by block.
+//! The wake values of all pairs. A pair's wake value decides when the pair is measured again.
 //!
-//! A pair's wake value is the motion bound's sum up to which it may sleep. The board keeps one
-//! value for each place and the least value of each block of places. A tick reads one number for
-//! each block and opens only the blocks in which a pair is due. Setting and clearing a value touch
-//! two numbers, so that pairs come and go at no cost.
+//! A pair is *due* when the sum of the motion bound exceeds the pair's wake value. Until then it is
+//! not measured. The board has one value for each place of the front, and the least value of each
+//! block of places. A tick reads one number for each block, and searches only blocks with a due
+//! pair. Setting and clearing a value changes only two numbers.
 //!
-//! A heap would return the due pairs in order, which is not needed, and would have to be updated
-//! along a path for each of them. A wheel of buckets moves many entries at once when it turns over,
-//! which a loop at 1 kHz feels.
+//! A heap would return the due pairs in order, which is not needed, at the cost of an update along
+//! a path for each pair. A timer wheel sometimes moves many entries at once, which is too slow for
+//! a loop at 1 kHz.
 
-/// Number of places in a block. With larger blocks, more values are read for each pair that is due;
-/// with smaller ones, a tick reads more least values.
+/// Number of places in a block. Larger blocks have more values to read for each due pair. Smaller
+/// blocks have more lower bounds to read in each tick.
 pub(super) const BLOCK: usize = 8;
 
-/// Never due.
+/// The wake value of a pair that is never due.
 pub(super) const NEVER: u64 = u64::MAX;
 
 /// Wake values by place.
 #[derive(Clone, Debug)]
 pub(super) struct WakeBoard {
     values: Vec<u64>,
-    /// At most the least value of each block.
+    /// A lower bound of the values of each block.
     least: Vec<u64>,
 }
 
 impl WakeBoard {
-    /// A board of `places` places that are never due.
+    /// Returns a board of `places` places that are never due.
     pub(super) fn new(places: usize) -> Self {
         let blocks = places.div_ceil(BLOCK);
         Self { values: vec![NEVER; blocks * BLOCK], least: vec![NEVER; blocks] }
@@ -39,18 +38,18 @@ impl WakeBoard {
         self.least[..blocks].fill(NEVER);
     }
 
-    /// The wake value of a place.
+    /// Returns the wake value of a place.
     #[inline]
     pub(super) fn get(&self, place: u32) -> u64 {
         self.values[place as usize]
     }
 
-    /// Returns true if the place's block is opened when the place is due.
+    /// Returns true if the block's lower bound includes the value of this place.
     pub(super) fn is_known(&self, place: u32) -> bool {
         self.least[place as usize / BLOCK] <= self.get(place)
     }
 
-    /// Sets the wake value of a place; with [`NEVER`] it is never due.
+    /// Sets the wake value of a place; [`NEVER`] if it is never due.
     #[inline]
     pub(super) fn set(&mut self, place: u32, value: u64) {
         self.values[place as usize] = value;
@@ -58,10 +57,10 @@ impl WakeBoard {
         *least = (*least).min(value);
     }
 
-    /// Collects places whose values are less than `sum`, from block `from` up to block `to`, in
-    /// order, while `due` has room for a whole block. Leaves out blocks for which `is_wanted` is
-    /// false. Returns how many places were written to `due`, and the block at which the search goes
-    /// on. Corrects the least value of each block in which it finds none.
+    /// Writes places whose values are less than `sum` to `due`, in order, from block `from` up to
+    /// block `to`, while `due` has room for a whole block. Leaves out blocks for which `is_wanted`
+    /// returns false. Returns the number of places, and the block at which the search continues.
+    /// If a block has no such place, sets its lower bound to its least value.
     pub(super) fn collect(
         &mut self,
         from: usize,
@@ -89,7 +88,7 @@ impl WakeBoard {
         (count, block)
     }
 
-    /// Corrects a block's least value after its places were set.
+    /// Sets a block's lower bound to its least value.
     pub(super) fn settle(&mut self, block: usize) {
         let begin = block * BLOCK;
         self.least[block] = self.values[begin..begin + BLOCK].iter().copied().fold(NEVER, u64::min);
@@ -100,7 +99,7 @@ impl WakeBoard {
         self.values[..blocks * BLOCK].iter().map(|&value| u32::from(value < sum)).sum()
     }
 
-    /// At most the least value in the first `blocks` blocks.
+    /// Returns a lower bound of the values in the first `blocks` blocks.
     pub(super) fn least(&self, blocks: usize) -> u64 {
         self.least[..blocks].iter().copied().fold(NEVER, u64::min)
     }
@@ -114,7 +113,7 @@ mod tests {
     const SEED: u64 = 0x3A4E;
 
     #[test]
-    fn exactly_the_values_below_the_sum_are_found() {
+    fn all_values_below_the_sum_are_found() {
         let mut random = Random::new(SEED);
         let places = 5 * BLOCK - 3;
         let mut board = WakeBoard::new(places);

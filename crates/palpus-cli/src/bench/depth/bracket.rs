@@ -1,7 +1,7 @@
 //! The plots of docs/global-depth.md: a ring moves through another ring.
 //!
 //! 1. *Along a path*: both bounds of the depth, and the evaluations for each pose, with a warm
-//!   start from the previous pose and with a cold start.
+//!    start from the previous pose and with a cold start.
 //! 2. *Over the budget*: how the bounds at one pose converge.
 
 use std::f64::consts::FRAC_PI_2;

@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// Two tools and a fixed environment, whose frame is the world's.
+/// Two tools and a fixed environment. The environment's frame is the world's frame.
 pub(super) struct Two {
     pub(super) world: World,
     pub(super) tools: [ToolId; 2],
@@ -40,7 +40,7 @@ impl Two {
 
     pub(super) fn settings_between(&self) -> &Settings {
         let [one, other] = self.tools.map(|tool| self.world.body_of(tool));
-        self.world.settings_between(one, other).expect("two tools have to do with each other")
+        self.world.settings_between(one, other).expect("the pair of tools has settings")
     }
 }
 
@@ -69,7 +69,7 @@ pub(super) fn block() -> Arc<Body> {
     boxes(&[(-HALF, HALF)], &Pose::IDENTITY)
 }
 
-/// Its top is z = 0.
+/// A floor whose top is z = 0.
 pub(super) const FLOOR: (DVec3, DVec3) = (DVec3::new(-0.2, -0.2, -0.05), DVec3::new(0.2, 0.2, 0.0));
 
 pub(super) fn direct() -> Settings {
@@ -86,7 +86,7 @@ pub(super) fn coupled() -> Settings {
     }
 }
 
-/// Two blocks over a floor.
+/// Returns two blocks over a floor.
 pub(super) fn blocks(change: impl Fn(&mut Settings), coupling: bool) -> Two {
     let block = block();
     let mut settings = if coupling { coupled() } else { direct() };
@@ -102,7 +102,8 @@ pub(super) fn still(pose: Pose) -> ProbeState {
     ProbeState::at(pose)
 }
 
-/// The sum of what two tools do to each other, about the first one's centre of mass: force, torque.
+/// Returns the magnitudes of the sum of both tools' mutual wrenches, about the first tool's
+/// centre of mass: force (N) and torque (N·m).
 pub(super) fn imbalance(ticks: [&Tick; 2]) -> (f64, f64) {
     let [first, second] = ticks;
     // The blocks' centres of mass are their frames' origins.

@@ -73,7 +73,8 @@ impl Ray {
             enter = enter.max(first.min(second));
             leave = leave.min(first.max(second));
         }
-        // The slack allows for the rounding of the box's slabs, so that no triangle is missed.
+        // The slack allows for the rounding of the parameters at the box's faces, so that no
+        // triangle is missed.
         enter <= leave + tolerance::RAY_SLACK * leave.abs()
     }
 
@@ -85,7 +86,7 @@ impl Ray {
             let p = p - self.origin;
             DVec3::new(p[x] - self.shear.x * p[z], p[y] - self.shear.y * p[z], self.shear.z * p[z])
         });
-        // Both triangles at an edge compute the same value for it, up to the sign.
+        // Both triangles at an edge compute the same value for the edge, up to the sign.
         let (u, v, w) = (c.x * b.y - c.y * b.x, a.x * c.y - a.y * c.x, b.x * a.y - b.y * a.x);
         if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
             return None;
