@@ -77,10 +77,9 @@ impl Overlays {
         self.maps_b.clear();
     }
 
-    /// Finds the first of the hubs with a facet below `bar`, and returns the lowest facet at this
-    /// hub.
-    fn lower(&mut self, cso: &Cso<'_>, doubt: &Doubt, bar: f64) -> Option<Corner> {
-        doubt.hubs().iter().find_map(|&hub| lowest_corner(cso, &mut self.maps_a, &mut self.maps_b, hub, bar))
+    /// Returns the lowest facet at a hub, if it is below `bar`.
+    fn lower(&mut self, cso: &Cso<'_>, hub: HubPair, bar: f64) -> Option<Corner> {
+        lowest_corner(cso, &mut self.maps_a, &mut self.maps_b, hub, bar)
     }
 }
 
@@ -99,15 +98,16 @@ pub(super) fn walk(cso: &Cso<'_>, antipodal: Antipodal, overlays: Option<&mut Ov
     }
     overlays.clear();
     let mut walked = downhill.descend(here)?;
+    if walked.steps > 0 {
+        doubt = downhill.test_hubs(&walked.corner);
+    }
     for _ in 0..WALK_STEPS {
-        if walked.steps > 0 {
-            doubt = downhill.test_hubs(&walked.corner);
+        let bar = walked.corner.offset - downhill.decrease;
+        match downhill.leave(overlays, &doubt, bar)? {
+            Left::Lower(next) => walked = Walked { steps: walked.steps + 1 + next.steps, ..next },
+            Left::Nowhere => return Some(walked),
         }
-        let Some(corner) = overlays.lower(cso, &doubt, walked.corner.offset - downhill.decrease) else {
-            return Some(walked);
-        };
-        let next = downhill.descend(Here { corner, supported: false, alone: false })?;
-        walked = Walked { steps: walked.steps + 1 + next.steps, ..next };
+        doubt = downhill.test_hubs(&walked.corner);
     }
     None
 }
@@ -137,6 +137,14 @@ fn measured(cso: &Cso<'_>, corner: &Corner) -> Corner {
         b: cso.b.climb(corner.hub.b, corner.normal).0,
     };
     Corner { hub, offset: corner.normal.dot(cso.vertex(hub)), ..*corner }
+}
+
+/// Result of the overlays around a facet.
+enum Left {
+    /// The end of a walk from a lower facet.
+    Lower(Walked),
+    /// No facet is lower.
+    Nowhere,
 }
 
 /// Error: features are flush, or rounding makes the results inconsistent.
@@ -185,6 +193,24 @@ impl Downhill<'_, '_> {
             }
         }
         None
+    }
+
+    /// Walks on from the first hub of `doubt` that leads below `bar`. `None` if a walk from there
+    /// gives no answer.
+    ///
+    /// Merged faces are flat only within a tolerance. So the end of a walk, which is measured, may
+    /// be higher than the facet at which the walk started. Then it does not count, or the walk
+    /// would return to it again and again.
+    fn leave(&self, overlays: &mut Overlays, doubt: &Doubt, bar: f64) -> Option<Left> {
+        for &hub in doubt.hubs() {
+            if let Some(corner) = overlays.lower(self.cso, hub, bar) {
+                let next = self.descend(Here { corner, supported: false, alone: false })?;
+                if next.corner.offset < bar {
+                    return Some(Left::Lower(next));
+                }
+            }
+        }
+        Some(Left::Nowhere)
     }
 
     /// Returns the facet of `antipodal` at this pose. The features come from an earlier pose.
