@@ -52,6 +52,7 @@ mod soak;
 mod stage;
 mod summary;
 mod sweeps;
+mod table;
 mod tools;
 mod untouched;
 mod view;

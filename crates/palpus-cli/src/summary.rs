@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use hdrhistogram::Histogram;
+use palpus::algebra::quantile_of_sorted;
 use palpus_device::{Percentiles, RealTimeClaims, RunEnd, RunStatistics, SafetyLimits, ServoTick};
 use serde::Serialize;
 
@@ -10,12 +11,22 @@ use crate::output;
 use crate::safety::SafetyReport;
 
 /// Percentiles of a time, µs.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct Micros {
-    p50: f64,
-    p99: f64,
-    p999: f64,
-    max: f64,
+    pub(crate) p50: f64,
+    pub(crate) p99: f64,
+    pub(crate) p999: f64,
+    pub(crate) max: f64,
+}
+
+impl Micros {
+    /// Percentiles of the finite ones of these values, µs; all 0 if there are none.
+    pub(crate) fn of(values: impl Iterator<Item = f64>) -> Self {
+        let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
+        values.sort_by(f64::total_cmp);
+        let at = |share: f64| quantile_of_sorted(&values, share).unwrap_or(0.0);
+        Self { p50: at(0.5), p99: at(0.99), p999: at(0.999), max: at(1.0) }
+    }
 }
 
 /// Mean and maximum of a count.

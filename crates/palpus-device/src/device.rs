@@ -181,7 +181,7 @@ pub enum DeviceError {
 }
 
 /// Number of axes of each kind.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Axes {
     /// Translational axes, 0 to 3.
     pub translation: u8,
@@ -199,7 +199,7 @@ impl Axes {
 }
 
 /// Capabilities and limits of a device.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct DeviceSpec {
     /// The name, as the maker writes it.
     pub name: Cow<'static, str>,
@@ -252,14 +252,10 @@ pub fn known_devices() -> [DeviceSpec; 10] {
             force_max,
             torque_max,
             force_continuous: CONTINUOUS_FORCES.into_iter().find(|known| known.0 == name).map(|known| known.1),
-            torque_continuous: None,
             actuated,
             sensed,
-            buttons: 0,
             workspace: workspace_mm.map(|mm| DVec3::from_array(mm) * 1e-3),
-            delay: 0.0,
-            position_step: 0.0,
-            angle_step: 0.0,
+            ..DeviceSpec::default()
         };
     [
         spec("Phantom Premium 1.5/6DOF", 8.5, 0.188, Axes::FULL, Axes::FULL, Some([381.0, 267.0, 191.0])),

@@ -106,24 +106,6 @@ impl Script {
         Self { faults: faults.into(), reads: Arc::default(), time: time.cloned() }
     }
 
-    /// Returns the faults.
-    pub fn faults(&self) -> &[(u64, Fault)] {
-        &self.faults
-    }
-
-    /// Wraps `step` so that the faults of the script act in it.
-    pub fn step<T>(
-        &self,
-        mut step: impl FnMut(&DeviceState, f64) -> StepOutcome<T>,
-    ) -> impl FnMut(&DeviceState, f64) -> StepOutcome<T> {
-        let mut faults = self.in_step();
-        move |state, dt| {
-            let mut outcome = step(state, dt);
-            faults.act(&mut outcome);
-            outcome
-        }
-    }
-
     /// Returns the faults that act in a step.
     pub fn in_step(&self) -> StepFaults {
         StepFaults { script: self.clone(), slow: 0, long: Duration::ZERO, gain: 1.0 }
@@ -241,11 +223,6 @@ impl<D: HapticDevice> FaultyDevice<D> {
     pub fn claiming(mut self, spec: DeviceSpec) -> Self {
         self.spec = spec;
         self
-    }
-
-    /// Returns the wrapped device.
-    pub fn device(&self) -> &D {
-        &self.device
     }
 
     fn lost() -> DeviceError {

@@ -56,8 +56,8 @@ pub use recorder::{Recorder, Recording, RecordingSummary, Sink, record};
 pub use replay::ReplayDevice;
 pub use safety::{
     Admitted, AfterFault, AfterPanic, ContactAccount, Cut, Cuts, DEVICE_BUTTONS, EnergyAccount, Engagement, Gate,
-    HOLD_KEY, LimitLine, Passivity, Phase, REARM_KEY, Rearm, SafetyChain, SafetyCounters, SafetyLimits, SafetyOptions,
-    Shaped, Watch,
+    HOLD_KEY, LimitLine, Phase, REARM_KEY, Rearm, SafetyChain, SafetyCounters, SafetyLimits, SafetyOptions, Shaped,
+    Watch,
 };
 pub use self_test::{SelfTest, SelfTestError, self_test};
 pub use servo::{

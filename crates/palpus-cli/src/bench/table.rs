@@ -2,13 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use comfy_table::presets::UTF8_BORDERS_ONLY;
-use comfy_table::{CellAlignment, Table};
 use palpus::body::BodySettings;
 use palpus_scenes::shape;
 use serde::Serialize;
 
 use crate::bodies::{self, Prepared};
+use crate::table::Table;
 
 /// One model, compared with the paper's model.
 #[derive(Debug, Serialize)]
@@ -92,20 +91,9 @@ pub(crate) fn find(folder: &Path, file: &str) -> Option<PathBuf> {
 
 /// Returns the table as text.
 pub(super) fn text(rows: &[Row]) -> String {
-    let mut table = Table::new();
-    table.load_preset(UTF8_BORDERS_ONLY);
-    table.set_header([
-        "model",
-        "mesh",
-        "triangles",
-        "pieces",
-        "per triangle",
-        "paper: triangles",
-        "pieces",
-        "per triangle",
-    ]);
-    for row in rows {
-        table.add_row([
+    let head = ["model", "mesh", "triangles", "pieces", "per triangle", "paper: triangles", "pieces", "per triangle"];
+    let cells = |row: &Row| {
+        vec![
             row.model.to_owned(),
             row.source.clone(),
             row.triangles.to_string(),
@@ -114,12 +102,7 @@ pub(super) fn text(rows: &[Row]) -> String {
             row.paper_triangles.to_string(),
             row.paper_pieces.to_string(),
             format!("{:.3}", row.paper_pieces_per_triangle),
-        ]);
-    }
-    for column in 2..8 {
-        if let Some(column) = table.column_mut(column) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-    }
-    table.to_string()
+        ]
+    };
+    Table::new(&head, 2, rows.iter().map(cells)).text()
 }

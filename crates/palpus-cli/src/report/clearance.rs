@@ -6,9 +6,10 @@ use anyhow::Context;
 use palpus::algebra::Pose;
 use palpus_window::{BodyPart, Camera, Look, Scene, ShownBody, Solid, Style, Theme, Unit, View, paint};
 
-use super::html::{Html, Table};
+use super::html::Html;
 use crate::clearance::{Place, Shown};
 use crate::plots::{BLUE, Figure, Mark, Panel, Series, bands, svg};
+use crate::table::Table;
 
 /// Size of the pictures, pixels.
 const WIDTH: usize = 960;
@@ -19,13 +20,9 @@ pub(crate) fn clearance_page(shown: &Shown<'_>) -> anyhow::Result<String> {
     let [a, b] = &shown.names;
     let title = format!("Clearance of {a} and {b}");
     let mut page = Html::new();
-    page.element("h1", "", |h| {
-        h.text(&title);
-    });
+    page.text_in("h1", "", &title);
     for note in shown.notes {
-        page.element("p", "", |p| {
-            p.text(note);
-        });
+        page.text_in("p", "", note);
     }
     page.section("along", "Clearance along the placements", |section| {
         section.plot(
@@ -80,12 +77,8 @@ fn table(tightest: &[Place]) -> Table {
             z,
         ]
     };
-    Table {
-        title: "Lengths are in model units. Moving A along the way out (in B's frame) separates the bodies.".to_owned(),
-        head: head.map(str::to_owned).to_vec(),
-        rows: tightest.iter().enumerate().map(row).collect(),
-        naming: 2,
-    }
+    Table::new(&head, 2, tightest.iter().enumerate().map(row))
+        .titled("Lengths are in model units. Moving A along the way out (in B's frame) separates the bodies.")
 }
 
 /// Returns the label of place `k`: A, B, …, and numbers after Z.

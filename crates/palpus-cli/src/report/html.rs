@@ -7,24 +7,15 @@ use data_encoding::BASE64;
 
 use crate::markup::escaped;
 use crate::plots::Svg;
+use crate::table::Table;
 
 /// A piece of a page.
 #[derive(Default)]
-pub(super) struct Html(String);
-
-/// A table: its cells, and which columns are numbers.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Table {
-    pub(super) title: String,
-    pub(super) head: Vec<String>,
-    pub(super) rows: Vec<Vec<String>>,
-    /// Columns of text; all others are numbers.
-    pub(super) naming: usize,
-}
+pub(crate) struct Html(String);
 
 /// Tone of a sentence, a number or a badge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Tone {
+pub(crate) enum Tone {
     Plain,
     Good,
     Warning,
@@ -43,54 +34,44 @@ impl Tone {
 }
 
 impl Html {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self::default()
     }
 
     /// Appends another piece.
-    pub(super) fn append(&mut self, other: Self) -> &mut Self {
+    pub(crate) fn append(&mut self, other: Self) -> &mut Self {
         self.0 += &other.0;
         self
     }
 
     /// Escapes untrusted text.
-    pub(super) fn text(&mut self, text: &str) -> &mut Self {
+    pub(crate) fn text(&mut self, text: &str) -> &mut Self {
         self.0 += &escaped(text);
         self
     }
 
     /// Appends text of the program; text between backticks is code.
-    pub(super) fn prose(&mut self, text: &str) -> &mut Self {
+    pub(crate) fn prose(&mut self, text: &str) -> &mut Self {
         for (k, part) in text.split('`').enumerate() {
             match k % 2 {
                 0 => self.text(part),
-                _ => self.element("code", "", |code| {
-                    code.text(part);
-                }),
+                _ => self.text_in("code", "", part),
             };
         }
         self
     }
 
     /// Writes an element around the content that `inner` writes. An empty class is left out.
-    pub(super) fn element(
+    pub(crate) fn element(
         &mut self,
         tag: &'static str,
         class: &'static str,
         inner: impl FnOnce(&mut Self),
     ) -> &mut Self {
-        self.0 += "<";
-        self.0 += tag;
-        if !class.is_empty() {
-            self.0 += " class=\"";
-            self.0 += class;
-            self.0 += "\"";
-        }
-        self.0 += ">";
+        let class = if class.is_empty() { String::new() } else { format!(" class=\"{class}\"") };
+        self.0 += &format!("<{tag}{class}>");
         inner(self);
-        self.0 += "</";
-        self.0 += tag;
-        self.0 += ">";
+        self.0 += &format!("</{tag}>");
         if matches!(tag, "p" | "div" | "section" | "figure" | "table" | "tr" | "ul" | "li" | "h1" | "h2" | "h3" | "dl")
         {
             self.0 += "\n";
@@ -98,97 +79,83 @@ impl Html {
         self
     }
 
-    pub(super) fn paragraph(&mut self, text: &str) -> &mut Self {
-        self.element("p", "", |p| {
-            p.prose(text);
+    /// Writes an element around untrusted text.
+    pub(crate) fn text_in(&mut self, tag: &'static str, class: &'static str, text: &str) -> &mut Self {
+        self.element(tag, class, |inner| {
+            inner.text(text);
         })
     }
 
-    pub(super) fn heading(&mut self, text: &str) -> &mut Self {
-        self.element("h3", "", |h| {
-            h.prose(text);
+    /// Writes an element around text in which backticks mark code.
+    pub(crate) fn prose_in(&mut self, tag: &'static str, class: &'static str, text: &str) -> &mut Self {
+        self.element(tag, class, |inner| {
+            inner.prose(text);
         })
+    }
+
+    pub(crate) fn paragraph(&mut self, text: &str) -> &mut Self {
+        self.prose_in("p", "", text)
+    }
+
+    pub(crate) fn heading(&mut self, text: &str) -> &mut Self {
+        self.prose_in("h3", "", text)
     }
 
     /// Appends a section with its own heading, to which a table of contents can link.
-    pub(super) fn section(&mut self, id: &'static str, title: &str, inner: impl FnOnce(&mut Self)) -> &mut Self {
-        self.0 += "<section id=\"";
-        self.0 += id;
-        self.0 += "\">\n";
-        self.element("h2", "", |h| {
-            h.prose(title);
-        });
+    pub(crate) fn section(&mut self, id: &'static str, title: &str, inner: impl FnOnce(&mut Self)) -> &mut Self {
+        self.0 += &format!("<section id=\"{id}\">\n");
+        self.prose_in("h2", "", title);
         inner(self);
         self.0 += "</section>\n";
         self
     }
 
     /// Appends a list of links to sections.
-    pub(super) fn contents(&mut self, sections: &[(&'static str, String)]) -> &mut Self {
+    pub(crate) fn contents(&mut self, sections: &[(&'static str, String)]) -> &mut Self {
         self.element("nav", "contents", |nav| {
             for (id, title) in sections {
-                nav.0 += "<a href=\"#";
-                nav.0 += id;
-                nav.0 += "\">";
+                nav.0 += &format!("<a href=\"#{id}\">");
                 nav.prose(title);
                 nav.0 += "</a> ";
             }
         })
     }
 
-    pub(super) fn badge(&mut self, tone: Tone, text: &str) -> &mut Self {
-        self.0 += "<span class=\"badge ";
-        self.0 += tone.class();
-        self.0 += "\">";
-        self.text(text);
-        self.0 += "</span> ";
+    pub(crate) fn badge(&mut self, tone: Tone, text: &str) -> &mut Self {
+        self.0 += &format!("<span class=\"badge {}\">{}</span> ", tone.class(), escaped(text));
         self
     }
 
     /// Appends key numbers: name, value with its unit, and tone.
-    pub(super) fn tiles(&mut self, tiles: &[(String, String, Tone)]) -> &mut Self {
+    pub(crate) fn tiles(&mut self, tiles: &[(String, String, Tone)]) -> &mut Self {
         self.element("div", "tiles", |all| {
             for (what, value, tone) in tiles {
-                all.0 += "<div class=\"tile ";
-                all.0 += tone.class();
-                all.0 += "\">";
-                all.element("b", "", |b| {
-                    b.text(value);
-                });
-                all.element("span", "", |span| {
-                    span.text(what);
-                });
+                all.0 += &format!("<div class=\"tile {}\">", tone.class());
+                all.text_in("b", "", value).text_in("span", "", what);
                 all.0 += "</div>\n";
             }
         })
     }
 
     /// Appends names and values.
-    pub(super) fn facts(&mut self, facts: &[(String, String)]) -> &mut Self {
+    pub(crate) fn facts(&mut self, facts: &[(String, String)]) -> &mut Self {
         self.element("div", "scroll", |scroll| {
             scroll.element("table", "facts", |table| {
                 for (name, value) in facts {
                     table.element("tr", "", |row| {
-                        row.element("th", "", |cell| {
-                            cell.text(name);
-                        });
-                        row.element("td", "", |cell| {
-                            cell.text(value);
-                        });
+                        row.text_in("th", "", name).text_in("td", "", value);
                     });
                 }
             });
         })
     }
 
-    pub(super) fn table(&mut self, table: &Table) -> &mut Self {
+    pub(crate) fn table(&mut self, table: &Table) -> &mut Self {
         let Table { title, head, rows, naming } = table;
         self.element("div", "scroll", |scroll| {
             scroll.element("table", "", |whole| {
                 if !title.is_empty() {
-                    whole.element("caption", "", |caption| {
-                        caption.prose(title);
-                    });
+                    whole.prose_in("caption", "", title);
                 }
                 whole.element("thead", "", |all| all.row("th", head, *naming));
                 whole.element("tbody", "", |all| rows.iter().for_each(|row| all.row("td", row, *naming)));
@@ -199,45 +166,39 @@ impl Html {
     fn row(&mut self, tag: &'static str, cells: &[String], naming: usize) {
         self.element("tr", "", |row| {
             for (k, cell) in cells.iter().enumerate() {
-                row.element(tag, if k < naming { "name" } else { "" }, |inner| {
-                    inner.prose(cell);
-                });
+                row.prose_in(tag, if k < naming { "name" } else { "" }, cell);
             }
         });
     }
 
     /// Appends a section that can be opened and closed.
-    pub(super) fn folded(&mut self, title: &str, inner: impl FnOnce(&mut Self)) -> &mut Self {
+    pub(crate) fn folded(&mut self, title: &str, inner: impl FnOnce(&mut Self)) -> &mut Self {
         self.element("details", "", |details| {
-            details.element("summary", "", |summary| {
-                summary.prose(title);
-            });
+            details.prose_in("summary", "", title);
             inner(details);
         })
     }
 
     /// Appends a plot made by this program.
-    pub(super) fn plot(&mut self, svg: &Svg, caption: &str) -> &mut Self {
+    pub(crate) fn plot(&mut self, svg: &Svg, caption: &str) -> &mut Self {
         self.figure(caption, |scroll| scroll.0 += svg.as_str())
     }
 
     /// Appends a plot from a file as an image, in which no script can run.
-    pub(super) fn drawing(&mut self, svg: &[u8], caption: &str) -> &mut Self {
+    pub(crate) fn drawing(&mut self, svg: &[u8], caption: &str) -> &mut Self {
         self.figure(caption, |scroll| scroll.picture("image/svg+xml", svg, caption))
     }
 
     /// Appends a picture, light and dark (PNG).
-    pub(super) fn picture_pair(&mut self, light: &[u8], dark: &[u8], caption: &str) -> &mut Self {
+    pub(crate) fn picture_pair(&mut self, light: &[u8], dark: &[u8], caption: &str) -> &mut Self {
         self.element("figure", "shot", |figure| {
-            figure.0 +=
-                "<picture><source media=\"screen and (prefers-color-scheme: dark)\" srcset=\"data:image/png;base64,";
-            figure.0 += &BASE64.encode(dark);
-            figure.0 += "\">";
+            figure.0 += &format!(
+                "<picture><source media=\"screen and (prefers-color-scheme: dark)\" srcset=\"data:image/png;base64,{}\">",
+                BASE64.encode(dark)
+            );
             figure.picture("image/png", light, caption);
             figure.0 += "</picture>";
-            figure.element("figcaption", "", |words| {
-                words.prose(caption);
-            });
+            figure.prose_in("figcaption", "", caption);
         })
     }
 
@@ -245,37 +206,28 @@ impl Html {
         self.element("figure", "", |figure| {
             figure.element("div", "scroll", inner);
             if !caption.is_empty() {
-                figure.element("figcaption", "", |words| {
-                    words.prose(caption);
-                });
+                figure.prose_in("figcaption", "", caption);
             }
         })
     }
 
     fn picture(&mut self, kind: &'static str, bytes: &[u8], words: &str) {
-        self.0 += "<img alt=\"";
-        self.text(&words.replace('`', ""));
-        self.0 += "\" src=\"data:";
-        self.0 += kind;
-        self.0 += ";base64,";
-        self.0 += &BASE64.encode(bytes);
-        self.0 += "\">";
+        let words = escaped(&words.replace('`', ""));
+        self.0 += &format!("<img alt=\"{words}\" src=\"data:{kind};base64,{}\">", BASE64.encode(bytes));
     }
 
     /// Appends a legend of colours: a style class and a meaning for each.
-    pub(super) fn key(&mut self, entries: &[(&'static str, &str)]) -> &mut Self {
+    pub(crate) fn key(&mut self, entries: &[(&'static str, &str)]) -> &mut Self {
         self.element("p", "key", |all| {
             for (class, meaning) in entries {
-                all.element("span", class, |entry| {
-                    entry.text(meaning);
-                });
+                all.text_in("span", class, meaning);
                 all.0 += " ";
             }
         })
     }
 
     /// Returns the whole page with this content.
-    pub(super) fn page(&self, title: &str) -> String {
+    pub(crate) fn page(&self, title: &str) -> String {
         format!(
             "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'\">\n\

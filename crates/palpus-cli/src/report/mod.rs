@@ -8,7 +8,7 @@
 //! * `reproduce` — runs and measures everything, and makes a page of the results.
 
 mod clearance;
-mod html;
+pub(crate) mod html;
 mod pictures;
 mod reproduce;
 mod run;

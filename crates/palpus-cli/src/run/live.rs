@@ -11,7 +11,7 @@ use crate::output;
 use crate::way_out::{InsideStart, WayOut};
 
 /// Values that the live line and the window show.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 #[cfg_attr(not(feature = "window"), expect(dead_code, reason = "only the window shows all of it"))]
 pub(crate) struct Live {
     pub(crate) ticks: u64,
@@ -46,29 +46,7 @@ pub(crate) struct Live {
 impl Live {
     /// Creates the values before the first tick of a run that starts inside the part.
     pub(crate) fn new(rate_hz: f64, inside: Option<InsideStart>) -> Self {
-        Self {
-            ticks: 0,
-            rate_hz,
-            time: 0.0,
-            query_ns: 0,
-            force_ns: 0,
-            contacts: 0,
-            touched: false,
-            clusters: 0,
-            separation: f64::INFINITY,
-            force: 0.0,
-            torque: 0.0,
-            load: 0.0,
-            carried: 0.0,
-            overruns: 0,
-            faults: 0,
-            cuts: Cuts::NONE,
-            phase: Phase::default(),
-            way_out: None,
-            start: None,
-            led: false,
-            inside,
-        }
+        Self { rate_hz, separation: f64::INFINITY, inside, ..Self::default() }
     }
 
     /// Returns the message for a probe that starts inside the part.

@@ -7,7 +7,7 @@ use palpus_device::{DeviceSpec, Guide, HapticDevice, Newest, Publisher, RealTime
 use palpus_io::scene::CouplingMode;
 
 use super::recordings::Recordings;
-use super::servo_thread::{Log, Worked, Working};
+use super::servo_thread::{Log, Sight, Worked, Working};
 use super::watched::{self, WatchedTick};
 use super::{Beginning, Live, Plan};
 use crate::fault_log::FaultLog;
@@ -72,14 +72,14 @@ impl Seat {
         let rows = files.map(|files| recordings.start(files, &settings)).transpose()?;
         let is_watched = beginning.watched && which == 0;
         let (watching, watched) = is_watched.then(watched::queue).unzip();
-        let working = Working {
-            device,
+        let sight = Sight {
             gatherer: Gatherer::new(settings.grip_a)?,
             log: Log { rows, in_force: settings, orders, over },
             live: (publisher, Live::new(rate_hz, inside)),
             faults: watch,
             watched: watching,
         };
+        let working = Working { device, sight };
         let seat =
             Self { spec, limits, settings, coupling, crease_angle, asked, guide, live, watched, recordings, faults };
         Ok(Taken { seat, working, newest, stage })

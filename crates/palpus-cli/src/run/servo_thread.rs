@@ -43,11 +43,7 @@ pub(super) struct ServoThread {
 /// Parts of the loop for one device.
 pub(super) struct Working {
     pub(super) device: FaultyDevice<Box<dyn HapticDevice + Send>>,
-    pub(super) gatherer: Gatherer,
-    pub(super) log: Log,
-    pub(super) live: (Publisher<Live>, Live),
-    pub(super) faults: Option<FaultWatch>,
-    pub(super) watched: Option<Watched>,
+    pub(super) sight: Sight,
 }
 
 /// Results of the thread.
@@ -75,10 +71,8 @@ impl ServoThread {
         // The receiver exists until it has got this message.
         let _ = granted.send(claims.as_ref().map(claim));
         let previous = PreviousTick::of(working.len());
-        let seat = |Working { device, gatherer, log, live, faults, watched }| {
-            (device, Sight { gatherer, log, live, faults, watched })
-        };
-        let (mut devices, sights): (Vec<_>, Vec<_>) = working.into_iter().map(seat).unzip();
+        let (mut devices, sights): (Vec<_>, Vec<_>) =
+            working.into_iter().map(|Working { device, sight }| (device, sight)).unzip();
         let mut faults = script.in_step();
         let step = |states: &[DeviceState], dt: f64, answers: &mut [Answer]| {
             if previous.panicked.take() {
@@ -141,12 +135,12 @@ impl TickObserver<Detail> for Watcher<'_> {
 }
 
 /// Observer of every tick of a device; ticks without an answer have no detail.
-struct Sight {
-    gatherer: Gatherer,
-    log: Log,
-    live: (Publisher<Live>, Live),
-    faults: Option<FaultWatch>,
-    watched: Option<Watched>,
+pub(super) struct Sight {
+    pub(super) gatherer: Gatherer,
+    pub(super) log: Log,
+    pub(super) live: (Publisher<Live>, Live),
+    pub(super) faults: Option<FaultWatch>,
+    pub(super) watched: Option<Watched>,
 }
 
 impl Sight {

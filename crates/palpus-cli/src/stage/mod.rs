@@ -25,6 +25,7 @@ pub(crate) use prepare::prepare_telling;
 pub(crate) use prepare::{Part, no_scene, of_built_in, of_file, prepare};
 
 /// Everything that a run needs.
+#[derive(Clone)]
 pub(crate) struct Stage {
     /// Body a.
     pub(crate) probe: Arc<Body>,
@@ -68,6 +69,7 @@ pub(crate) struct StageObject {
 }
 
 /// A tool other than the probe, and its hand.
+#[derive(Clone)]
 pub(crate) struct OtherTool {
     probe: Arc<Body>,
     settings: Settings,
@@ -158,20 +160,15 @@ impl Stage {
     pub(crate) fn of_others(&self) -> impl Iterator<Item = Self> {
         self.others.iter().map(|OtherTool { probe, settings, coupling, path, hand, recorded }| Self {
             probe: probe.clone(),
-            environment: self.environment.clone(),
-            environment_pose: self.environment_pose,
             settings: *settings,
             coupling: *coupling,
             path: path.clone(),
-            to_and_fro: self.to_and_fro,
             hand: *hand,
-            rate_hz: self.rate_hz,
             recorded: RecordedScene { probe: recorded.clone(), ..self.recorded.clone() },
             // The notes belong to the first hand.
             notes: Vec::new(),
             others: Vec::new(),
-            objects: self.objects.clone(),
-            gravity: self.gravity,
+            ..self.clone()
         })
     }
 

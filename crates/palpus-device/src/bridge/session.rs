@@ -7,7 +7,7 @@ use std::io;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use super::frame::{self, Body, Command, Frame, LONGEST, Refusal, State, Welcome};
+use super::frame::{self, Body, Command, Frame, LONGEST, State, Welcome};
 use super::socket::{Heard, Socket};
 use super::{BridgeAddress, BridgeError};
 
@@ -59,24 +59,12 @@ impl Session {
     /// Starts the driver's states: sends commands without a wrench until the first state arrives.
     /// Returns the state's sequence and the state.
     pub(super) fn begin(&self, address: &BridgeAddress) -> Result<(u64, State), BridgeError> {
-        let gone = |error: io::Error| BridgeError::NoDriver { address: address.to_string(), why: error.to_string() };
-        let (begun, mut buffer, mut refused) = (Instant::now(), BUFFER, None);
-        let mut again = begun;
-        while begun.elapsed() < FIRST_ANSWER {
-            if Instant::now() >= again {
-                self.command(Command::default()).map_err(gone)?;
-                again = Instant::now() + AGAIN;
-            }
-            let Heard::Frame(length) = self.socket.receive(&mut buffer).map_err(gone)? else { continue };
-            match frame::decode(&buffer[..length]) {
-                Ok(Frame { nonce, sequence, body: Body::State(state) }) if nonce == self.nonce => {
-                    return Ok((sequence, state));
-                }
-                Ok(_) => {}
-                Err(refusal) => refused = Some(refusal),
-            }
-        }
-        Err(silent(address, "it sends no state after the first command", refused))
+        let send = || self.command(Command::default());
+        let of_state = |frame: Frame| match frame {
+            Frame { nonce, sequence, body: Body::State(state) } if nonce == self.nonce => Some((sequence, state)),
+            _ => None,
+        };
+        ask(&self.socket, address, send, of_state, "it sends no state after the first command")
     }
 
     /// Sends a last command without a wrench, then a close with `reason`.
@@ -88,36 +76,45 @@ impl Session {
 }
 
 /// Sends hellos until the driver answers with a welcome.
-pub(super) fn handshake(
+fn handshake(socket: &Socket, nonce: u64, rate_hz: f64, address: &BridgeAddress) -> Result<Welcome, BridgeError> {
+    let mut sequence = 0;
+    let send = || {
+        sequence += 1;
+        let mut hello = [0; LONGEST];
+        socket.send(frame::encode(&Frame { nonce, sequence, body: Body::Hello { rate_hz } }, &mut hello))
+    };
+    let of_welcome = |frame: Frame| match frame {
+        Frame { nonce: of, body: Body::Welcome(welcome), .. } if of == nonce => Some(welcome),
+        _ => None,
+    };
+    ask(socket, address, send, of_welcome, "it does not answer; is it in a session with another program?")
+}
+
+/// Calls `send` again and again until `answer` accepts a frame of the driver. If no frame is
+/// accepted within a second, fails with `silent`, or with the fault of a frame.
+fn ask<T>(
     socket: &Socket,
-    nonce: u64,
-    rate_hz: f64,
     address: &BridgeAddress,
-) -> Result<Welcome, BridgeError> {
+    mut send: impl FnMut() -> io::Result<bool>,
+    answer: impl Fn(Frame) -> Option<T>,
+    silent: &str,
+) -> Result<T, BridgeError> {
     let gone = |error: io::Error| BridgeError::NoDriver { address: address.to_string(), why: error.to_string() };
-    let (begun, mut buffer, mut refused, mut sequence) = (Instant::now(), BUFFER, None, 0);
+    let (begun, mut buffer, mut why) = (Instant::now(), BUFFER, silent.to_owned());
     let mut again = begun;
     while begun.elapsed() < FIRST_ANSWER {
         if Instant::now() >= again {
-            sequence += 1;
-            let mut hello = [0; LONGEST];
-            let hello = frame::encode(&Frame { nonce, sequence, body: Body::Hello { rate_hz } }, &mut hello);
-            socket.send(hello).map_err(gone)?;
+            send().map_err(gone)?;
             again = Instant::now() + AGAIN;
         }
         let Heard::Frame(length) = socket.receive(&mut buffer).map_err(gone)? else { continue };
-        match frame::decode(&buffer[..length]) {
-            Ok(Frame { nonce: of, body: Body::Welcome(welcome), .. }) if of == nonce => return Ok(welcome),
-            Ok(_) => {}
-            Err(refusal) => refused = Some(refusal),
+        match frame::decode(&buffer[..length]).map(&answer) {
+            Ok(Some(accepted)) => return Ok(accepted),
+            Ok(None) => {}
+            Err(refusal) => why = format!("it sends a frame, but {refusal}"),
         }
     }
-    Err(silent(address, "it does not answer; is it in a session with another program?", refused))
-}
-
-fn silent(address: &BridgeAddress, why: &str, refused: Option<Refusal>) -> BridgeError {
-    let why = refused.map_or(why.to_owned(), |refusal| format!("it sends a frame, but {refusal}"));
-    BridgeError::NotUnderstood { address: address.to_string(), why }
+    Err(BridgeError::NotUnderstood { address: address.to_string(), why })
 }
 
 /// Returns an unpredictable number, from the random keys of a standard hasher.

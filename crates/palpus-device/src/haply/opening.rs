@@ -211,16 +211,11 @@ fn spec_of(arm: &Arm, grip: Option<&Grip>) -> DeviceSpec {
     DeviceSpec {
         name: Cow::Borrowed(name),
         force_max,
-        torque_max: 0.0,
-        force_continuous: None,
-        torque_continuous: None,
         actuated: Axes::TRANSLATION,
         sensed: if grip.is_some() { Axes::FULL } else { Axes::TRANSLATION },
         buttons: grip.map_or(0, |grip| grip.buttons),
-        workspace: None,
         delay: ASSUMED_DELAY,
-        position_step: 0.0,
-        angle_step: 0.0,
+        ..DeviceSpec::default()
     }
 }
 

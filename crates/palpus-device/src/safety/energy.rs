@@ -30,7 +30,7 @@
 use glam::DVec3;
 use palpus::algebra::{Twist, Wrench};
 
-use super::{Passivity, SafetyLimits};
+use super::SafetyLimits;
 use crate::device::DeviceState;
 use crate::sensed_work::SensedWork;
 
@@ -132,6 +132,44 @@ impl EnergyAccount {
         self.given
     }
 
+    /// Returns `computed`, or the wrench that may be commanded instead, for a grip in `state`.
+    ///
+    /// `elapsed` is the time since the last call, s. The last commanded wrench was held for this
+    /// time, and the next wrench will be held as long. If no energy must be removed, the result
+    /// equals `computed` bit for bit; any other result counts as [`super::Cut::Passivity`].
+    pub fn limit(&mut self, computed: &Wrench, state: &DeviceState, elapsed: f64) -> Wrench {
+        let [translation, rotation] = self.work.moved_to(&state.pose, elapsed);
+        self.give(translation + rotation);
+        let Twist { angular, linear } = state.twist;
+        let force = self.translation.most(computed.force, linear);
+        let torque = self.rotation.most(computed.torque, angular);
+        let share = self.share_taken(force.dot(linear) + torque.dot(angular), elapsed.max(self.period));
+        if share == 0.0 {
+            return *computed;
+        }
+        Wrench { torque: computed.torque - share * torque, force: computed.force - share * force }
+    }
+
+    /// Adds the work that moving bodies and the tools of other devices did on this tool in this
+    /// tick, J, by translation and by rotation. The work is negative if the tool did work on the
+    /// others. The hand may receive this energy. The chain calls this function before
+    /// [`Self::limit`].
+    pub fn received(&mut self, work: [f64; 2]) {
+        self.give(-work.iter().sum::<f64>());
+    }
+
+    /// Takes the wrench that was commanded in this tick, after all later stages, for the energy
+    /// account.
+    pub fn commanded(&mut self, wrench: &Wrench) {
+        self.work.write(wrench);
+    }
+
+    /// Starts the account again while the device is not engaged.
+    pub fn reset(&mut self) {
+        self.work.clear();
+        self.given = 0.0;
+    }
+
     /// Step 2: adds `work`, J, to the account.
     fn give(&mut self, work: f64) {
         if work.is_finite() {
@@ -161,34 +199,6 @@ impl Port {
         }
         let along = rate / speed;
         along * ((load.dot(along).max(0.0) + self.damping * speed) * (speed / self.slow).min(1.0))
-    }
-}
-
-impl Passivity for EnergyAccount {
-    fn limit(&mut self, computed: &Wrench, state: &DeviceState, elapsed: f64) -> Wrench {
-        let [translation, rotation] = self.work.moved_to(&state.pose, elapsed);
-        self.give(translation + rotation);
-        let Twist { angular, linear } = state.twist;
-        let force = self.translation.most(computed.force, linear);
-        let torque = self.rotation.most(computed.torque, angular);
-        let share = self.share_taken(force.dot(linear) + torque.dot(angular), elapsed.max(self.period));
-        if share == 0.0 {
-            return *computed;
-        }
-        Wrench { torque: computed.torque - share * torque, force: computed.force - share * force }
-    }
-
-    fn received(&mut self, work: [f64; 2]) {
-        self.give(-work.iter().sum::<f64>());
-    }
-
-    fn commanded(&mut self, wrench: &Wrench) {
-        self.work.write(wrench);
-    }
-
-    fn reset(&mut self) {
-        self.work.clear();
-        self.given = 0.0;
     }
 }
 

@@ -79,7 +79,7 @@ const REST_SHARE: f64 = 0.1;
 const ALLOWED_TRAVEL: f64 = 0.5e-3;
 
 /// The thresholds of the safety chain. Callers can read the thresholds and set tighter thresholds.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SafetyLimits {
     /// Largest force, N.
     pub force_peak: f64,
@@ -207,77 +207,23 @@ impl SafetyLimits {
     }
 
     /// Returns every threshold with its value, unit, formula and reason.
-    pub fn explained(&self) -> [LimitLine; 27] {
-        let line = |name, value, unit, why| LimitLine { name, value, unit, why };
-        [
-            line("force_peak", self.force_peak, "N", "as the device states; at most its known peak, or 40 N"),
-            line("torque_peak", self.torque_peak, "N·m", "at most its known peak, or 5 N·m; 0 without driven rotation"),
-            line("force_continuous", self.force_continuous, "N", "as stated, else 0.2 of the peak"),
-            line("torque_continuous", self.torque_continuous, "N·m", "as stated, else 0.2 of the peak"),
-            line(
-                "heating_time",
-                self.heating_time,
-                "s",
-                "of small motors; RMS force over this time is at most continuous",
-            ),
-            line("force_slew", self.force_slew, "N/s", "peak in 2 ms: transients up to 175 Hz pass"),
-            line("torque_slew", self.torque_slew, "N·m/s", "peak in 2 ms"),
-            line("speed", self.speed, "m/s", "fastest reach, 3 m/s; at most the workspace in 0.1 s"),
-            line("turn", self.turn, "rad/s", "fastest rotation of a wrist, 2000 °/s"),
-            line("jump", self.jump, "m", "extra motion between two reads: encoder steps and noise"),
-            line("jump_angle", self.jump_angle, "rad", "extra rotation; plus 20 ms of rotation for slow sensors"),
-            line("stale", self.stale, "s", "age of a state: 5 mm at 0.5 m/s; at least 5 periods"),
-            line("frozen_travel", self.frozen_travel, "m", "travel by the stated velocity while the pose is unchanged"),
-            line("frozen_turn", self.frozen_turn, "rad", "rotation by the stated velocity while the pose is unchanged"),
-            line("stall", self.stall, "s", "√(2·0.2 kg·10 mm/peak): a held force moves a hand 10 mm"),
-            line("engage_force", self.engage_force, "N", "0.1 of the peak: the largest force at which it engages"),
-            line("engage_torque", self.engage_torque, "N·m", "0.1 of the peak: the largest torque at which it engages"),
-            line("ramp", self.ramp, "s", "ramp after engaging, longer than a hand's reaction"),
-            line("hold", self.hold, "s", "time without a fault before it engages again"),
-            line("damping", self.damping, "N·s/m", "0.25 s/m of the peak, during a fault"),
-            line("angular_damping", self.angular_damping, "N·m·s/rad", "0.005 s/rad of the peak, during a fault"),
-            line("rest_force", self.rest_force, "N", "0.1 of the peak: the largest damping force"),
-            line("rest_torque", self.rest_torque, "N·m", "0.1 of the peak: the largest damping torque"),
-            line("delay", self.delay, "s", "from write to action, as the device states; at most 8 periods"),
-            line("position_step", self.position_step, "m", "encoder step, as the device states; at most 0.5 mm"),
-            line("angle_step", self.angle_step, "rad", "encoder step, as the device states; at most 0.005 rad"),
-            line("allowance", self.allowance, "J", "peak over 0.5 mm: energy given before passivity acts"),
-        ]
+    pub fn explained(&self) -> [LimitLine; LINES.len()] {
+        let mut limits = *self;
+        LINES.map(|(name, field, unit, why)| LimitLine { name, value: *field(&mut limits), unit, why })
     }
 
     /// Restores the limits from values by name, as [`SafetyLimits::explained`] lists them; `None`
     /// if a value is missing.
     pub fn from_values(value: impl Fn(&str) -> Option<f64>) -> Option<Self> {
-        Some(Self {
-            force_peak: value("force_peak")?,
-            torque_peak: value("torque_peak")?,
-            force_continuous: value("force_continuous")?,
-            torque_continuous: value("torque_continuous")?,
-            heating_time: value("heating_time")?,
-            force_slew: value("force_slew")?,
-            torque_slew: value("torque_slew")?,
-            speed: value("speed")?,
-            turn: value("turn")?,
-            jump: value("jump")?,
-            jump_angle: value("jump_angle")?,
-            stale: value("stale")?,
-            frozen_travel: value("frozen_travel")?,
-            frozen_turn: value("frozen_turn")?,
-            stall: value("stall")?,
-            engage_force: value("engage_force")?,
-            engage_torque: value("engage_torque")?,
-            ramp: value("ramp")?,
-            hold: value("hold")?,
-            damping: value("damping")?,
-            angular_damping: value("angular_damping")?,
-            rest_force: value("rest_force")?,
-            rest_torque: value("rest_torque")?,
-            delay: value("delay")?,
-            // Old recordings do not contain the encoder steps.
-            position_step: value("position_step").unwrap_or(0.0),
-            angle_step: value("angle_step").unwrap_or(0.0),
-            allowance: value("allowance")?,
-        })
+        let mut limits = Self::default();
+        for (name, field, ..) in LINES {
+            *field(&mut limits) = match name {
+                // Old recordings do not contain the encoder steps.
+                "position_step" | "angle_step" => value(name).unwrap_or(0.0),
+                _ => value(name)?,
+            };
+        }
+        Some(limits)
     }
 
     /// Returns the tighter of two values for each threshold. The tighter value is the smaller
@@ -286,35 +232,16 @@ impl SafetyLimits {
     /// thresholds and stay unchanged.
     #[must_use]
     pub fn within(&self, others: &Self) -> Self {
-        Self {
-            force_peak: self.force_peak.min(others.force_peak),
-            torque_peak: self.torque_peak.min(others.torque_peak),
-            force_continuous: self.force_continuous.min(others.force_continuous),
-            torque_continuous: self.torque_continuous.min(others.torque_continuous),
-            heating_time: self.heating_time.min(others.heating_time),
-            force_slew: self.force_slew.min(others.force_slew),
-            torque_slew: self.torque_slew.min(others.torque_slew),
-            speed: self.speed.min(others.speed),
-            turn: self.turn.min(others.turn),
-            jump: self.jump.min(others.jump),
-            jump_angle: self.jump_angle.min(others.jump_angle),
-            stale: self.stale.min(others.stale),
-            frozen_travel: self.frozen_travel.min(others.frozen_travel),
-            frozen_turn: self.frozen_turn.min(others.frozen_turn),
-            stall: self.stall.min(others.stall),
-            engage_force: self.engage_force.min(others.engage_force),
-            engage_torque: self.engage_torque.min(others.engage_torque),
-            ramp: self.ramp.max(others.ramp),
-            hold: self.hold.max(others.hold),
-            damping: self.damping.min(others.damping),
-            angular_damping: self.angular_damping.min(others.angular_damping),
-            rest_force: self.rest_force.min(others.rest_force),
-            rest_torque: self.rest_torque.min(others.rest_torque),
-            delay: self.delay,
-            position_step: self.position_step,
-            angle_step: self.angle_step,
-            allowance: self.allowance.min(others.allowance),
+        let (mut limits, mut others) = (*self, *others);
+        for (name, field, ..) in LINES {
+            let (own, other) = (field(&mut limits), *field(&mut others));
+            match name {
+                "delay" | "position_step" | "angle_step" => {}
+                "ramp" | "hold" => *own = own.max(other),
+                _ => *own = own.min(other),
+            }
         }
+        limits
     }
 
     /// Returns true if every threshold is a number of at least 0. An infinite threshold switches a
@@ -323,6 +250,65 @@ impl SafetyLimits {
         self.explained().iter().all(|line| line.value >= 0.0)
     }
 }
+
+/// A threshold: its name, its place in [`SafetyLimits`], its unit and its reason.
+type Line = (&'static str, fn(&mut SafetyLimits) -> &mut f64, &'static str, &'static str);
+
+/// All thresholds.
+const LINES: [Line; 27] = [
+    ("force_peak", |limits| &mut limits.force_peak, "N", "as the device states; at most its known peak, or 40 N"),
+    (
+        "torque_peak",
+        |limits| &mut limits.torque_peak,
+        "N·m",
+        "at most its known peak, or 5 N·m; 0 without driven rotation",
+    ),
+    ("force_continuous", |limits| &mut limits.force_continuous, "N", "as stated, else 0.2 of the peak"),
+    ("torque_continuous", |limits| &mut limits.torque_continuous, "N·m", "as stated, else 0.2 of the peak"),
+    (
+        "heating_time",
+        |limits| &mut limits.heating_time,
+        "s",
+        "of small motors; RMS force over this time is at most continuous",
+    ),
+    ("force_slew", |limits| &mut limits.force_slew, "N/s", "peak in 2 ms: transients up to 175 Hz pass"),
+    ("torque_slew", |limits| &mut limits.torque_slew, "N·m/s", "peak in 2 ms"),
+    ("speed", |limits| &mut limits.speed, "m/s", "fastest reach, 3 m/s; at most the workspace in 0.1 s"),
+    ("turn", |limits| &mut limits.turn, "rad/s", "fastest rotation of a wrist, 2000 °/s"),
+    ("jump", |limits| &mut limits.jump, "m", "extra motion between two reads: encoder steps and noise"),
+    ("jump_angle", |limits| &mut limits.jump_angle, "rad", "extra rotation; plus 20 ms of rotation for slow sensors"),
+    ("stale", |limits| &mut limits.stale, "s", "age of a state: 5 mm at 0.5 m/s; at least 5 periods"),
+    (
+        "frozen_travel",
+        |limits| &mut limits.frozen_travel,
+        "m",
+        "travel by the stated velocity while the pose is unchanged",
+    ),
+    (
+        "frozen_turn",
+        |limits| &mut limits.frozen_turn,
+        "rad",
+        "rotation by the stated velocity while the pose is unchanged",
+    ),
+    ("stall", |limits| &mut limits.stall, "s", "√(2·0.2 kg·10 mm/peak): a held force moves a hand 10 mm"),
+    ("engage_force", |limits| &mut limits.engage_force, "N", "0.1 of the peak: the largest force at which it engages"),
+    (
+        "engage_torque",
+        |limits| &mut limits.engage_torque,
+        "N·m",
+        "0.1 of the peak: the largest torque at which it engages",
+    ),
+    ("ramp", |limits| &mut limits.ramp, "s", "ramp after engaging, longer than a hand's reaction"),
+    ("hold", |limits| &mut limits.hold, "s", "time without a fault before it engages again"),
+    ("damping", |limits| &mut limits.damping, "N·s/m", "0.25 s/m of the peak, during a fault"),
+    ("angular_damping", |limits| &mut limits.angular_damping, "N·m·s/rad", "0.005 s/rad of the peak, during a fault"),
+    ("rest_force", |limits| &mut limits.rest_force, "N", "0.1 of the peak: the largest damping force"),
+    ("rest_torque", |limits| &mut limits.rest_torque, "N·m", "0.1 of the peak: the largest damping torque"),
+    ("delay", |limits| &mut limits.delay, "s", "from write to action, as the device states; at most 8 periods"),
+    ("position_step", |limits| &mut limits.position_step, "m", "encoder step, as the device states; at most 0.5 mm"),
+    ("angle_step", |limits| &mut limits.angle_step, "rad", "encoder step, as the device states; at most 0.005 rad"),
+    ("allowance", |limits| &mut limits.allowance, "J", "peak over 0.5 mm: energy given before passivity acts"),
+];
 
 /// Returns `stated`, at most `most`; 0 if `stated` is NaN, negative or negligible.
 fn bounded(stated: f64, most: f64) -> f64 {

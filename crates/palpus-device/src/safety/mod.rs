@@ -52,7 +52,6 @@ mod limit_cycle;
 mod limits;
 mod motion;
 mod options;
-mod passivity;
 mod watchdog;
 mod withholding;
 
@@ -74,7 +73,6 @@ pub use engagement::{AfterFault, DEVICE_BUTTONS, Engagement, HOLD_KEY, Phase, RE
 pub use gate::{Admitted, Gate};
 pub use limits::{LimitLine, SafetyLimits};
 pub use options::{AfterPanic, SafetyOptions};
-pub use passivity::Passivity;
 pub use watchdog::Watch;
 pub(crate) use watchdog::watch_until_over;
 
@@ -113,7 +111,7 @@ pub struct SafetyChain {
     heat_force: Heat,
     heat_torque: Heat,
     limit_cycle: LimitCycle,
-    passivity: Option<Box<dyn Passivity>>,
+    passivity: EnergyAccount,
     /// The last wrench after stages 3 to 7, from which the next slew is measured.
     shaped: Wrench,
     commanded: Wrench,
@@ -139,22 +137,10 @@ impl SafetyChain {
             heat_force: Heat::new(limits.force_peak, limits.force_continuous, limits.heating_time),
             heat_torque: Heat::new(limits.torque_peak, limits.torque_continuous, limits.heating_time),
             limit_cycle: LimitCycle::new(limits, period),
-            passivity: Some(Box::new(EnergyAccount::new(limits, period))),
+            passivity: EnergyAccount::new(limits, period),
             shaped: Wrench::ZERO,
             commanded: Wrench::ZERO,
         }
-    }
-
-    /// Replaces the passivity stage; `None` removes the stage.
-    #[must_use]
-    pub fn with_passivity(mut self, stage: Option<Box<dyn Passivity>>) -> Self {
-        self.passivity = stage;
-        self
-    }
-
-    /// Returns the passivity stage.
-    pub fn into_passivity(self) -> Option<Box<dyn Passivity>> {
-        self.passivity
     }
 
     /// Returns the thresholds.
@@ -174,11 +160,11 @@ impl SafetyChain {
     }
 
     /// Adds the work that moving bodies and other tools did on this tool in this tick, J, by
-    /// translation and rotation ([`Passivity::received`]). Call this function before
+    /// translation and rotation ([`EnergyAccount::received`]). Call this function before
     /// [`Self::shape`].
     pub fn receive(&mut self, work: [f64; 2]) {
-        if let Some(stage) = self.passivity.as_mut().filter(|_| self.machine.phase().is_on()) {
-            stage.received(work);
+        if self.machine.phase().is_on() {
+            self.passivity.received(work);
         }
     }
 
@@ -232,8 +218,8 @@ impl SafetyChain {
         wrench = within;
         self.commanded = wrench;
         self.limit_cycle.commanded(&wrench);
-        if let Some(stage) = self.passivity.as_mut().filter(|_| phase.is_on()) {
-            stage.commanded(&wrench);
+        if phase.is_on() {
+            self.passivity.commanded(&wrench);
         }
         Shaped { wrench, cuts, phase, available: self.heat_caps() }
     }
@@ -280,8 +266,7 @@ impl SafetyChain {
 
     /// Stage 4.
     fn passive(&mut self, wrench: &Wrench, state: &DeviceState, cuts: &mut Cuts) -> Wrench {
-        let Some(stage) = &mut self.passivity else { return *wrench };
-        let limited = stage.limit(wrench, state, self.elapsed);
+        let limited = self.passivity.limit(wrench, state, self.elapsed);
         cuts.note(Cut::Passivity, limited != *wrench);
         cuts.note(Cut::NonFiniteWrench, !limited.is_finite());
         if limited.is_finite() { limited } else { Wrench::ZERO }
@@ -347,9 +332,7 @@ impl SafetyChain {
         self.shaped = self.within_peak(wrench);
         self.blend.reset(&self.shaped);
         self.limit_cycle.reset();
-        if let Some(stage) = &mut self.passivity {
-            stage.reset();
-        }
+        self.passivity.reset();
     }
 
     /// Returns the damping that remains after a fault.

@@ -10,7 +10,7 @@ use super::pace::Start;
 use super::time::LoopTime;
 use super::{ServoOptions, ServoTick, Timing};
 use crate::device::{Brake, DeviceError, DeviceState, HapticDevice};
-use crate::safety::{Admitted, Cut, Cuts, Gate, Passivity, SafetyChain, SafetyLimits, Shaped, Watch};
+use crate::safety::{Admitted, Cut, Cuts, Gate, SafetyChain, SafetyLimits, Shaped, Watch};
 
 /// Shorter suspensions are ignored: the two clocks that show a suspension are read one after the
 /// other.
@@ -35,12 +35,7 @@ pub(super) struct Line<'a, D: HapticDevice + ?Sized> {
 }
 
 impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
-    pub(super) fn new(
-        options: &ServoOptions,
-        device: &'a mut D,
-        passivity: Option<Box<dyn Passivity>>,
-        time: &'a dyn LoopTime,
-    ) -> Self {
+    pub(super) fn new(options: &ServoOptions, device: &'a mut D, time: &'a dyn LoopTime) -> Self {
         let ServoOptions { rate_hz, timing, safety, .. } = options;
         let period = 1.0 / rate_hz;
         // The limits are computed once, from the device's description at the start.
@@ -49,14 +44,12 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         let real = *timing == Timing::RealTime;
         let stall = Duration::try_from_secs_f64(limits.stall).unwrap_or(Duration::MAX);
         let brake = device.brake();
-        let chain = SafetyChain::new(&limits, engagement, safety, period);
-        let chain = if passivity.is_some() { chain.with_passivity(passivity) } else { chain };
         let guard = brake.clone().filter(|_| real).map(|brake| Guard::new(brake, stall, time));
         let braked = brake.as_ref().is_some_and(|brake| brake.is_applied());
         Self {
             end: ZeroAtEnd { device, brake, guard, over: false },
             gate: Gate::new(&limits),
-            chain,
+            chain: SafetyChain::new(&limits, engagement, safety, period),
             time,
             real,
             period,
@@ -177,9 +170,8 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
     }
 
     /// Writes the last wrench, which is zero; if the device `failed`, also applies its brake.
-    pub(super) fn finish(mut self, failed: bool) -> (Option<Box<dyn Passivity>>, Result<(), DeviceError>) {
-        let finished = self.end.finish(failed);
-        (self.chain.into_passivity(), finished)
+    pub(super) fn finish(mut self, failed: bool) -> Result<(), DeviceError> {
+        self.end.finish(failed)
     }
 
     fn write(&mut self, wrench: &Wrench) -> Result<(), DeviceError> {

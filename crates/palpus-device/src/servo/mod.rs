@@ -64,7 +64,7 @@ use palpus::algebra::Wrench;
 use palpus::render::Limits;
 
 use crate::device::{DeviceState, HapticDevice};
-use crate::safety::{Cuts, Passivity, Phase, SafetyOptions};
+use crate::safety::{Cuts, Phase, SafetyOptions};
 use seat::Kept;
 use statistics::Tally;
 use turns::Turns;
@@ -86,7 +86,7 @@ pub struct StepOutcome<T = ()> {
     pub changed: bool,
     /// Work that moving bodies, such as a conveyor or a falling part, did on the tool in this tick,
     /// J, by translation and by rotation. The hand may receive this energy without having put it in
-    /// ([`crate::Passivity::received`]).
+    /// ([`crate::EnergyAccount::received`]).
     pub received: [f64; 2],
     /// Work that contact with the tools of other devices did on the tool in this tick, J, by
     /// translation and by rotation. Other tools can give no more energy than they have taken
@@ -194,17 +194,8 @@ impl Servo {
         if safety.limits.is_some_and(|limits| !limits.is_valid()) {
             return Err(ServoError::Safety);
         }
-        self.kept.push(Kept { safety, passivity: None, tally: Tally::new() });
+        self.kept.push(Kept { safety, tally: Tally::new() });
         Ok(self)
-    }
-
-    /// Replaces the passivity stage in the safety chain of the device that was added last.
-    #[must_use]
-    pub fn with_passivity(mut self, stage: Box<dyn Passivity>) -> Self {
-        if let Some(kept) = self.kept.last_mut() {
-            kept.passivity = Some(stage);
-        }
-        self
     }
 
     /// Returns the run control, which pauses, steps and ends the loop from any thread.

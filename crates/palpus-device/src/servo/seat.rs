@@ -11,14 +11,11 @@ use super::statistics::{RunEnd, RunStatistics, Tally};
 use super::time::LoopTime;
 use super::{ServoOptions, ServoTick, StepOutcome};
 use crate::device::{DeviceError, DeviceState, HapticDevice};
-use crate::safety::{AfterFault, Cut, Cuts, Passivity, Phase, SafetyLimits, SafetyOptions, Shaped};
+use crate::safety::{AfterFault, Cut, Cuts, Phase, SafetyLimits, SafetyOptions, Shaped};
 
 /// Options and memory of a device that are kept from run to run.
 pub(super) struct Kept {
     pub(super) safety: SafetyOptions,
-    /// A passivity stage of the caller, which replaces the default stage. The default stage is made
-    /// for each run.
-    pub(super) passivity: Option<Box<dyn Passivity>>,
     pub(super) tally: Tally,
 }
 
@@ -28,8 +25,6 @@ pub(super) struct Seat<'a, D: HapticDevice + ?Sized> {
     /// `None` after a lost device got its zero wrench.
     line: Option<Line<'a, D>>,
     tally: &'a mut Tally,
-    /// Place to which the caller's passivity stage is returned after the run.
-    passivity: Option<&'a mut Option<Box<dyn Passivity>>>,
     /// True if any fault of the device ends the run.
     fragile: bool,
     /// True if the loop has several devices, whose tools can touch each other.
@@ -73,16 +68,14 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
         time: &'a dyn LoopTime,
         shared: bool,
     ) -> Self {
-        let Kept { safety, passivity, tally } = kept;
+        let Kept { safety, tally } = kept;
         let options = ServoOptions { safety: *safety, ..*loop_options };
         tally.restart(device.spec(), 1.0 / options.rate_hz);
-        let stage = passivity.take();
-        let passivity = stage.is_some().then_some(passivity);
-        let line = Some(Line::new(&options, device, stage, time));
+        let line = Some(Line::new(&options, device, time));
         let fragile = safety.after_fault == AfterFault::Stop;
         let (read, cuts) = (DeviceState::UNKNOWN, Cuts::NONE);
         let (seen, due, lost, tick, end, counts) = (false, false, false, None, None, Vec::new());
-        Self { which, line, tally, passivity, fragile, shared, read, seen, due, cuts, tick, lost, end, counts }
+        Self { which, line, tally, fragile, shared, read, seen, due, cuts, tick, lost, end, counts }
     }
 
     /// Returns the thresholds of the device's safety chain.
@@ -255,10 +248,7 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
     fn close(&mut self) {
         let Some(line) = self.line.take() else { return };
         self.counts = line.counts();
-        let (stage, finished) = line.finish(matches!(self.end, Some(RunEnd::DeviceFailed(_))));
-        if let Some(home) = &mut self.passivity {
-            **home = stage;
-        }
+        let finished = line.finish(matches!(self.end, Some(RunEnd::DeviceFailed(_))));
         // If the device had failed before, the first failure remains the reason.
         if let Err(error) = finished
             && matches!(self.end, None | Some(RunEnd::Duration | RunEnd::Stopped | RunEnd::DeviceEnded))

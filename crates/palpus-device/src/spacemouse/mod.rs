@@ -181,21 +181,8 @@ fn lost(why: &'static str) -> DeviceError {
 }
 
 fn spec_of(name: String) -> DeviceSpec {
-    DeviceSpec {
-        name: Cow::Owned(name),
-        force_max: 0.0,
-        torque_max: 0.0,
-        force_continuous: None,
-        torque_continuous: None,
-        actuated: Axes { translation: 0, rotation: 0, gripper: 0 },
-        sensed: Axes::FULL,
-        // The device has buttons, but there is no force that they could enable.
-        buttons: 0,
-        workspace: None,
-        delay: 0.0,
-        position_step: 0.0,
-        angle_step: 0.0,
-    }
+    // The device has buttons, but there is no force that they could enable.
+    DeviceSpec { name: Cow::Owned(name), sensed: Axes::FULL, ..DeviceSpec::default() }
 }
 
 /// Returns the velocity for a deflection.

@@ -103,7 +103,12 @@ impl Sequence {
                 control.end();
             }
         };
-        let step = script.step(wall(self.seed));
+        let (mut wall, mut faults) = (wall(self.seed), script.in_step());
+        let step = |state: &DeviceState, dt: f64| {
+            let mut outcome = wall(state, dt);
+            faults.act(&mut outcome);
+            outcome
+        };
         let statistics = servo.run_in(&time, &mut device, step, &mut observer, &AtomicBool::new(false));
         Ran { ticks, motion, written: device.written, statistics, braked: brake.is_applied() }
     }

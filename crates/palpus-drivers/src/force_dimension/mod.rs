@@ -379,15 +379,9 @@ fn spec(api: &Dhd, id: i8) -> DeviceSpec {
             name: Cow::Owned(name),
             force_max: UNKNOWN_FORCE,
             torque_max: UNKNOWN_TORQUE,
-            force_continuous: None,
-            torque_continuous: None,
             actuated: rotation(active),
             sensed,
-            buttons: 0,
-            workspace: None,
-            delay: 0.0,
-            position_step: 0.0,
-            angle_step: 0.0,
+            ..DeviceSpec::default()
         }
     });
     if !active {

@@ -1,6 +1,8 @@
 //! The frames of the window, and the effects of mouse and keys. The module's description has an
 //! overview.
 
+mod actions;
+
 use eframe::egui::{self, CornerRadius, Frame, Margin, Panel, ScrollArea, Ui};
 use glam::DVec3;
 use palpus::algebra::Pose;
@@ -13,14 +15,13 @@ use super::feel::Feel;
 use super::hand::Hand;
 use super::handles::{Dragged, Handles, Moves};
 use super::history::History;
-use super::keys::{self, SceneAction};
+use super::keys;
 use super::opening::Opening;
 use super::overlay::{self, Notices};
 use super::plots::{Asked, Plots};
-use super::run::{Loading, Run, Start};
+use super::run::{Loading, Run};
 use super::run_keys::{self, Action};
 use super::scale::Scale;
-use super::shot;
 use super::status::Status;
 use super::view3d::View3d;
 use crate::moment::Moment;
@@ -200,19 +201,6 @@ impl<'a> Interface<'a> {
         }
     }
 
-    /// Turns the comparison of settings on or off.
-    fn turn_beside(&mut self) {
-        if self.beside.take().is_some() {
-            beside::end(self.run, &mut self.history, &self.notices);
-            self.view.widen();
-            return;
-        }
-        let (names, settings) = self.feel.other(&self.run.settings());
-        let begun = Beside::begin(names, &settings, &self.scene, self.run);
-        self.beside = self.notices.check(begun);
-        self.view.widen();
-    }
-
     /// Shows another scene, from the direction in which the camera looked before.
     fn replace(&mut self, mut scene: Scene, moments: Newest<Moment>) {
         for (k, body) in scene.bodies.iter_mut().enumerate() {
@@ -234,115 +222,9 @@ impl<'a> Interface<'a> {
         self.notices.tell(format!("now: {}", self.scene.title));
     }
 
-    /// Carries out an action of a key or a button (step 2).
-    fn act(&mut self, context: &egui::Context, action: Action) {
-        match action {
-            Action::Pause => {
-                let paused = !self.run.is_paused();
-                self.notices.check(self.run.pause(paused));
-            }
-            Action::Tick => {
-                if self.run.is_paused() || self.notices.check(self.run.pause(true)).is_some() {
-                    self.run.step(1);
-                }
-            }
-            Action::Record => self.record(),
-            Action::Restart => {
-                self.notices.check(self.run.restart(None));
-            }
-            Action::Jump => {
-                let aim = self.hand.aim(&self.scene);
-                let start = self.start_at(aim, false);
-                self.jump = self.notices.check(self.run.restart(Some(start))).map(|()| aim);
-            }
-            Action::LeadOut if self.way_out.is_none() => {
-                self.notices.tell("the probe does not overlap anything");
-            }
-            Action::LeadOut => {
-                let start = self.start_at(self.hand.aim(&self.scene), true);
-                self.notices.check(self.run.restart(Some(start)));
-            }
-            Action::Save => {
-                if let Some(file) = self.notices.check(self.run.save()) {
-                    self.notices.tell(format!("saved: palpus run {}", file.display()));
-                }
-            }
-            Action::Handles => {
-                self.handles.moves = self.handles.moves.next();
-                self.notices.tell(self.handles.moves.words());
-            }
-            Action::Side => self.side = Some(!self.has_side(context)),
-            Action::Open => self.opening = Some(Opening::new(self.run)),
-            Action::Script if self.help => self.help = false,
-            Action::Script => self.hand.give_back(self.run),
-            Action::Freeze => {
-                self.frozen ^= true;
-                self.plots.cursor = None;
-            }
-            Action::Beside => self.turn_beside(),
-            Action::Keep => {
-                self.feel.keep(&self.run.settings());
-                self.notices.tell("kept: Y compares with these settings");
-            }
-            Action::PlotKind => self.plots.kind = self.plots.kind.next(),
-            Action::Contacts => self.style.contacts ^= true,
-            Action::Clusters => self.style.clusters ^= true,
-            Action::Wrench => self.style.wrench ^= true,
-            Action::Anchors => self.style.anchors ^= true,
-            Action::Glass => self.scene.turn_glass(),
-            Action::Scene(action) => self.act_on_scene(context, action),
-            of_settings => {
-                self.notices.check(self.feel.act(of_settings, self.run));
-            }
-        }
-    }
-
-    fn start_at(&self, probe: Pose, lead_out: bool) -> Start {
-        Start { probe: Some(probe), grip_a: Some(self.run.settings().grip_a), lead_out }
-    }
-
     /// True if the panel at the right is visible.
     fn has_side(&self, context: &egui::Context) -> bool {
         self.side.unwrap_or(context.content_rect().width() >= ROOMY)
-    }
-
-    fn act_on_scene(&mut self, context: &egui::Context, action: SceneAction) {
-        match action {
-            SceneAction::Look(view) => self.view.look(view),
-            SceneAction::Everything => self.view.see_everything(),
-            SceneAction::Pieces => self.scene.bodies.iter_mut().for_each(|body| body.look.pieces ^= true),
-            SceneAction::Wires => self.scene.bodies.iter_mut().for_each(|body| body.look.wireframe ^= true),
-            SceneAction::Theme => self.turn_theme(context),
-            SceneAction::Picture => self.picture(context),
-            SceneAction::Keys => self.help ^= true,
-        }
-    }
-
-    fn record(&mut self) {
-        let on = self.run.recording().is_none();
-        if let Some(file) = self.notices.check(self.run.record(on)) {
-            let what = if on { "recording into" } else { "recorded:" };
-            self.notices.tell(format!("{what} {}", file.display()));
-        }
-    }
-
-    /// Saves a picture of the whole window.
-    fn picture(&self, context: &egui::Context) {
-        let notices = self.notices.clone();
-        context.request_screenshot(move |image| {
-            if let Some(file) = notices.check(shot::keep(&image)) {
-                notices.tell(format!("written: {}", file.display()));
-            }
-        });
-    }
-
-    fn turn_theme(&mut self, context: &egui::Context) {
-        self.style.theme = self.style.theme.other();
-        dress(context, self.style.theme);
-        for body in &mut self.scene.bodies {
-            body.colour = body.part.colour(self.style.theme);
-        }
-        self.view.replace(&self.scene, &self.style);
     }
 
     /// Draws the panel at the right (step 3).
@@ -358,15 +240,6 @@ impl<'a> Interface<'a> {
         match (self.handles.moves, self.scene.bodies.first()) {
             (Moves::Grip, Some(probe)) => probe.pose.point(self.run.settings().grip_a),
             _ => self.hand.pivot(&self.scene),
-        }
-    }
-
-    /// Restarts the scene with the grip at this displacement from its old position, world, m.
-    fn move_grip(&mut self, way: DVec3) {
-        let Some(probe) = self.scene.bodies.first() else { return };
-        let grip_a = self.run.settings().grip_a + probe.pose.inverse().vector(way);
-        if way != DVec3::ZERO {
-            self.notices.check(self.run.restart(Some(Start { probe: None, grip_a: Some(grip_a), lead_out: false })));
         }
     }
 

@@ -28,7 +28,7 @@ pub(super) mod weld;
 use glam::DVec3;
 
 use super::{Aabb, PolygonSoup, TriangleTree};
-use crate::algebra::{closest_on_triangle, tolerance};
+use crate::algebra::tolerance;
 use orient::{Orientation, orient};
 use triangulate::{Cut, triangulate};
 use weld::{drop_duplicates, drop_empty, unbend_caps, weld};
@@ -128,7 +128,6 @@ pub struct Cleaning {
 pub struct Mesh {
     vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
-    sources: Vec<u32>,
     component: Vec<u32>,
     component_closed: Vec<bool>,
     closed: bool,
@@ -146,12 +145,12 @@ impl Mesh {
         let mut cleaning = Cleaning::default();
         let welded = weld(&soup.vertices, &used);
         cleaning.welded_vertices = welded.iter().zip(0..).filter(|&(&first, v)| first != v).count();
-        let (mut triangles, mut sources) = cut_faces(soup, &welded, &mut cleaning);
-        cleaning.duplicate_triangles = drop_duplicates(&mut triangles, &mut sources);
-        cleaning.exchanged_triangles = unbend_caps(&soup.vertices, &mut triangles, &mut sources);
-        cleaning.empty_triangles = drop_empty(&soup.vertices, &mut triangles, &mut sources);
+        let mut triangles = cut_faces(soup, &welded, &mut cleaning);
+        cleaning.duplicate_triangles = drop_duplicates(&mut triangles);
+        cleaning.exchanged_triangles = unbend_caps(&soup.vertices, &mut triangles);
+        cleaning.empty_triangles = drop_empty(&soup.vertices, &mut triangles);
         if cleaning.exchanged_triangles > 0 {
-            cleaning.duplicate_triangles += drop_duplicates(&mut triangles, &mut sources);
+            cleaning.duplicate_triangles += drop_duplicates(&mut triangles);
         }
         if triangles.is_empty() {
             return Err(MeshError::NoArea { faces: soup.face_count() });
@@ -164,7 +163,7 @@ impl Mesh {
         cleaning.inverted_components = inverted;
         cleaning.one_sided_components = one_sided;
         let bounds = Aabb::around(vertices.iter().copied());
-        let mesh = Self { vertices, triangles, sources, component, component_closed: closed, closed: balanced, bounds };
+        let mesh = Self { vertices, triangles, component, component_closed: closed, closed: balanced, bounds };
         Ok((mesh, cleaning))
     }
 
@@ -186,11 +185,6 @@ impl Mesh {
     /// Returns the vertex indices of each triangle, counter-clockwise as seen from outside.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
-    }
-
-    /// Returns the index of the soup's face from which triangle `t` was cut.
-    pub fn source_face(&self, t: u32) -> u32 {
-        self.sources[t as usize]
     }
 
     /// Returns the component of triangle `t`. Two triangles are connected if they share an
@@ -249,16 +243,6 @@ impl Mesh {
     pub fn triangle_centroid(&self, t: u32) -> DVec3 {
         let [a, b, c] = self.triangle_points(t);
         a + ((b - a) + (c - a)) / 3.0
-    }
-
-    /// Returns the barycentric coordinates of the point of triangle `t` that is nearest to `p`. The
-    /// coordinates are not negative, and their sum is 1.
-    pub fn corner_weights(&self, t: u32, p: DVec3) -> DVec3 {
-        let corners = self.triangle_points(t);
-        let p = closest_on_triangle(p, corners[0], corners[1], corners[2]);
-        let areas = [0, 1, 2].map(|k| (corners[(k + 1) % 3] - p).cross(corners[(k + 2) % 3] - p).length());
-        let areas = DVec3::from(areas);
-        areas / areas.element_sum()
     }
 
     /// Returns the longest side `k` of triangle `t`, which runs from corner `k` to corner `k + 1`.
@@ -334,10 +318,9 @@ fn validate(soup: &PolygonSoup) -> Result<Vec<bool>, MeshError> {
     Ok(used)
 }
 
-/// Cuts all faces over the welded vertices into triangles. Returns the triangles and the face of
-/// each triangle.
-fn cut_faces(soup: &PolygonSoup, welded: &[u32], cleaning: &mut Cleaning) -> (Vec<[u32; 3]>, Vec<u32>) {
-    let (mut triangles, mut sources) = (Vec::with_capacity(soup.face_count()), Vec::new());
+/// Cuts all faces over the welded vertices into triangles.
+fn cut_faces(soup: &PolygonSoup, welded: &[u32], cleaning: &mut Cleaning) -> Vec<[u32; 3]> {
+    let mut triangles = Vec::with_capacity(soup.face_count());
     let mut polygon = Vec::new();
     for face in 0..soup.face_count() {
         polygon.clear();
@@ -362,9 +345,8 @@ fn cut_faces(soup: &PolygonSoup, welded: &[u32], cleaning: &mut Cleaning) -> (Ve
             }
         }
         triangles.truncate(kept);
-        sources.resize(kept, face as u32);
     }
-    (triangles, sources)
+    triangles
 }
 
 /// Returns the vertices that `triangles` use, in their old order. Changes the vertex indices of the

@@ -27,17 +27,15 @@ use crate::body::Body;
 pub struct Renderer {
     world: World,
     tool: ToolId,
-    probe: Arc<Body>,
-    environment: Arc<Body>,
 }
 
 impl Renderer {
     /// Returns a renderer with its memory. Fails if a setting is invalid.
     pub fn new(a: Arc<Body>, b: Arc<Body>, settings: Settings) -> Result<Self, SettingsError> {
         let mut world = World::new(settings)?;
-        world.add(Object::fixed(b.clone(), Pose::IDENTITY))?;
-        let tool = world.add_tool(a.clone(), settings)?;
-        Ok(Self { world, tool, probe: a, environment: b })
+        world.add(Object::fixed(b, Pose::IDENTITY))?;
+        let tool = world.add_tool(a, settings)?;
+        Ok(Self { world, tool })
     }
 
     /// Prepares shading at this crease angle (rad), so that [`Self::set_settings`] can turn it on
@@ -81,16 +79,6 @@ impl Renderer {
     /// Returns the settings of the next step.
     pub fn settings(&self) -> &Settings {
         self.world.tool_settings(self.tool)
-    }
-
-    /// Returns the probe.
-    pub fn probe(&self) -> &Body {
-        &self.probe
-    }
-
-    /// Returns the environment.
-    pub fn environment(&self) -> &Body {
-        &self.environment
     }
 
     /// Returns the crease angle at which shading can be turned on, rad.

@@ -32,9 +32,4 @@ impl Scratch {
     pub fn clear(&mut self) {
         self.friction.clear();
     }
-
-    /// Returns the state of friction.
-    pub fn friction(&self) -> &FrictionTracker {
-        &self.friction
-    }
 }

@@ -7,7 +7,7 @@ use palpus::algebra::{NoClock, Pose, Wrench, quantile_of_sorted};
 use palpus::detect::{ContactQuery, Proof, QueryCounters, QuerySettings};
 use palpus::force::{LoadSharing, Tilted};
 use palpus::render::{Limits, ProbeState, Renderer, Settings, VirtualCoupling};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use super::cases::{Analytic, Case};
 use super::cpu::CpuClock;
@@ -48,76 +48,48 @@ impl Row {
     }
 }
 
-/// Mean of each counter over the ticks.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
-pub(super) struct PerTick {
-    front: f64,
-    woken: f64,
-    looked: f64,
-    near: f64,
-    marched: f64,
-    march_steps: f64,
-    carried: f64,
-    resting: f64,
-    virtual_closest: f64,
-    inadmissible: f64,
-    walks: f64,
-    moved: f64,
-    disbelieved: f64,
-    patches: f64,
-    dropped: f64,
-}
+/// Mean of each counter over the ticks, in the order of [`COUNTED`].
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct PerTick([f64; COUNTED.len()]);
+
+/// A counter: its name in the document, its heading, and its value.
+type Counted = (&'static str, &'static str, fn(&QueryCounters) -> u32);
+
+/// The counters.
+pub(super) const COUNTED: [Counted; 15] = [
+    ("front", "front", |counters| counters.traversal.front),
+    ("woken", "due", |counters| counters.traversal.woken),
+    ("looked", "looked", |counters| counters.traversal.node_pairs),
+    ("near", "near", |counters| counters.traversal.near),
+    ("marched", "marched", |counters| counters.traversal.leaf_tests),
+    ("march_steps", "steps", |counters| counters.traversal.march_steps),
+    ("carried", "carried", |counters| counters.held),
+    ("resting", "at rest", |counters| counters.traversal.resting),
+    ("virtual_closest", "no surface", |counters| counters.virtual_closest),
+    ("inadmissible", "no normal", |counters| counters.inadmissible),
+    ("walks", "walked", |counters| counters.walks),
+    ("moved", "moved", |counters| counters.moved),
+    ("disbelieved", "disbelieved", |counters| counters.disbelieved),
+    ("patches", "patches", |counters| counters.patches),
+    ("dropped", "dropped", |counters| counters.traversal.dropped),
+];
 
 impl PerTick {
     fn add(&mut self, counters: &QueryCounters) {
-        let descent = &counters.traversal;
-        for (sum, count) in self.all().into_iter().zip([
-            descent.front,
-            descent.woken,
-            descent.node_pairs,
-            descent.near,
-            descent.leaf_tests,
-            descent.march_steps,
-            counters.held,
-            descent.resting,
-            counters.virtual_closest,
-            counters.inadmissible,
-            counters.walks,
-            counters.moved,
-            counters.disbelieved,
-            counters.patches,
-            descent.dropped,
-        ]) {
-            *sum += f64::from(count);
+        for (sum, (_, _, count)) in self.0.iter_mut().zip(COUNTED) {
+            *sum += f64::from(count(counters));
         }
     }
 
-    fn all(&mut self) -> [&mut f64; 15] {
-        let Self { front, woken, looked, near, marched, march_steps, carried, resting, virtual_closest, .. } = self;
-        let Self { inadmissible, walks, moved, disbelieved, patches, dropped, .. } = self;
-        [
-            front,
-            woken,
-            looked,
-            near,
-            marched,
-            march_steps,
-            carried,
-            resting,
-            virtual_closest,
-            inadmissible,
-            walks,
-            moved,
-            disbelieved,
-            patches,
-            dropped,
-        ]
-    }
-
     /// Returns the values in the order of the table's columns.
-    pub(super) fn values(self) -> impl Iterator<Item = f64> {
-        let mut copy = self;
-        copy.all().map(|value| *value).into_iter()
+    pub(super) fn values(self) -> [f64; COUNTED.len()] {
+        self.0
+    }
+}
+
+impl Serialize for PerTick {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(COUNTED.iter().zip(self.0).map(|((name, ..), value)| (name, value)))
     }
 }
 
@@ -183,7 +155,7 @@ pub(super) fn measure(case: &Case, truths: usize) -> anyhow::Result<Row> {
         }
     }
     let ticks = times.len() as f64;
-    each.all().into_iter().for_each(|sum| *sum /= ticks);
+    each.0.iter_mut().for_each(|sum| *sum /= ticks);
     let at = |values: &mut Vec<f64>, share| {
         values.sort_by(f64::total_cmp);
         quantile_of_sorted(values, share).unwrap_or(0.0)

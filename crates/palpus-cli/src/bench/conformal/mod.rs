@@ -15,11 +15,10 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::bail;
-use comfy_table::presets::UTF8_BORDERS_ONLY;
-use comfy_table::{CellAlignment, Table};
 
 use self::cases::Case;
-use self::measure::Row;
+use self::measure::{COUNTED, Row};
+use crate::table::Table;
 use crate::{files, output};
 
 /// Measures all cases, or the cases whose names begin with `only`. Writes `conformal.txt` and
@@ -55,77 +54,39 @@ pub(super) fn conformal(
 
 /// Returns three tables: time, work, and error of the wrench.
 fn text(rows: &[Row]) -> String {
-    let mut time = table(&[
-        "step, µs of processor time",
-        "tolerance",
-        "contacts",
-        "p50",
-        "p99",
-        "p99.9",
-        "query",
-        "depth",
-        "force",
-        "late",
-    ]);
-    let mut work = table(&[
-        "pairs a tick",
-        "front",
-        "due",
-        "looked",
-        "near",
-        "marched",
-        "steps",
-        "carried",
-        "at rest",
-        "no surface",
-        "no normal",
-        "walked",
-        "moved",
-        "disbelieved",
-        "patches",
-        "dropped",
-    ]);
-    let mut truth = table(&["wrench", "turn p99", "of truth", "direction p99", "size p99", "torque p99", "analytic"]);
-    for row in rows {
-        let Row { name, tolerance, contacts, p50, p99, p999, query, depth, force, late, each, wrench, .. } = row;
-        time.add_row([
-            name.clone(),
-            format!("{:.3} mm", tolerance * 1e3),
-            format!("{contacts:.0}"),
-            format!("{p50:.0}"),
-            format!("{p99:.0}"),
-            format!("{p999:.0}"),
-            format!("{query:.0}"),
-            format!("{depth:.0}"),
-            format!("{force:.0}"),
-            format!("{:.0} %", 100.0 * late),
-        ]);
-        let mut cells = vec![name.clone()];
-        cells.extend(each.values().map(|value| format!("{value:.0}")));
-        work.add_row(cells);
-        truth.add_row([
-            name.clone(),
+    let time = |row: &Row| {
+        let first = [row.name.clone(), format!("{:.3} mm", row.tolerance * 1e3)];
+        let whole = [row.contacts, row.p50, row.p99, row.p999, row.query, row.depth, row.force];
+        let last = format!("{:.0} %", 100.0 * row.late);
+        first.into_iter().chain(whole.map(|value| format!("{value:.0}"))).chain([last]).collect()
+    };
+    let work = |row: &Row| {
+        [row.name.clone()].into_iter().chain(row.each.values().map(|value| format!("{value:.0}"))).collect()
+    };
+    let truth = |row: &Row| {
+        let wrench = &row.wrench;
+        vec![
+            row.name.clone(),
             format!("{:.2}°", wrench.turn),
             format!("{:.2}°", wrench.true_turn),
             format!("{:.2}°", wrench.direction),
             format!("{:.1} %", 100.0 * wrench.size),
             format!("{:.1} %", 100.0 * wrench.torque),
             wrench.analytic.map_or("-".to_owned(), |[turn, size]| format!("{turn:.2}°, {:.1} %", 100.0 * size)),
-        ]);
-    }
-    [time, work, truth]
-        .map(|mut table| {
-            for column in table.column_iter_mut().skip(1) {
-                column.set_cell_alignment(CellAlignment::Right);
-            }
-            table.to_string()
-        })
-        .join("\n")
+        ]
+    };
+    let headings: Vec<&str> = ["pairs a tick"].into_iter().chain(COUNTED.map(|(_, heading, _)| heading)).collect();
+    [
+        Table::new(&TIME, 1, rows.iter().map(time)),
+        Table::new(&headings, 1, rows.iter().map(work)),
+        Table::new(&TRUTH, 1, rows.iter().map(truth)),
+    ]
+    .map(|table| table.text())
+    .join("\n")
 }
 
-fn table(header: &[&str]) -> Table {
-    let mut table = Table::new();
-    table.load_preset(UTF8_BORDERS_ONLY);
-    table.set_header(header.iter().copied());
-    table
-}
+/// Headings of the times.
+const TIME: [&str; 10] =
+    ["step, µs of processor time", "tolerance", "contacts", "p50", "p99", "p99.9", "query", "depth", "force", "late"];
+/// Headings of the errors.
+const TRUTH: [&str; 7] = ["wrench", "turn p99", "of truth", "direction p99", "size p99", "torque p99", "analytic"];

@@ -5,8 +5,7 @@ use glam::DVec3;
 use palpus::algebra::{Pose, Wrench};
 use palpus::render::{Limits, ProbeState};
 use palpus_device::{
-    DeviceSpec, EnergyAccount, HandImpedance, HapticDevice, Jitter, Passivity, SafetyLimits, SimulatedDevice,
-    SimulationSettings,
+    DeviceSpec, EnergyAccount, HandImpedance, HapticDevice, Jitter, SafetyLimits, SimulatedDevice, SimulationSettings,
 };
 
 use super::ground::Ground;

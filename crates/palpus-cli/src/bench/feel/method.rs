@@ -110,109 +110,101 @@ impl Entry {
     }
 }
 
+/// A method without properties of its own.
+const PLAIN: Entry = Entry {
+    name: "",
+    summary: "",
+    skin: Skin::Tolerance,
+    has_damping: false,
+    is_passive: false,
+    is_costly: false,
+    build: |ground, tuning| rendered(&ground.settings, Clustering::Smooth, ground, tuning),
+};
+
 /// All methods, in the order of the tables.
 pub(super) const METHODS: [Entry; 10] = [
     Entry {
         name: "paper",
         summary: "exact linkage, direct rendering: the paper's method",
-        skin: Skin::Tolerance,
         has_damping: true,
-        is_passive: false,
-        is_costly: false,
         build: |ground, tuning| rendered(&ground.settings, Clustering::Linkage, ground, tuning),
+        ..PLAIN
     },
     Entry {
         name: "smooth",
         summary: "smooth clustering, direct rendering",
-        skin: Skin::Tolerance,
         has_damping: true,
-        is_passive: false,
-        is_costly: false,
         build: |ground, tuning| rendered(&ground.settings, Clustering::Smooth, ground, tuning),
+        ..PLAIN
     },
     Entry {
         name: "coupled",
         summary: "exact linkage behind the virtual coupling, tuned to the device",
         skin: Skin::Tool,
         has_damping: true,
-        is_passive: false,
-        is_costly: false,
         build: |ground, tuning| rendered(&ground.coupled, Clustering::Linkage, ground, tuning),
+        ..PLAIN
     },
     Entry {
         name: "coupled-smooth",
         summary: "smooth clustering behind the same coupling",
         skin: Skin::Tool,
         has_damping: true,
-        is_passive: false,
-        is_costly: false,
         build: |ground, tuning| rendered(&ground.coupled, Clustering::Smooth, ground, tuning),
+        ..PLAIN
     },
     Entry {
         name: "smooth-passive",
         summary: "smooth, with passivity",
-        skin: Skin::Tolerance,
-        has_damping: false,
         is_passive: true,
-        is_costly: false,
         build: |ground, tuning| rendered(&ground.settings, Clustering::Smooth, ground, tuning),
+        ..PLAIN
     },
     Entry {
         name: "coupled-passive",
         summary: "coupled-smooth, with passivity",
         skin: Skin::Tool,
-        has_damping: false,
         is_passive: true,
-        is_costly: false,
         build: |ground, tuning| rendered(&ground.coupled, Clustering::Smooth, ground, tuning),
+        ..PLAIN
     },
     Entry {
         name: "predicted",
         summary: "depth predicted along the motion from the last closest features (the paper's [16])",
-        skin: Skin::Tolerance,
-        has_damping: false,
-        is_passive: false,
-        is_costly: false,
         build: |ground, tuning| {
             let (a, b) = ground.bodies();
             let cluster_radius = ground.settings.cluster_radius;
             let settings = PredictedSettings { contact: contact(ground, tuning), cluster_radius, ..Default::default() };
             Ok(Box::new(Other(Predicted::new(a, b, settings)?)))
         },
+        ..PLAIN
     },
     Entry {
         name: "voxel",
         summary: "a point shell in a voxel map (the paper's [30])",
-        skin: Skin::Tolerance,
-        has_damping: false,
-        is_passive: false,
         is_costly: true,
         build: |ground, tuning| Ok(Box::new(Other(Stiffer::new(ground, tuning)?))),
+        ..PLAIN
     },
     Entry {
         name: "voxel-coupled",
         summary: "the same behind an explicit virtual coupling, as in its paper",
-        skin: Skin::Tolerance,
-        has_damping: false,
-        is_passive: false,
         is_costly: true,
         build: |ground, tuning| {
             let within = Stiffer::new(ground, tuning)?;
             let method = Coupled::new(within, &ground.probe, ground.settings.grip_a, CouplingSettings::default())?;
             Ok(Box::new(Other(method)))
         },
+        ..PLAIN
     },
     Entry {
         name: "epa",
         summary: "one contact of the expanding polytope algorithm for each pair of pieces, as with Coal",
-        skin: Skin::Tolerance,
-        has_damping: false,
-        is_passive: false,
-        is_costly: false,
         build: |ground, tuning| {
             let (a, b) = ground.bodies();
             Ok(Box::new(Other(Epa::new(a, b, contact(ground, tuning))?)))
         },
+        ..PLAIN
     },
 ];
 

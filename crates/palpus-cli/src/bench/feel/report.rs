@@ -8,21 +8,15 @@ use serde::Serialize;
 
 use super::Z_WIDTH;
 use super::closed::{HANDS, PACE_SEED};
-use super::columns::{Column, FLUSH, LOOP, OPEN, PEG, REST, SUMMARY, SUMMARY_OF_HANDS, TRUTH, TRUTH_PARTS, column};
+use super::columns::{Column, FLUSH, LOOP, OPEN, PEG, REST, SUMMARY, SUMMARY_OF_HANDS, TRUTH, TRUTH_PARTS};
 use super::ground::Ground;
 use super::held::HARDEST;
 use super::method::Entry;
 use super::row::Row;
 use crate::files;
-use crate::markup::escaped;
 use crate::plots::Svg;
-
-/// A table of text cells.
-pub(super) struct Table {
-    pub(super) title: String,
-    pub(super) head: Vec<String>,
-    pub(super) rows: Vec<Vec<String>>,
-}
+use crate::report::html::Html;
+use crate::table::Table;
 
 /// A part of the page: a heading, text, tables and plots.
 pub(super) struct Section<'a> {
@@ -124,7 +118,7 @@ fn introduction(measured: &Measured<'_>) -> Section<'static> {
         text += " This is a quick run: parts of the scripts, one hand, a coarse search.";
     }
     let across = |title: &str, scenes: &[&str], columns: &[Column], hand: &'static str| {
-        let mut table = Table { title: title.to_owned(), head: heads(&["scene", "method"], columns), rows: Vec::new() };
+        let mut table = table(title, &["scene", "method"], columns, []);
         for &scene in scenes {
             let pick = Pick { rows, scene };
             for entry in entries {
@@ -146,8 +140,14 @@ fn introduction(measured: &Measured<'_>) -> Section<'static> {
     Section { title: "What contact feels like".to_owned(), text, tables, figures: &[] }
 }
 
-pub(super) fn heads(first: &[&str], columns: &[Column]) -> Vec<String> {
-    first.iter().copied().chain(columns.iter().map(|column| column.head)).map(str::to_owned).collect()
+pub(super) fn table(
+    title: &str,
+    names: &[&str],
+    columns: &[Column],
+    rows: impl IntoIterator<Item = Vec<String>>,
+) -> Table {
+    let head: Vec<&str> = names.iter().copied().chain(columns.iter().map(|column| column.head)).collect();
+    Table::new(&head, names.len(), rows).titled(title)
 }
 
 /// The rows of one scene.
@@ -178,8 +178,7 @@ impl Pick<'_> {
         let row = |entry: &Entry| {
             [entry.name.to_owned()].into_iter().chain(self.cells(entry.name, "", columns)).collect::<Vec<_>>()
         };
-        let head = heads(&["method"], columns);
-        without_empty(Table { title: title.to_owned(), head, rows: entries.iter().map(row).collect() }, 1)
+        table(title, &["method"], columns, entries.iter().map(row)).without_empty()
     }
 
     fn by_hand(&self, title: &str, entries: &[Entry], columns: &[Column]) -> Table {
@@ -187,50 +186,27 @@ impl Pick<'_> {
             let cells = self.cells(entry.name, hand, columns);
             [hand.to_owned(), entry.name.to_owned()].into_iter().chain(cells).collect()
         };
-        let rows = HANDS.iter().flat_map(|(hand, _)| entries.iter().map(move |entry| row(hand, entry))).collect();
-        without_empty(Table { title: title.to_owned(), head: heads(&["hand", "method"], columns), rows }, 2)
+        let rows = HANDS.iter().flat_map(|(hand, _)| entries.iter().map(move |entry| row(hand, entry)));
+        table(title, &["hand", "method"], columns, rows).without_empty()
     }
 
     fn z_width(&self, entries: &[Entry]) -> Table {
-        let columns = Z_WIDTH.map(|(_, measure)| measure);
-        let mut table = Table {
-            title: "Z-width: greatest stable stiffness (N/m) over contact damping and hand".to_owned(),
-            head: ["hand", "method"].into_iter().chain(columns).map(str::to_owned).collect(),
-            rows: Vec::new(),
-        };
-        let column = column("", &[], 1.0, 3);
-        for (hand, _) in HANDS {
-            for entry in entries {
-                let cells: Vec<String> = columns
-                    .iter()
-                    .map(|measure| {
-                        let value = self.value(entry.name, hand, measure);
-                        value.map(|value| stiffness(value, &column)).unwrap_or_default()
-                    })
-                    .collect();
-                table.rows.push([hand.to_owned(), entry.name.to_owned()].into_iter().chain(cells).collect());
-            }
-        }
-        without_empty(table, 2)
+        let columns = Z_WIDTH.each_ref().map(|(_, measure)| Column {
+            head: measure,
+            measures: std::slice::from_ref(measure),
+            factor: 1.0,
+            digits: 3,
+        });
+        self.by_hand("Z-width: greatest stable stiffness (N/m) over contact damping and hand", entries, &columns)
     }
-}
-
-/// Removes empty rows and columns. The first `named` columns hold names.
-pub(super) fn without_empty(mut table: Table, named: usize) -> Table {
-    table.rows.retain(|row| row[named..].iter().any(|cell| !cell.is_empty()));
-    let kept: Vec<bool> = (0..table.head.len())
-        .map(|column| column < named || table.rows.iter().any(|row| !row[column].is_empty()))
-        .collect();
-    let thin = |cells: &Vec<String>| -> Vec<String> {
-        cells.iter().zip(&kept).filter(|(_, kept)| **kept).map(|(cell, _)| cell.clone()).collect()
-    };
-    Table { head: thin(&table.head), rows: table.rows.iter().map(thin).collect(), title: table.title }
 }
 
 fn said(value: f64, column: &Column) -> String {
     match column.head {
         "in" => (if value > 0.0 { "yes" } else { "no" }).to_owned(),
-        head if head.starts_with("greatest stable stiffness") => stiffness(value, column),
+        head if head.starts_with("greatest stable stiffness") || head.starts_with("Z-width") => {
+            stiffness(value, column)
+        }
         _ => short(value, column.digits),
     }
 }
@@ -272,46 +248,25 @@ pub(super) fn markdown(sections: &[Section<'_>]) -> String {
     for (k, section) in sections.iter().enumerate() {
         text += &format!("{} {}\n\n{}\n\n", if k == 0 { "#" } else { "##" }, section.title, section.text);
         for table in &section.tables {
-            text += &format!("**{}**\n\n| {} |\n", table.title, table.head.join(" | "));
-            text += &format!("|{}\n", "---|".repeat(table.head.len()));
-            for row in &table.rows {
-                text += &format!("| {} |\n", row.join(" | "));
-            }
+            text += &table.markdown();
             text += "\n";
         }
     }
     text
 }
 
-const STYLE: &str = "body{font:15px/1.45 system-ui,sans-serif;max-width:1200px;margin:2em auto;padding:0 1em;color:#222;background:#fff}\
-table{border-collapse:collapse;margin:.4em 0 1.4em;font-size:13px}th,td{border-bottom:1px solid #ddd;padding:3px 9px;text-align:right}\
-th{background:#f4f4f4;vertical-align:bottom;max-width:11em}td:first-child,th:first-child{text-align:left}svg{max-width:100%;height:auto}\
-@media(prefers-color-scheme:dark){body{color:#ddd;background:#1b1b1b}th{background:#2a2a2a}th,td{border-color:#444}svg{background:#fff}}";
-
 fn html(sections: &[Section<'_>]) -> String {
-    let mut text = format!(
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>What contact feels like</title><style>{STYLE}</style></head><body>\n"
-    );
+    let mut page = Html::new();
     for (k, section) in sections.iter().enumerate() {
-        let level = if k == 0 { 1 } else { 2 };
-        text += &format!("<h{level}>{}</h{level}>\n<p>{}</p>\n", section.title, escaped(&section.text));
+        page.text_in(if k == 0 { "h1" } else { "h2" }, "", &section.title).text_in("p", "", &section.text);
         for table in &section.tables {
-            let cells = |tag: &str, row: &[String]| -> String {
-                row.iter().map(|cell| format!("<{tag}>{}</{tag}>", escaped(cell))).collect()
-            };
-            text += &format!("<h3>{}</h3>\n<table><tr>{}</tr>\n", escaped(&table.title), cells("th", &table.head));
-            for row in &table.rows {
-                text += &format!("<tr>{}</tr>\n", cells("td", row));
-            }
-            text += "</table>\n";
+            page.table(table);
         }
         for figure in section.figures {
-            text += figure.as_str();
-            text += "\n";
+            page.plot(figure, "");
         }
     }
-    text += "</body></html>\n";
-    text
+    page.page("What contact feels like")
 }
 
 #[cfg(test)]

@@ -159,9 +159,9 @@ fn figure(title: String, x_label: &'static str, rows: &[Row], x: &dyn Fn(&Row) -
                     "engine step",
                     "µs",
                     vec![
-                        curve("median", BLUE, |times| times.p50),
-                        curve("99 %", GREEN, |times| times.p99),
-                        curve("99.9 %", VERMILION, |times| times.p999),
+                        curve("median", BLUE, |times| times.micros.p50),
+                        curve("99 %", GREEN, |times| times.micros.p99),
+                        curve("99.9 %", VERMILION, |times| times.micros.p999),
                     ],
                 ),
                 panel("contacts a tick", "number", vec![curve("contacts", BLUE, |times| times.contacts)]),

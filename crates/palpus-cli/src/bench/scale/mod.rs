@@ -24,12 +24,12 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use anyhow::bail;
-use comfy_table::presets::UTF8_BORDERS_ONLY;
-use comfy_table::{CellAlignment, Table};
 use palpus::body::Body;
 use serde::Serialize;
 
 use self::timing::Times;
+use crate::summary::Micros;
+use crate::table::Table;
 use crate::{files, output};
 
 pub(super) fn scale(out: &Path, models: Option<&Path>, effort: Effort, only: Option<&str>) -> anyhow::Result<ExitCode> {
@@ -133,7 +133,7 @@ fn report(out: &Path, name: &str, rows: &[Row]) -> anyhow::Result<()> {
     );
     for row in rows {
         let Row { name, triangles_a, triangles_b, pieces_a, pieces_b, tolerance, times, .. } = row;
-        let Times { ticks, contacts, p50, p99, p999, max } = times;
+        let Times { ticks, contacts, micros: Micros { p50, p99, p999, max } } = times;
         csv += &format!(
             "{name},{triangles_a},{triangles_b},{pieces_a},{pieces_b},{tolerance},{ticks},{contacts},{p50},{p99},{p999},{max}\n"
         );
@@ -143,29 +143,18 @@ fn report(out: &Path, name: &str, rows: &[Row]) -> anyhow::Result<()> {
 }
 
 fn text(rows: &[Row]) -> String {
-    let mut table = Table::new();
-    table.load_preset(UTF8_BORDERS_ONLY);
-    table.set_header(["step, µs", "triangles", "pieces", "tolerance", "contacts", "p50", "p99", "p99.9", "max"]);
-    for row in rows {
-        let times = &row.times;
-        table.add_row([
+    let head = ["step, µs", "triangles", "pieces", "tolerance", "contacts", "p50", "p99", "p99.9", "max"];
+    let cells = |row: &Row| {
+        let Times { contacts, micros: Micros { p50, p99, p999, max }, .. } = &row.times;
+        let first = [
             row.name.clone(),
             format!("{} / {}", row.triangles_a, row.triangles_b),
             format!("{} / {}", row.pieces_a, row.pieces_b),
             format!("{:.3} mm", row.tolerance * 1e3),
-            format!("{:.1}", times.contacts),
-            format!("{:.1}", times.p50),
-            format!("{:.1}", times.p99),
-            format!("{:.1}", times.p999),
-            format!("{:.1}", times.max),
-        ]);
-    }
-    for column in 1..9 {
-        if let Some(column) = table.column_mut(column) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-    }
-    table.to_string()
+        ];
+        first.into_iter().chain([contacts, p50, p99, p999, max].map(|value| format!("{value:.1}"))).collect()
+    };
+    Table::new(&head, 1, rows.iter().map(cells)).text()
 }
 
 /// Two bodies, shared with a renderer.

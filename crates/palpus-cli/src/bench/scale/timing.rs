@@ -1,24 +1,23 @@
 //! The times of the engine step along stretches of coherent motion.
 
-use palpus::algebra::{Pose, quantile_of_sorted};
+use palpus::algebra::Pose;
 use palpus::render::{ProbeState, Renderer};
 use serde::Serialize;
 
 use super::Bodies;
 use crate::bench::{TICK, settings};
 use crate::clock::WallClock;
+use crate::summary::Micros;
 
-/// Times of the steps of a motion, µs.
+/// Times of the steps of a motion.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct Times {
     /// Number of timed ticks.
     pub(super) ticks: usize,
     /// Mean number of contacts in a tick.
     pub(super) contacts: f64,
-    pub(super) p50: f64,
-    pub(super) p99: f64,
-    pub(super) p999: f64,
-    pub(super) max: f64,
+    #[serde(flatten)]
+    pub(super) micros: Micros,
 }
 
 /// Times the step along stretches of coherent motion. The renderer is cleared before each stretch.
@@ -51,18 +50,9 @@ pub(super) fn time(bodies: &Bodies, stretches: &[Vec<Pose>], tolerance: f64, pas
     Ok(summary(times, contacts))
 }
 
-fn summary(mut times: Vec<f64>, contacts: f64) -> Times {
+fn summary(times: Vec<f64>, contacts: f64) -> Times {
     let ticks = times.len();
-    times.sort_by(f64::total_cmp);
-    let at = |share: f64| quantile_of_sorted(&times, share).unwrap_or(0.0);
-    Times {
-        ticks,
-        contacts: contacts / ticks.max(1) as f64,
-        p50: at(0.5),
-        p99: at(0.99),
-        p999: at(0.999),
-        max: at(1.0),
-    }
+    Times { ticks, contacts: contacts / ticks.max(1) as f64, micros: Micros::of(times.into_iter()) }
 }
 
 #[cfg(test)]
@@ -73,7 +63,8 @@ mod tests {
     fn percentiles_are_of_the_sorted_times() {
         let times = summary((1..=1000).rev().map(f64::from).collect(), 2000.0);
         assert_eq!((times.ticks, times.contacts), (1000, 2.0));
-        assert_eq!((times.p50, times.p99, times.p999, times.max), (500.0, 990.0, 999.0, 1000.0));
-        assert_eq!(summary(Vec::new(), 0.0).max, 0.0);
+        let Micros { p50, p99, p999, max } = times.micros;
+        assert_eq!((p50, p99, p999, max), (500.0, 990.0, 999.0, 1000.0));
+        assert_eq!(summary(Vec::new(), 0.0).micros.max, 0.0);
     }
 }

@@ -148,9 +148,7 @@ pub(super) fn page(folder: &Path) -> anyhow::Result<String> {
     sections::convex(&mut page, &data, run);
     sections::depth(&mut page, &data, run);
     sections::made(&mut page, &data, &reproduction);
-    page.element("footer", "", |footer| {
-        footer.text("This page loads no other files, so it can be mailed and stored. Its colours follow the reader's system, and it can be printed.");
-    });
+    page.text_in("footer", "", "This page loads no other files, so it can be mailed and stored. Its colours follow the reader's system, and it can be printed.");
     Ok(page.page(title))
 }
 
@@ -169,15 +167,13 @@ const CONTENTS: [(&str, &str); 11] = [
 ];
 
 fn head(html: &mut Html, title: &str, data: &Data<'_>, reproduction: &Reproduction) {
-    html.element("h1", "", |h1| {
-        h1.text(title);
-    });
-    html.element("p", "lead", |lead| {
-        lead.text(
-            "palpus beside Kim, Otaduy, Lin, Manocha: Six-Degree-of-Freedom Haptic Display Using Localized \
+    html.text_in("h1", "", title);
+    html.text_in(
+        "p",
+        "lead",
+        "palpus beside Kim, Otaduy, Lin, Manocha: Six-Degree-of-Freedom Haptic Display Using Localized \
             Contact Computations (2002): its table and figures, measured again, and further benchmarks.",
-        );
-    });
+    );
     let here = |id: &&&'static str| {
         data.ran(id).is_some_and(|ran| ran.outcome == Outcome::Done && ran.run == reproduction.run)
     };
@@ -219,9 +215,7 @@ fn origin(html: &mut Html, data: &Data<'_>, id: &str, run: &str) {
             p.text(&ran.why).text(". ");
         }
         if !ran.command.is_empty() {
-            p.element("code", "", |code| {
-                code.text(&ran.command);
-            });
+            p.text_in("code", "", &ran.command);
             p.text(&format!(" took {}", duration(ran.seconds)));
         }
     });

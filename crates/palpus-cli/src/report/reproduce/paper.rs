@@ -6,7 +6,8 @@ use serde_json::Value;
 use super::data::{Columns, Data, number, quantile, word};
 use super::origin;
 use crate::numbers::{counted, number_of, said};
-use crate::report::html::{Html, Table, Tone};
+use crate::report::html::{Html, Tone};
+use crate::table::Table;
 
 /// Writes the section on the numbers of pieces of the models.
 pub(super) fn table_1(html: &mut Html, data: &Data<'_>, run: &str) {
@@ -44,12 +45,7 @@ pub(super) fn table_1(html: &mut Html, data: &Data<'_>, run: &str) {
             "paper: per triangle",
             "prepared in (s)",
         ];
-        section.table(&Table {
-            head: head.map(str::to_owned).to_vec(),
-            rows: rows.iter().map(cells).collect(),
-            naming: 2,
-            ..Table::default()
-        });
+        section.table(&Table::new(&head, 2, rows.iter().map(cells)));
     });
 }
 
@@ -85,16 +81,12 @@ pub(super) fn figure_4(html: &mut Html, data: &Data<'_>, run: &str) {
             ]
         };
         let tick = number(&described, &["tick"]).unwrap_or(f64::NAN);
-        section.table(&Table {
-            title: format!(
-                "Clusters at tick {}; its force is {} N/m times the engagement (tolerance minus separation) of its deepest contact",
-                said(tick, 6),
-                number(&described, &["stiffness"]).map_or(String::new(), |n| said(n, 4))
-            ),
-            head: ["cluster", "contacts", "separation (mm)", "force (N)"].map(str::to_owned).to_vec(),
-            rows: clusters.iter().map(cells).collect(),
-            naming: 1,
-        });
+        let table = Table::new(&["cluster", "contacts", "separation (mm)", "force (N)"], 1, clusters.iter().map(cells));
+        section.table(&table.titled(format!(
+            "Clusters at tick {}; its force is {} N/m times the engagement (tolerance minus separation) of its deepest contact",
+            said(tick, 6),
+            number(&described, &["stiffness"]).map_or(String::new(), |n| said(n, 4))
+        )));
     });
 }
 
@@ -159,9 +151,10 @@ pub(super) fn figure_5(html: &mut Html, data: &Data<'_>, run: &str) {
         let Some(profile) = data.columns("figures", "figure5.csv").as_ref().and_then(Profile::of) else { return };
         let row = |what: &str, paper: &str, here: String| vec![what.to_owned(), paper.to_owned(), here];
         let [apart, inside] = profile.per_contact;
-        section.table(&Table {
-            head: ["reading of the figure", "the paper", "here"].map(str::to_owned).to_vec(),
-            rows: vec![
+        section.table(&Table::new(
+            &["reading of the figure", "the paper", "here"],
+            1,
+            [
                 row("most contacts in a tick", "30", said(profile.most_contacts, 3)),
                 row("query and force, half of the ticks in contact (µs)", "", said(profile.half, 3)),
                 row("query and force, slowest tick (µs)", "about 2000", said(profile.most, 3)),
@@ -176,9 +169,7 @@ pub(super) fn figure_5(html: &mut Html, data: &Data<'_>, run: &str) {
                 row("penetrating (% of the ticks)", "", said(100.0 * profile.penetrating_share, 2)),
                 row("intervals of penetration", "several", said(profile.intervals as f64, 3)),
             ],
-            naming: 1,
-            ..Table::default()
-        });
+        ));
     });
 }
 

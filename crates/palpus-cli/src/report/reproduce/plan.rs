@@ -97,23 +97,13 @@ pub(super) const STEPS: [&str; 14] = [
 pub(super) fn plan(wanted: &Wanted<'_>) -> Vec<Step> {
     let quick = wanted.quick;
     let mut steps = vec![doctor(wanted), figures(wanted), run(wanted)];
-    steps.push(Step {
-        id: "depth",
-        what: "penetration depth: smoothness, and proven bounds",
-        about: 1.0,
-        command: Ok(wanted.palpus(&["bench", "depth", "--out"]).path(wanted.folder("depth"), "DIR/data/depth")),
-        is_quick: false,
-        may_fail: false,
-    });
+    let depth = wanted.palpus(&["bench", "depth", "--out"]).path(wanted.folder("depth"), "DIR/data/depth");
+    let what = "penetration depth: smoothness, and proven bounds";
+    steps.push(Step { is_quick: false, ..wanted.step("depth", what, 1.0, Ok(depth)) });
     let feel = wanted.palpus(&["bench", "feel", "--out"]).path(wanted.folder("feel"), "DIR/data/feel");
-    steps.push(Step {
-        id: "feel",
-        what: "what contact feels like: every method on every scene in every hand",
-        about: if quick { 25.0 } else { 290.0 },
-        command: Ok(if quick { feel.arg("--quick") } else { feel }),
-        is_quick: quick,
-        may_fail: false,
-    });
+    let feel = if quick { feel.arg("--quick") } else { feel };
+    let what = "what contact feels like: every method on every scene in every hand";
+    steps.push(wanted.step("feel", what, if quick { 25.0 } else { 290.0 }, Ok(feel)));
     steps.extend(scale(wanted));
     steps.extend(pairs(wanted));
     steps.push(convex(wanted));
@@ -124,6 +114,11 @@ impl Wanted<'_> {
     /// Returns the folder of a step's files.
     pub(super) fn folder(&self, id: &str) -> PathBuf {
         self.out.join("data").join(id)
+    }
+
+    /// Returns a step that must succeed, and that is quick if all are.
+    fn step(&self, id: &'static str, what: &'static str, about: f64, command: Result<Invocation, String>) -> Step {
+        Step { id, what, about, command, is_quick: self.quick, may_fail: false }
     }
 
     /// Returns this program with arguments.
@@ -141,14 +136,9 @@ fn program() -> PathBuf {
 
 fn doctor(wanted: &Wanted<'_>) -> Step {
     let seconds = if wanted.quick { "1.5" } else { "5" };
-    Step {
-        id: "doctor",
-        what: "whether this machine holds 1 kHz",
-        about: if wanted.quick { 8.0 } else { 20.0 },
-        command: Ok(wanted.palpus(&["doctor", "--json", "--duration", seconds])),
-        is_quick: wanted.quick,
-        may_fail: true,
-    }
+    let about = if wanted.quick { 8.0 } else { 20.0 };
+    let command = Ok(wanted.palpus(&["doctor", "--json", "--duration", seconds]));
+    Step { may_fail: true, ..wanted.step("doctor", "whether this machine holds 1 kHz", about, command) }
 }
 
 fn figures(wanted: &Wanted<'_>) -> Step {
@@ -157,28 +147,18 @@ fn figures(wanted: &Wanted<'_>) -> Step {
         Some(models) if !wanted.quick => command.arg("--models").path(models, "MODELS"),
         _ => command,
     };
-    Step {
-        id: "figures",
-        what: "the paper's Table 1 and Figures 4, 5 and 6",
-        about: if wanted.quick { 10.0 } else { 20.0 },
-        command: Ok(command),
-        is_quick: false,
-        may_fail: false,
-    }
+    let about = if wanted.quick { 10.0 } else { 20.0 };
+    let what = "the paper's Table 1 and Figures 4, 5 and 6";
+    Step { is_quick: false, ..wanted.step("figures", what, about, Ok(command)) }
 }
 
 fn run(wanted: &Wanted<'_>) -> Step {
     let seconds = if wanted.quick { "3" } else { "10" };
-    Step {
-        id: "run",
-        what: "a spoon in a cup at 1 kHz in real time",
-        about: if wanted.quick { 4.0 } else { 11.0 },
-        command: Ok(wanted
-            .palpus(&["run", "spoon-cup", "--headless", "--duration", seconds, "--force", "--record"])
-            .path(wanted.folder("run").join("run.csv"), "DIR/data/run/run.csv")),
-        is_quick: wanted.quick,
-        may_fail: false,
-    }
+    let about = if wanted.quick { 4.0 } else { 11.0 };
+    let command = wanted
+        .palpus(&["run", "spoon-cup", "--headless", "--duration", seconds, "--force", "--record"])
+        .path(wanted.folder("run").join("run.csv"), "DIR/data/run/run.csv");
+    wanted.step("run", "a spoon in a cup at 1 kHz in real time", about, Ok(command))
 }
 
 fn scale(wanted: &Wanted<'_>) -> Vec<Step> {
@@ -188,14 +168,7 @@ fn scale(wanted: &Wanted<'_>) -> Vec<Step> {
         let command = if wanted.quick { command.args(&["--ticks", "2000", "--passes", "2"]) } else { command };
         let too_long = wanted.quick && only == "triangles";
         let why = || "preparing 906 000 triangles takes longer than a quick reproduction".to_owned();
-        Step {
-            id,
-            what,
-            about,
-            command: if too_long { Err(why()) } else { Ok(command) },
-            is_quick: wanted.quick,
-            may_fail: false,
-        }
+        wanted.step(id, what, about, if too_long { Err(why()) } else { Ok(command) })
     };
     let about = |full| if wanted.quick { 10.0 } else { full };
     vec![
@@ -225,14 +198,7 @@ fn pairs(wanted: &Wanted<'_>) -> Vec<Step> {
                 .path(wanted.folder(id), &format!("DIR/data/{id}"))
                 .args(&["--only", name, "--ticks", &ticks.to_string(), "--coal-ticks", &of_coal.to_string()])),
         };
-        Step {
-            id,
-            what: "the engine step compared with Coal's query on the same poses",
-            about,
-            command,
-            is_quick: wanted.quick,
-            may_fail: false,
-        }
+        wanted.step(id, "the engine step compared with Coal's query on the same poses", about, command)
     };
     (0..PAIRS.len()).map(step).collect()
 }
@@ -254,14 +220,7 @@ fn convex(wanted: &Wanted<'_>) -> Step {
             .args(&["bench", "-q", "-p", "palpus", "--bench", "convex", "--", "--out"])
             .path(wanted.folder("convex").join("convex.csv"), "DIR/data/convex/convex.csv"))
     };
-    Step {
-        id: "convex",
-        what: "convex pairs compared with parry, Coal and MuJoCo",
-        about: 240.0,
-        command,
-        is_quick: wanted.quick,
-        may_fail: false,
-    }
+    wanted.step("convex", "convex pairs compared with parry, Coal and MuJoCo", 240.0, command)
 }
 
 /// Returns why a script of the source tree cannot run; `None` if it can.

@@ -11,8 +11,9 @@ use super::stored::{CONVEX, PAIRS_MEASURED, only, tables};
 use super::{Reproduction, origin};
 use crate::durations::duration;
 use crate::numbers::said;
-use crate::report::html::{Html, Table, Tone};
+use crate::report::html::{Html, Tone};
 use crate::report::run::Run;
+use crate::table::Table;
 
 /// Writes the section on the closed loop in real time on this machine.
 pub(super) fn run(html: &mut Html, data: &Data<'_>, run: &str) -> anyhow::Result<()> {
@@ -126,23 +127,9 @@ pub(super) fn scale(html: &mut Html, data: &Data<'_>, run: &str) {
                 section.drawing(&svg, "");
             }
             let Some(rows) = data.json::<Vec<Value>>(id, &format!("{id}.json")) else { continue };
-            section.table(&Table {
-                head: [
-                    "",
-                    "triangles",
-                    "tolerance (mm)",
-                    "contacts a tick",
-                    "half of all (µs)",
-                    "99 %",
-                    "99.9 %",
-                    "largest",
-                ]
-                .map(str::to_owned)
-                .to_vec(),
-                rows: rows.iter().map(scale_row).collect(),
-                naming: 1,
-                ..Table::default()
-            });
+            let head =
+                ["", "triangles", "tolerance (mm)", "contacts a tick", "half of all (µs)", "99 %", "99.9 %", "largest"];
+            section.table(&Table::new(&head, 1, rows.iter().map(scale_row)));
         }
     });
 }
@@ -180,12 +167,8 @@ pub(super) fn pairs(html: &mut Html, data: &Data<'_>, run: &str) {
             let done = PAIRS.iter().find(|(id, ..)| data.is_done(id)).map_or("", |(id, ..)| *id);
             origin(section, data, done, run);
             let rows = measured.iter().flat_map(|table| table.rows.clone()).collect();
-            section.table(&Table {
-                title: "Measured by this reproduction (µs)".to_owned(),
-                rows,
-                naming: 1,
-                ..first.clone()
-            });
+            let title = "Measured by this reproduction (µs)".to_owned();
+            section.table(&Table { title, rows, naming: 1, ..first.clone() });
         }
         if measured.len() < PAIRS.len() {
             for table in tables(PAIRS_MEASURED, "One step on real pairs") {
@@ -259,12 +242,8 @@ fn parry_alone(data: &Data<'_>) -> Option<Table> {
         let name = |k: usize| cells.get(k).copied().unwrap_or("").to_owned();
         vec![name(0), name(1), name(2), micros(4), micros(5)]
     };
-    Some(Table {
-        title: "palpus and parry".to_owned(),
-        head: ["shape", "motion", "method", "half of all (µs)", "99 %"].map(str::to_owned).to_vec(),
-        rows: text.lines().skip(1).map(row).collect(),
-        naming: 3,
-    })
+    let head = ["shape", "motion", "method", "half of all (µs)", "99 %"];
+    Some(Table::new(&head, 3, text.lines().skip(1).map(row)).titled("palpus and parry"))
 }
 
 /// Writes the section on the motion of the centre of a contact patch.
@@ -298,12 +277,8 @@ pub(super) fn made(html: &mut Html, data: &Data<'_>, reproduction: &Reproduction
         section.facts(&SEEDS.map(|(what, seed)| (what.to_owned(), seed.to_owned())));
         section.heading("Commands, in their order");
         let row = |id: &&'static str| data.ran(id).map(|ran| command_row(id, &ran, &reproduction.run));
-        section.table(&Table {
-            head: ["step", "command", "outcome", "took", "load when it began"].map(str::to_owned).to_vec(),
-            rows: STEPS.iter().filter_map(row).collect(),
-            naming: 3,
-            ..Table::default()
-        });
+        let head = ["step", "command", "outcome", "took", "load when it began"];
+        section.table(&Table::new(&head, 3, STEPS.iter().filter_map(row)));
     });
 }
 

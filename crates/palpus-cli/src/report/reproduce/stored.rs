@@ -1,7 +1,7 @@
 //! Figures of an earlier run, read from the documentation. If this machine cannot measure a figure,
 //! the page shows the stored figure and marks it.
 
-use super::super::html::Table;
+use crate::table::Table;
 
 /// The step on real pairs, compared with Coal.
 pub(super) const PAIRS_MEASURED: &str = include_str!("benchmarks.md");

@@ -1,28 +1,10 @@
 //! Measures of a run, from the rows of its recording.
 
-use palpus::algebra::quantile_of_sorted;
 use palpus_device::{Cut, Cuts};
 use palpus_io::RecordRow;
 
 use crate::plots::{query_us, seconds};
-
-/// Percentiles of a time, µs.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Micros {
-    pub(super) p50: f64,
-    pub(super) p99: f64,
-    pub(super) p999: f64,
-    pub(super) max: f64,
-}
-
-impl Micros {
-    fn of(values: impl Iterator<Item = f64>) -> Self {
-        let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
-        values.sort_by(f64::total_cmp);
-        let at = |share: f64| quantile_of_sorted(&values, share).unwrap_or(0.0);
-        Self { p50: at(0.5), p99: at(0.99), p999: at(0.999), max: at(1.0) }
-    }
-}
+use crate::summary::Micros;
 
 /// An intervention of the safety chain.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -20,7 +20,7 @@ use palpus_io::{Recording, read_recording};
 use palpus_window::{Moment, View};
 
 use self::measures::{Choice, Measures, choices};
-use super::html::{Html, Table, Tone};
+use super::html::{Html, Tone};
 use super::pictures::{self, Frame, Shot};
 use crate::durations::duration;
 use crate::numbers::{counted, number_of, said};
@@ -28,6 +28,8 @@ use crate::plots::{self, Mark};
 use crate::rerun::Rerun;
 use crate::rerun::places::Places;
 use crate::stage::Stage;
+use crate::summary::Micros;
+use crate::table::Table;
 
 /// A run with everything that its page shows.
 pub(super) struct Run {
@@ -65,22 +67,16 @@ impl Run {
         let title = format!("{name}: a run of {}", duration(self.measures.duration_s));
         let mut page = Html::new();
         page.element("header", "", |header| {
-            header.element("h1", "", |h1| {
-                h1.text(&title);
-            });
-            header.element("p", "lead", |lead| {
-                lead.text(&self.subtitle());
-            });
+            header.text_in("h1", "", &title);
+            header.text_in("p", "lead", &self.subtitle());
             self.badges(header);
         });
         self.tell(&mut page)?;
-        page.element("footer", "", |footer| {
-            footer.prose(&format!(
+        page.prose_in("footer", "", &format!(
                 "Made by palpus {} from the recording `{}`. This page loads no other files, so it can be mailed and stored.",
                 env!("CARGO_PKG_VERSION"),
                 self.file.replace('`', "'")
             ));
-        });
         Ok(page.page(&title))
     }
 
@@ -176,18 +172,17 @@ impl Run {
             tile(depth.0, depth.1, Tone::Plain),
         ]);
         html.folded("All numbers of the run", |inner| {
-            let time = |name: &str, micros: &measures::Micros| {
+            let time = |name: &str, micros: &Micros| {
                 let each = [micros.p50, micros.p99, micros.p999, micros.max].map(|value| said(value, 3));
                 [vec![name.to_owned()], each.to_vec()].concat()
             };
-            let head = ["time (µs)", "half of all", "99 %", "99.9 %", "largest"].map(str::to_owned).to_vec();
-            let rows = vec![
+            let rows = [
                 time("engine step", &m.step),
                 time("contact query", &m.query),
                 time("force computation", &m.force),
                 time("from tick to tick", &m.period),
             ];
-            inner.table(&Table { head, rows, naming: 1, ..Table::default() });
+            inner.table(&Table::new(&["time (µs)", "half of all", "99 %", "99.9 %", "largest"], 1, rows));
             let fact = |name: &str, value: String| (name.to_owned(), value);
             let share = |ticks: u64| {
                 format!("{} ({} %)", number_of(ticks, "tick"), said(100.0 * ticks as f64 / m.ticks.max(1) as f64, 3))
@@ -272,12 +267,8 @@ impl Run {
             "A fault removes the force, which returns only through the engagement. All other cuts change the \
             wrench without removing it. Every run begins with an engagement.",
         );
-        html.table(&Table {
-            head: ["what was cut", "kind", "ticks", "first at (s)", "last at (s)"].map(str::to_owned).to_vec(),
-            rows: self.measures.cuts.iter().map(row).collect(),
-            naming: 2,
-            ..Table::default()
-        });
+        let head = ["what was cut", "kind", "ticks", "first at (s)", "last at (s)"];
+        html.table(&Table::new(&head, 2, self.measures.cuts.iter().map(row)));
     }
 
     fn replayed(&self, html: &mut Html) {
@@ -298,14 +289,10 @@ impl Run {
             }),
         };
         if let Some(notice) = &self.recording.notice {
-            html.element("p", "", |p| {
-                p.text(notice);
-            });
+            html.text_in("p", "", notice);
         }
         html.element("p", "", |p| {
-            p.text("By hand: ").element("code", "", |code| {
-                code.text(&format!("palpus replay {}", self.file));
-            });
+            p.text("By hand: ").text_in("code", "", &format!("palpus replay {}", self.file));
         });
     }
 

@@ -79,17 +79,6 @@ impl HalfEdges {
     pub fn kind(&self, t: u32, k: usize) -> EdgeKind {
         self.kinds[3 * t as usize + k]
     }
-
-    /// Returns the angle (rad) by which the normal turns across side `k` of triangle `t`, in (−π,
-    /// π]. The angle is positive at a convex edge and negative at a reflex edge. Returns `None` if
-    /// there is no neighbour.
-    pub fn bend(&self, mesh: &Mesh, t: u32, k: usize) -> Option<f64> {
-        let (other, _) = self.neighbour(t, k)?;
-        let corners = mesh.triangle_points(t);
-        let along = (corners[(k + 1) % 3] - corners[k]).normalize_or_zero();
-        let (here, there) = (mesh.triangle_normal(t), mesh.triangle_normal(other));
-        Some(here.cross(there).dot(along).atan2(here.dot(there)))
-    }
 }
 
 /// Returns the vertex at which side `side` (3 t + k) starts.
@@ -131,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn edge_kind_and_bend_follow_the_apex_height() {
+    fn edge_kind_follows_the_apex_height() {
         for (height, kind) in [
             (-1.0, EdgeKind::Convex),
             (1.0, EdgeKind::Reflex),
@@ -145,8 +134,6 @@ mod tests {
             assert_eq!(edges.neighbour(0, 0), Some((1, 0)));
             assert_eq!(edges.neighbour(0, 1), None);
             assert_eq!((edges.kind(0, 0), edges.kind(1, 0), edges.kind(0, 1)), (kind, kind, EdgeKind::Open));
-            let bend = edges.bend(&mesh, 0, 0).unwrap();
-            assert!((bend + f64::atan(height)).abs() < 1e-12, "{height}: {bend}");
         }
     }
 

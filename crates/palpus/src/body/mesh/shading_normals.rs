@@ -56,21 +56,6 @@ impl ShadingNormals {
     pub fn corner(&self, t: u32, k: usize) -> DVec3 {
         self.corners[t as usize][k]
     }
-
-    /// Returns the interpolated unit normal at a point of triangle `t`. `weights` are the
-    /// barycentric coordinates of the point: numbers that are not negative and have the sum 1.
-    pub fn at(&self, t: u32, weights: DVec3) -> DVec3 {
-        let corners = &self.corners[t as usize];
-        let sum = corners[0] * weights.x + corners[1] * weights.y + corners[2] * weights.z;
-        // Opposite normals can cancel only between needles. Then the normal of the nearest corner
-        // is used.
-        sum.try_normalize().unwrap_or(corners[weights.max_position()])
-    }
-
-    /// Returns the interpolated unit normal at the point of triangle `t` that is nearest to `p`.
-    pub fn at_point(&self, mesh: &Mesh, t: u32, p: DVec3) -> DVec3 {
-        self.at(t, mesh.corner_weights(t, p))
-    }
 }
 
 /// Returns the angle (rad) of triangle `t` at its corner `k`.
@@ -131,7 +116,6 @@ impl Fans<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::Random;
     use crate::body::shapes::{cuboid, torus};
 
     #[test]
@@ -158,16 +142,15 @@ mod tests {
         let edges = HalfEdges::new(&mesh);
         let shading = ShadingNormals::new(&mesh, &edges, 0.6);
         let truth = |p: DVec3| (p - DVec3::new(p.x, p.y, 0.0).normalize()).normalize();
-        let mut random = Random::new(0x0b5e);
         for t in 0..mesh.triangles().len() as u32 {
-            let p = mesh.triangle_points(t);
-            for k in 0..3 {
-                assert!(shading.corner(t, k).angle_between(truth(p[k])) < 0.02);
+            for (k, corner) in mesh.triangle_points(t).into_iter().enumerate() {
+                assert!(shading.corner(t, k).angle_between(truth(corner)) < 0.02);
                 let (other, j) = edges.neighbour(t, k).unwrap();
-                let along = random.signed().abs();
-                let x = p[k].lerp(p[(k + 1) % 3], along);
-                let jump = shading.at_point(&mesh, t, x) - shading.at_point(&mesh, other, x);
-                assert!(jump.length() < 1e-9, "side {k} of triangle {t}, side {j} of {other}");
+                // The common side starts at corner k of t, and ends at corner j of the other.
+                for (here, there) in [(k, (j + 1) % 3), ((k + 1) % 3, j)] {
+                    let jump = shading.corner(t, here) - shading.corner(other, there);
+                    assert!(jump.length() < 1e-9, "side {k} of triangle {t}, side {j} of {other}");
+                }
             }
         }
     }

@@ -8,7 +8,7 @@
 //! 3. [`drop_empty`] drops the remaining triangles without area. [`drop_duplicates`] keeps the
 //!    first of all triangles with the same three corners, in any order.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 
@@ -65,8 +65,8 @@ pub(in crate::body) fn empty_over(corners: [DVec3; 3]) -> Option<usize> {
 
 /// Replaces each cap and its neighbour across the longest side by two triangles that share the
 /// cap's middle corner. Does not change a cap without a unique neighbour at that side. Returns the
-/// number of replaced caps. Entry k of `sources` still belongs to triangle k afterwards.
-pub(in crate::body) fn unbend_caps(vertices: &[DVec3], triangles: &mut [[u32; 3]], sources: &mut [u32]) -> usize {
+/// number of replaced caps.
+pub(in crate::body) fn unbend_caps(vertices: &[DVec3], triangles: &mut [[u32; 3]]) -> usize {
     let mut repaired = 0;
     for _ in 0..tolerance::CAP_ROUNDS {
         let caps: Vec<(usize, usize)> = (0..triangles.len())
@@ -99,7 +99,6 @@ pub(in crate::body) fn unbend_caps(vertices: &[DVec3], triangles: &mut [[u32; 3]
             (touched[t], touched[u]) = (true, true);
             triangles[t] = [from, middle, apex];
             triangles[u] = [middle, to, apex];
-            sources[t] = sources[u];
             repaired += 1;
         }
         if repaired == before {
@@ -110,38 +109,21 @@ pub(in crate::body) fn unbend_caps(vertices: &[DVec3], triangles: &mut [[u32; 3]
 }
 
 /// Drops the triangles without area and returns their number.
-pub(in crate::body) fn drop_empty(vertices: &[DVec3], triangles: &mut Vec<[u32; 3]>, sources: &mut Vec<u32>) -> usize {
-    let keep: Vec<bool> = triangles.iter().map(|t| empty_over(t.map(|v| vertices[v as usize])).is_none()).collect();
-    retain(triangles, sources, &keep)
+pub(in crate::body) fn drop_empty(vertices: &[DVec3], triangles: &mut Vec<[u32; 3]>) -> usize {
+    let before = triangles.len();
+    triangles.retain(|t| empty_over(t.map(|v| vertices[v as usize])).is_none());
+    before - triangles.len()
 }
 
 /// Drops every triangle that has the same three corners as an earlier triangle, and returns the
 /// number of dropped triangles.
-pub(in crate::body) fn drop_duplicates(triangles: &mut Vec<[u32; 3]>, sources: &mut Vec<u32>) -> usize {
-    let mut keys: Vec<([u32; 3], u32)> = triangles
-        .iter()
-        .zip(0..)
-        .map(|(&triangle, t)| {
-            let mut corners = triangle;
-            corners.sort_unstable();
-            (corners, t)
-        })
-        .collect();
-    keys.sort_unstable();
-    let mut keep = vec![true; triangles.len()];
-    for pair in keys.windows(2) {
-        if pair[0].0 == pair[1].0 {
-            keep[pair[1].1 as usize] = false;
-        }
-    }
-    retain(triangles, sources, &keep)
-}
-
-fn retain(triangles: &mut Vec<[u32; 3]>, sources: &mut Vec<u32>, keep: &[bool]) -> usize {
+pub(in crate::body) fn drop_duplicates(triangles: &mut Vec<[u32; 3]>) -> usize {
     let before = triangles.len();
-    let mut kept = keep.iter();
-    triangles.retain(|_| kept.next().copied().unwrap_or(false));
-    let mut kept = keep.iter();
-    sources.retain(|_| kept.next().copied().unwrap_or(false));
+    let mut seen = HashSet::with_capacity(before);
+    triangles.retain(|triangle| {
+        let mut corners = *triangle;
+        corners.sort_unstable();
+        seen.insert(corners)
+    });
     before - triangles.len()
 }

@@ -18,13 +18,6 @@ pub struct BodyId(pub(super) usize);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ToolId(pub(super) usize);
 
-impl ToolId {
-    /// Returns the index of the tool's state among the probe states of a step.
-    pub fn index(self) -> usize {
-        self.0
-    }
-}
-
 /// A body that is not a tool, for [`World::add`](super::World::add).
 #[derive(Clone, Debug)]
 pub struct Object {

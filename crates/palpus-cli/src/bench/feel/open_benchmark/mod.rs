@@ -28,9 +28,10 @@ use super::columns::{Column, column};
 use super::ground::{Ground, SCENES};
 use super::method::{Entry, FeltTick, METHODS, Method, Skin};
 use super::open::{self, Played};
-use super::report::{Pick, Section, Table, csv, heads, markdown, without_empty};
+use super::report::{Pick, Section, csv, markdown, table};
 use super::row::{Row, Rows, quantile};
 use super::{chosen, scripted, shared_out};
+use crate::table::Table;
 use crate::{files, output};
 use answers::Answers;
 use clearance::{FITS, Fit};
@@ -211,26 +212,22 @@ impl Method for Timed {
 }
 
 fn page(grounds: &[Ground], names: &[&str], rows: &[Row]) -> String {
-    let mut head = heads(&["scene", "method"], &ALONG);
-    head.extend(IN_HAND.iter().map(|column| column.head.to_owned()));
-    let mut table = Table { title: "All scenes".to_owned(), head, rows: Vec::new() };
-    let mut fits = Table {
-        title: "Parts with a known play".to_owned(),
-        head: heads(&["scene", "method"], &FIT),
-        rows: Vec::new(),
-    };
+    let names_of_rows = ["scene", "method"];
+    let mut fits = table("Parts with a known play", &names_of_rows, &FIT, []);
+    let mut all = table("All scenes", &names_of_rows, &ALONG, []);
+    all.head.extend(IN_HAND.iter().map(|column| column.head.to_owned()));
     for ground in grounds {
         let pick = Pick { rows, scene: ground.name };
         for name in names {
             let first = [ground.name.to_owned(), (*name).to_owned()].into_iter();
             fits.rows.push(first.clone().chain(pick.cells(name, "", &FIT)).collect());
             let cells = pick.cells(name, "", &ALONG).into_iter().chain(pick.cells(name, HAND, &IN_HAND));
-            table.rows.push(first.chain(cells).collect());
+            all.rows.push(first.chain(cells).collect());
         }
     }
     let text = "docs/open-benchmark.md describes the measures and how an engine takes part. A cell is empty if \
                the scene has no known truth, or if the engine takes part with files.";
-    let mut tables = vec![without_empty(table, 2), without_empty(fits, 2), refined(grounds)];
+    let mut tables = vec![all.without_empty(), fits.without_empty(), refined(grounds)];
     tables.retain(|table| !table.rows.is_empty());
     let section = Section { title: "Open benchmark".to_owned(), text: text.to_owned(), tables, figures: &[] };
     markdown(&[section])
@@ -243,11 +240,7 @@ fn refined(grounds: &[Ground]) -> Table {
         let left_out = poses.iter().filter(|contacts| contacts.is_none()).count();
         Some(vec![ground.name.to_owned(), poses.len().to_string(), left_out.to_string()])
     };
-    Table {
-        title: "Refined truth".to_owned(),
-        head: ["scene", "judged poses", "left out"].map(str::to_owned).to_vec(),
-        rows: grounds.iter().filter_map(row).collect(),
-    }
+    Table::new(&["scene", "judged poses", "left out"], 1, grounds.iter().filter_map(row)).titled("Refined truth")
 }
 
 #[cfg(test)]

@@ -18,23 +18,10 @@ pub struct RayHit {
 }
 
 impl TriangleTree {
-    /// Returns the first intersection of the ray `origin + t * direction` with the surface at
-    /// `0 ≤ t ≤ limit`; `None` if the ray misses the surface. `direction` must not be zero, and
-    /// need not have unit length. The ray meets a triangle from either side.
-    pub fn ray_cast(&self, origin: DVec3, direction: DVec3, limit: f64) -> Option<RayHit> {
-        let mut best: Option<RayHit> = None;
-        let _ = self.visit_ray(origin, direction, limit, |hit| {
-            if best.is_none_or(|b| hit.t < b.t) {
-                best = Some(hit);
-            }
-            ControlFlow::Continue(best.map_or(limit, |b| b.t))
-        });
-        best
-    }
-
-    /// Calls `visit` with each triangle that the ray meets at `0 ≤ t ≤ limit`, in any order, until
-    /// `visit` breaks. `visit` returns the new limit. A ray through an edge meets both adjacent
-    /// triangles.
+    /// Calls `visit` with each triangle that the ray `origin + t * direction` meets at `0 ≤ t ≤
+    /// limit`, in any order, until `visit` breaks. `visit` returns the new limit. `direction` must
+    /// not be zero, and need not have unit length. Both sides of the triangles count. A ray through
+    /// an edge meets both adjacent triangles.
     pub fn visit_ray(
         &self,
         origin: DVec3,

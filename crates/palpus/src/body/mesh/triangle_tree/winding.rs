@@ -93,12 +93,13 @@ impl TriangleTree {
     /// Returns the sum of the solid angles of all triangles as seen from `p`, divided by 4π. The
     /// result is 1 inside a closed surface, 0 outside, and about one half in an opening. The result
     /// is undefined on the surface. This function visits every triangle.
-    pub fn winding_number(&self, p: DVec3) -> f64 {
+    #[cfg(test)]
+    pub(in crate::body) fn winding_number(&self, p: DVec3) -> f64 {
         self.corners.iter().map(|corners| solid_angle(p, corners)).sum::<f64>() / (4.0 * std::f64::consts::PI)
     }
 
     /// Returns the winding number with distant boxes approximated by dipoles. The result differs
-    /// from [`Self::winding_number`] by at most about 0.02.
+    /// by at most about 0.02 from the sum of the solid angles of all triangles, divided by 4π.
     pub fn winding_number_fast(&self, p: DVec3) -> f64 {
         let mut sum = 0.0;
         let mut stack = Stack::from_root(&self.nodes);
