@@ -15,6 +15,13 @@ pub trait Passivity: Send {
     /// [`super::Cut::Passivity`].
     fn limit(&mut self, computed: &Wrench, state: &DeviceState, elapsed: f64) -> Wrench;
 
+    /// Takes the gain of the engagement, by which the result of [`Self::limit`] will be multiplied:
+    /// below 1 while the device ramps. Returns true if the next result removes energy that is due to
+    /// the ramp; this counts as [`super::Cut::Engagement`]. Called before [`Self::limit`].
+    fn ramp(&mut self, _: f64) -> bool {
+        false
+    }
+
     /// Adds the work that moving bodies and the tools of other devices did on this tool in this
     /// tick, J, by translation and by rotation; negative if the tool did work on them. The hand may
     /// receive this energy. Called before [`Self::limit`].
