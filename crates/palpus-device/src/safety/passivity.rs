@@ -16,8 +16,9 @@ pub trait Passivity: Send {
     fn limit(&mut self, computed: &Wrench, state: &DeviceState, elapsed: f64) -> Wrench;
 
     /// Takes the gain of the engagement, by which the result of [`Self::limit`] will be multiplied:
-    /// below 1 while the device ramps. Returns true if the next result removes energy that is due to
-    /// the ramp; this counts as [`super::Cut::Engagement`]. Called before [`Self::limit`].
+    /// below 1 while the device ramps. Returns true if the next result removes energy that the ramp
+    /// adds; this counts as [`super::Cut::Engagement`]. Called before [`Self::limit`], whose state
+    /// then has only the velocity that the poses confirm.
     fn ramp(&mut self, _: f64) -> bool {
         false
     }
